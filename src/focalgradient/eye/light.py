@@ -183,7 +183,7 @@ def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
     return Light(nm, band_sensitivity(band, nm) * illuminant(nm, light))
 
 
-def band_sensitivity(band: Band, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
     """Sensitivity of a `band` at each wavelength (nm, any shape): of L+M, the sum of two that are 1 at their peaks.
 
     >>> band_sensitivity("L+M", [450, 550]).round(3).tolist()

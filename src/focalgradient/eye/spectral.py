@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, described
 from focalgradient.eye.colours import PRIMARIES, display_primaries
-from focalgradient.eye.light import Band, Light, band_sensitivity, illuminant, spectra
+from focalgradient.eye.light import Light, band_sensitivity, illuminant, spectra
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.retina import Cones
@@ -106,16 +106,16 @@ class SpectralBasis:
         """Number of spectra."""
         return int(np.shape(self.radiance)[1])
 
-    def catch(self, band: Band) -> NDArray[np.float64]:
+    def catch(self, band: str) -> NDArray[np.float64]:
         """Return what a band's cones catch of each component (K), over what they catch of white."""
         seen = band_sensitivity(band, self.wavelength_nm)
         return np.asarray(seen @ self.radiance / (seen @ self.white))
 
-    def light(self, band: Band, component: int) -> Light:
+    def light(self, band: str, component: int) -> Light:
         """Return the light that a band's cones catch of one component."""
         return _caught(self, band, component)
 
-    def mixed(self, band: Band, amounts: ArrayLike) -> Light:
+    def mixed(self, band: str, amounts: ArrayLike) -> Light:
         """Return the light that a band's cones catch of a mix of the components (K amounts).
 
         Red surfaces move the focus of the L and M cones farther, blue ones nearer, than white ones.
@@ -131,7 +131,7 @@ class SpectralBasis:
 
 @lru_cache(maxsize=16)
 def _grey(light: str) -> SpectralBasis:
-    nm = np.arange(390.0, 780.0 + 1e-6, 1.0)  # as `band_light` has it
+    nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, 1.0), np.float64)  # as `band_light` has it
     white = illuminant(nm, light)
     return SpectralBasis(nm, white[:, None], white)
 
@@ -139,7 +139,7 @@ def _grey(light: str) -> SpectralBasis:
 @lru_cache(maxsize=16)
 def _of_srgb(light: str) -> SpectralBasis:
     basis = spectra().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
-    nm = np.arange(390.0, 780.0 + 1e-6, STEP_NM)
+    nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, STEP_NM), np.float64)
     white = illuminant(nm, light)
     own = np.stack([np.interp(nm, basis.wavelengths, column) for column in basis.values.T], axis=1)
     return SpectralBasis(nm, own * white[:, None], white)
@@ -152,7 +152,7 @@ def _of_display(primaries: str) -> SpectralBasis:
 
 
 @lru_cache(maxsize=256)
-def _caught(basis: SpectralBasis, band: Band, component: int) -> Light:
+def _caught(basis: SpectralBasis, band: str, component: int) -> Light:
     return basis.mixed(band, np.eye(basis.components)[component])
 
 
@@ -217,7 +217,7 @@ class SpectralPicture:
         height, width = self.shape
         return f"SpectralPicture({height} x {width} pixels of {self.basis.components} spectra)"
 
-    def catch(self, band: Band) -> NDArray[np.float64]:
+    def catch(self, band: str) -> NDArray[np.float64]:
         """Return what a band's cones catch of the sharp picture (H x W), of white 1."""
         return np.asarray(self.amounts @ self.basis.catch(band))
 
@@ -226,7 +226,7 @@ def band_picture(
     picture: SpectralPicture,
     distance: ArrayLike,
     eye: Eye,
-    band: Band,
+    band: str,
     *,
     pixel_angle: float,
     wavelengths: int | None = None,
