@@ -35,7 +35,7 @@ def course(kind: str, seed: int) -> Microfluctuations:
 def measure(*, seconds: float, seeds: int, progress: Progress | None = None) -> dict[str, Any]:
     """Error, stated standard deviation and share on the right side at each moment, for each kind of fluctuation."""
     times = np.arange(0, seconds, 1 / RATE)
-    still = Motion(drift=0.0, jumps=0.0)
+    still = Motion(drift=0.0, jumps=0.0, speed=0.0)
     found: dict[str, Any] = {"time_s": times}
     done = 0
     for kind in KINDS:

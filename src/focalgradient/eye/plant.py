@@ -12,6 +12,7 @@ lies outside its loop, is the Smith predictor of Read et al. (2022): with the la
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -116,8 +117,13 @@ class Plant:
         >>> Plant().advance(np.array([1.4, 1.4]), 1.4, 0.1).tolist()
         [1.4, 1.4]
         """
-        leak, lens = 1 / self.integrator, 1 / self.time_constant
-        system = np.array([[-leak, -self.gain * leak], [lens, -lens]])
         end = self.steady(demand)
-        after: FloatArray = end + expm(system * step) @ (state - end)
+        after: FloatArray = end + _decay(self.integrator, self.time_constant, self.gain, step) @ (state - end)
         return np.clip(after, 0, self.nearest)
+
+
+@lru_cache(maxsize=32)
+def _decay(integrator: float, time_constant: float, gain: float, step: float) -> FloatArray:
+    """How integrator and lens approach their steady state in `step` seconds: a 2 x 2 matrix."""
+    system = np.array([[-1, -gain], [1, -1]]) / np.array([[integrator], [time_constant]])
+    return np.asarray(expm(system * step))

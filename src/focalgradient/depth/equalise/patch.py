@@ -10,6 +10,8 @@ natural as assumed, but hardly its sign; two give both.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +22,7 @@ from focalgradient.optics import capabilities
 from focalgradient.psf import Disc, pixel_transfer
 from focalgradient.view import View
 
-__all__ = ["vergence_likelihood"]
+__all__ = ["likelihood_of_transfers", "ring_transfer", "vergence_likelihood"]
 
 FloatArray = NDArray[np.float64]
 
@@ -84,24 +86,54 @@ def vergence_likelihood(
     >>> bool(abs(vergences[found.argmax()] - 1.5) < 0.1)
     True
     """
-    levels, noises = _checked(views, vergences, noise, correlation, gain)
-    radii, counts, power, passed = _spectra([np.asarray(v.image, float) for v in views], noises, wraps)
-    angle = views[0].pixel_angle
-    transfers = np.stack([_transfer(view, radii, levels, angle) for view in views]) / noises[:, None, None]
+    levels = _levels_of(vergences)
+    transfers = [ring_transfer(view, levels, wraps=wraps) for view in views]
+    return likelihood_of_transfers(views, transfers, noise=noise, correlation=correlation, gain=gain, wraps=wraps)
+
+
+def ring_transfer(view: View, vergences: ArrayLike, *, wraps: bool = False) -> FloatArray:
+    """Transfer of a view's blur at each of `vergences` (L, in D) in the rings of frequency that are compared: L x F."""
+    radii = _rings(view.shape, wraps).radii / view.pixel_angle
+    levels, one = np.asarray(vergences, dtype=float), view.optics
+    stated = capabilities(one)
+    if stated.blur is not None and stated.forms_views:
+        return stated.blur.transfer(radii, levels[:, None])
+    radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2
+    return Disc().transfer(radii * view.pixel_angle, radius[:, None] / view.pixel_angle)
+
+
+def likelihood_of_transfers(
+    views: Sequence[View],
+    transfers: Sequence[FloatArray],
+    *,
+    noise: float | Sequence[float],
+    correlation: float = 1.0,
+    gain: float = 1.0,
+    wraps: bool = False,
+) -> FloatArray:
+    """`vergence_likelihood` of L candidates that are given by the transfer they imply for each view (`ring_transfer`).
+
+    So a candidate may have a vergence of its own for each view, as a patch that moves while its texture stays.
+    """
+    noises = _checked(views, noise, correlation, gain)
+    rings = _rings(views[0].shape, wraps)
+    radii, counts = rings.radii, rings.counts
+    power = _powers([np.asarray(v.image, float) for v in views], noises, rings)
+    over_noise = np.stack(transfers) / noises[:, None, None]
     wavebands = [capabilities(v.optics).waveband for v in views]
     other = np.array([name != wavebands[0] for name in wavebands])
     # What each source of texture, of power 1, puts into the views' spectra, over their noise: views x L x F.
-    shared = transfers * np.where(other, gain * correlation, 1.0)[:, None, None]
+    shared = over_noise * np.where(other, gain * correlation, 1.0)[:, None, None]
     independent = np.sqrt(1 - correlation**2)
     own = [
-        transfers * np.where([name == one for name in wavebands], gain * independent, 0.0)[:, None, None]
+        over_noise * np.where([name == one for name in wavebands], gain * independent, 0.0)[:, None, None]
         for one in dict.fromkeys(wavebands)
         if one != wavebands[0]
     ]
     sources = np.stack([shared, *own])
     met = np.einsum("aslf,stf,btlf->ablf", sources, power, sources, optimize=True)
     size = np.einsum("aslf,bslf->ablf", sources, sources, optimize=True)
-    natural = passed / radii**2
+    natural = rings.passed / radii**2
     level = float(np.max(_levels(radii, counts, power) * noises**2))
     each = [_marginal(met, size, natural * level * factor, counts) for factor in POWERS]
     total: FloatArray = np.logaddexp.reduce(np.array(each) + np.log(WEIGHTS)[:, None], axis=0)
@@ -138,23 +170,36 @@ def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatAr
     return found
 
 
-def _spectra(
-    images: Sequence[FloatArray], noises: FloatArray, wraps: bool
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Rings of frequency (F, cycles per pixel), the effective number of samples and the views' mean cross powers there.
+@dataclass(frozen=True, eq=False)
+class _Rings:
+    """Rings of frequency of a patch: F `radii` (cycles per pixel) and what goes with them.
 
-    The powers (n x n x F) are over the noise's. Last, the share of power that the pixels' own size lets through (F).
+    `counts` is the effective number of samples in each, `passed` the share of power that the pixels' own size lets
+    through; `used` and `place` say which frequencies are compared and in which ring each of them lies, `twice` how
+    often each counts, and `taper` is the patch's window.
     """
-    height, width = images[0].shape
+
+    radii: FloatArray
+    counts: FloatArray
+    passed: FloatArray
+    taper: FloatArray
+    used: NDArray[np.bool_]
+    place: NDArray[np.intp]
+    twice: FloatArray
+
+    def mean(self, values: FloatArray) -> FloatArray:
+        """Mean over each ring of `values` at the frequencies compared."""
+        counts = np.bincount(self.place, self.twice)
+        return np.asarray(np.bincount(self.place, self.twice * values) / counts)
+
+
+@lru_cache(maxsize=8)
+def _rings(shape: tuple[int, int], wraps: bool) -> _Rings:
+    height, width = shape
     taper = np.ones((height, width))
     if not wraps:
         taper = np.outer(*(np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in (height, width)))
-    energy = float((taper**2).sum())
-    effective = energy**2 / float((taper**4).sum()) / (height * width)
-    spectra = [
-        np.fft.rfft2((image - (image * taper).sum() / taper.sum()) * taper) / (sd * np.sqrt(energy))
-        for image, sd in zip(images, noises, strict=True)
-    ]
+    effective = float((taper**2).sum()) ** 2 / float((taper**4).sum()) / (height * width)
     down, right = np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)
     radial = np.hypot(down, right)
     twice = np.full(radial.shape, 2.0)
@@ -163,41 +208,43 @@ def _spectra(
         twice[:, -1] = 1.0
     ring = np.rint(radial * RINGS * min(height, width)).astype(int)
     used = (radial > 0 if wraps else radial > 2.5 / min(height, width)) & (radial < FINEST)
-    ring, twice = ring[used], twice[used]
-    kinds, where = np.unique(ring, return_inverse=True)
-    counts = np.bincount(where, twice)
-    radii = np.bincount(where, twice * radial[used]) / counts
-    passed = np.bincount(where, twice * pixel_transfer(down, right)[used] ** 2) / counts
-    power = np.empty((len(images), len(images), len(kinds)))
+    _, place = np.unique(ring[used], return_inverse=True)
+    twice = twice[used]
+    counts = np.bincount(place, twice)
+    radii = np.bincount(place, twice * radial[used]) / counts
+    passed = np.bincount(place, twice * pixel_transfer(down, right)[used] ** 2) / counts
+    return _Rings(radii, np.asarray(counts * effective, float), passed, taper, used, place, twice)
+
+
+def _powers(images: Sequence[FloatArray], noises: FloatArray, rings: _Rings) -> FloatArray:
+    """Mean cross powers of the views in each ring, over the noise's: n x n x F."""
+    taper = rings.taper
+    energy = float((taper**2).sum())
+    spectra = [
+        (np.fft.rfft2((image - (image * taper).sum() / taper.sum()) * taper) / (sd * np.sqrt(energy)))[rings.used]
+        for image, sd in zip(images, noises, strict=True)
+    ]
+    power = np.empty((len(images), len(images), rings.radii.size))
     for i, first in enumerate(spectra):
         for j, second in enumerate(spectra[: i + 1]):
-            both = (first.conj() * second).real[used]
-            power[i, j] = power[j, i] = np.bincount(where, twice * both) / counts
-    return radii, counts * effective, power, passed
+            power[i, j] = power[j, i] = rings.mean((first.conj() * second).real)
+    return power
 
 
-def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -> FloatArray:
-    """A view's transfer at every level and ring: L x F."""
-    one = view.optics
-    stated = capabilities(one)
-    if stated.blur is not None and stated.forms_views:
-        return stated.blur.transfer(radii / angle, levels[:, None])
-    radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2 / angle
-    return Disc().transfer(radii, radius[:, None])
+def _levels_of(vergences: ArrayLike) -> FloatArray:
+    levels = check_finite("vergences", vergences, "dioptres")
+    if levels.ndim != 1 or levels.size < 2:
+        raise InputError("vergences must be a list of two or more numbers: give them in dioptres.")
+    return levels
 
 
-def _checked(
-    views: Sequence[View], vergences: ArrayLike, noise: float | Sequence[float], correlation: float, gain: float
-) -> tuple[FloatArray, FloatArray]:
+def _checked(views: Sequence[View], noise: float | Sequence[float], correlation: float, gain: float) -> FloatArray:
     if len({capabilities(v.optics).waveband for v in views} - {""}) > 2:
         raise InputError("views are in three wavebands or more, but two at most can be compared: leave one out.")
     if len(views) < 1 or len({(view.shape, view.pixel_angle) for view in views}) > 1:
         raise InputError(f"views holds {len(views)} views, but must hold one or more of one size and pixel angle.")
     if any(view.mask is not None and not view.mask.all() for view in views):
         raise InputError("a view has masked pixels, but all of a patch is compared: crop it to where none is masked.")
-    levels = check_finite("vergences", vergences, "dioptres")
-    if levels.ndim != 1 or levels.size < 2:
-        raise InputError("vergences must be a list of two or more numbers: give them in dioptres.")
     noises = np.asarray(noise, dtype=float)
     if noises.ndim > 1 or noises.size not in (1, len(views)) or not np.all((noises > 0) & np.isfinite(noises)):
         raise InputError(f"noise is {noise!r}, but must be one positive number, or one for each of the views.")
@@ -205,4 +252,4 @@ def _checked(
         raise InputError(
             f"correlation is {correlation!r} and gain {gain!r}, but must be above 0, the correlation at most 1."
         )
-    return levels, np.broadcast_to(noises, len(views)).copy()
+    return np.broadcast_to(noises, len(views)).copy()

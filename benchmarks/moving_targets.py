@@ -1,0 +1,60 @@
+"""Estimates of a moving target's vergence, by two wavebands, by one at several moments, and by both together.
+
+    python benchmarks/moving_targets.py --seeds 8
+
+Each row is of simulated courses of `eye.accommodate`, in which an eye focuses the target by its own estimate: the root
+mean square error of the estimate (D), the share of the moments within two stated standard deviations, the mean stated
+standard deviation (D), and gain and phase of accommodation where the target moves as a sine. Both together should never
+be worse than either, and 92 to 97 % within two standard deviations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import get_args
+
+import numpy as np
+
+from focalgradient.eye import Accommodation, accommodate
+from focalgradient.eye.accommodation import Cue
+
+SECONDS = 8.0
+HERTZ = {"sine 0.2 Hz": 0.2, "sine 0.5 Hz": 0.5, "sine 1 Hz": 1.0}
+TARGETS = {
+    "still": lambda t: 2.5,
+    "sine 0.2 Hz": lambda t: 2 + 0.5 * math.sin(0.4 * math.pi * t),
+    "sine 0.5 Hz": lambda t: 2 + 0.5 * math.sin(math.pi * t),
+    "sine 1 Hz": lambda t: 2 + 0.25 * math.sin(2 * math.pi * t),
+    "step": lambda t: 3.0 if t >= SECONDS / 2 else 1.5,
+    "ramp": lambda t: 1.0 + 0.25 * t,
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=8, help="courses a row")
+    parser.add_argument("--first", type=int, default=100, help="first seed")
+    parser.add_argument("--targets", nargs="+", choices=TARGETS, default=[*TARGETS])
+    options = parser.parse_args()
+    print("target        cue      rms error  within 2 sd  stated sd  gain  phase")
+    for name in options.targets:
+        for cue in get_args(Cue):
+            errors, stated, response = [], [], []
+            for seed in range(options.first, options.first + options.seeds):
+                course = accommodate(TARGETS[name], SECONDS, Accommodation(cue=cue), seed=seed)
+                errors.append(course.estimate - course.target)
+                stated.append(course.estimate_sd)
+                if name in HERTZ:
+                    response.append(course.response(HERTZ[name], skip=2.0))
+            error, sd = np.array(errors), np.array(stated)
+            row = f"{name:13} {cue:8} {np.sqrt(np.mean(error**2)):9.3f}  {np.mean(np.abs(error) < 2 * sd):11.3f}"
+            row += f"  {sd.mean():9.3f}"
+            if response:
+                mean = complex(np.mean(response))
+                row += f"  {abs(mean):4.2f}  {math.degrees(np.angle(mean)):5.0f}"
+            print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()
