@@ -122,9 +122,12 @@ def test_one_distance_predicts_another_to_a_fiftieth_of_a_dioptre(calibrated):
     error = (1 / depth.distance - 1 / 0.75)[depth.valid]
     assert abs(np.median(error)) < 0.02
     assert np.percentile(np.abs(error - np.median(error)), 90) < 0.01  # even over the field
-    assert (np.abs(error) < 2 * depth.vergence_sd[depth.valid]).mean() > 0.92
-    # Total: the calibration's own error is in it, and is stated.
-    assert 0 < summary["details"]["calibration_sd"] <= np.median(depth.vergence_sd[depth.valid])
+    assert (np.abs(error) < 2 * depth.total_sd[depth.valid]).mean() > 0.92
+    # The calibration's own error is what the whole frame shares, and is stated.
+    common = float(np.median(depth.common_sd[depth.valid]))
+    assert summary["details"]["common_sd_D"]["calibration"] == pytest.approx(common, rel=1e-3)
+    assert summary["medians"]["common_sd_dioptres"] == pytest.approx(common, rel=1e-3)
+    assert common > 0
     assert summary["settings"]["psf"] == "blend"
 
 
@@ -191,7 +194,9 @@ def test_the_calibrations_error_is_part_of_the_sd():
     own = float(camera.systematic_sd([(11.0, 1.0), (4.0, 1.0)], 1.7, "disc", of="distance")) * 1.7**2
     model = 0.5 * 0.02 * 0.7
     at = np.abs(depth.vergence - 1.7) < 1e-3
-    assert float(np.median(total.vergence_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2 + own**2), rel=0.01)
+    assert float(np.median(total.vergence_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2), rel=0.01)
+    assert float(np.median(total.common_sd[at])) == pytest.approx(own, rel=0.01)
+    assert float(np.median(total.total_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2 + own**2), rel=0.01)
 
 
 def test_single_edges_scatter_is_part_of_the_sd_of_depth_by_edges():

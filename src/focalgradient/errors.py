@@ -65,6 +65,17 @@ def check_number(
     raise InputError(f"{name} is {described(value)}, but must be {kind}{bound}: give it in {unit}.")
 
 
+def check_tolerance(name: str, value: Any) -> None:
+    """Raise `InputError` unless `value`, a relative standard deviation, is a number from 0 to below 1.
+
+    >>> check_tolerance("focus_tolerance", 5)
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: focus_tolerance is 5, but must be a share from 0 to below 1, as 0.05 for 5 %.
+    """
+    if not (is_number(value) and 0 <= value < 1):
+        raise InputError(f"{name} is {described(value)}, but must be a share from 0 to below 1, as 0.05 for 5 %.")
+
+
 def check_seed(seed: Any) -> None:
     """Raise InputError unless `seed` is a whole number from which random numbers can be derived.
 

@@ -23,6 +23,7 @@ def test_comes_back_as_it_was(depth: DepthMap, tmp_path: Path) -> None:
     path = tmp_path / "depth.npz"
     depth.save(path)
     again = DepthMap.load(path)
+    assert again.common_errors.shape == (0, 5, 7)
     for name in ("vergence", "vergence_sd", "valid", "side_known"):
         before, after = getattr(depth, name), getattr(again, name)
         assert after.dtype == before.dtype
@@ -35,7 +36,10 @@ def test_comes_back_as_it_was(depth: DepthMap, tmp_path: Path) -> None:
 def test_the_archive_can_be_read_without_us(depth: DepthMap, tmp_path: Path) -> None:
     depth.save(tmp_path / "depth.npz")
     with np.load(tmp_path / "depth.npz") as file:
-        assert set(file) == {"distance", "vergence", "vergence_sd", "valid", "side_known", "offset", "plane", "details"}
+        assert set(file) == {
+            *("distance", "vergence", "vergence_sd", "common_sd", "common_errors", "valid", "side_known", "offset"),
+            *("plane", "details"),
+        }
         beyond_infinity = file["vergence"] <= 0
         assert beyond_infinity.any()
         assert np.isinf(file["distance"][beyond_infinity]).all()

@@ -272,7 +272,24 @@ class Calibration:
         *,
         of: Literal["vergence", "distance"] = "vergence",
     ) -> FloatArray:
-        """Standard deviation that the calibration's own errors give to recovered depth, alike at every pixel.
+        """Standard deviation that the calibration's own errors give to recovered depth, shared by all pixels.
+
+        Parameters
+        ----------
+        settings, vergence, psf, of
+            As of `systematic_modes`.
+        """
+        return np.sqrt((self.systematic_modes(settings, vergence, psf, of=of) ** 2).sum(axis=0))
+
+    def systematic_modes(
+        self,
+        settings: Sequence[tuple[float, float | None]],
+        vergence: ArrayLike,
+        psf: Psf | str,
+        *,
+        of: Literal["vergence", "distance"] = "vergence",
+    ) -> FloatArray:
+        """Changes of recovered depth by independent errors of the calibration, each at one standard deviation.
 
         Parameters
         ----------
@@ -284,6 +301,11 @@ class Calibration:
             Shape of the blur: a Gaussian's has `k` in it, with its error.
         of
             What the answer is of: vergence (D), or the user's distance (m).
+
+        Returns
+        -------
+        ndarray
+            K x the shape of `vergence`, for the K parameters and views.
         """
         shape = psf_of(psf)
         places = [self._place(*setting) for setting in settings]
@@ -325,7 +347,8 @@ class Calibration:
         if of == "distance":
             jacobian = -jacobian / np.maximum(vergence, 1e-6) ** 2
             jacobian[2] -= 1.0
-        return np.sqrt(np.einsum("i...,ij,j...->...", jacobian, spread, jacobian))
+        values, vectors = np.linalg.eigh(spread)
+        return np.tensordot((vectors * np.sqrt(np.maximum(values, 0))).T, jacobian, 1)
 
 
 def _apart(mark: float | None, given: float | None) -> float:

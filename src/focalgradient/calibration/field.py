@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Field, disc_radius
+from focalgradient.depth.common_error import spread_over
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import used_blur
 from focalgradient.psf import Disc, Psf, psf_of
@@ -252,10 +253,9 @@ def apply_calibration(
     Returns
     -------
     DepthMap
-        ``vergence_sd`` is total: noise, blur model (by edges, what single edges of the target scattered by), and the
-        calibration's own error, alike at all pixels: that of the *distance* from the calibration's plane, in which an
+        ``vergence_sd`` is that of noise and of the blur model (by edges, what single edges of the target scattered by).
+        ``common_errors`` are the calibration's own: those of the *distance* from the calibration's plane, in which an
         error of the plane's own place cancels.
-        ``details["calibration_sd"]`` is its median (D).
     """
     method = depth.details.get("method")
     if method == "edges":  # each view is read by itself, the most blurred one best
@@ -275,12 +275,16 @@ def apply_calibration(
     optical = np.maximum(np.asarray(vergence, float), 1e-6)
     # The calibration's error changes slowly with vergence: at some, and between them.
     levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)
-    own = np.interp(optical, levels, camera.systematic_sd(settings, levels, shape, of="distance") * levels**2)
-    details = depth.details | {"calibration_sd": float(np.median(own[depth.valid])) if depth.valid.any() else None}
+    own = camera.systematic_modes(settings, levels, shape, of="distance") * levels**2
+    common = spread_over(optical, levels, own)
+    details = dict(depth.details)
+    if depth.valid.any():
+        details["common_sd_D"] = {"calibration": float(np.median(np.hypot.reduce(common[:, depth.valid])))}
     return replace(
         depth,
         vergence=vergence,
-        vergence_sd=np.hypot(sd, own).astype(depth.vergence_sd.dtype),
+        vergence_sd=sd.astype(depth.vergence_sd.dtype),
+        common_errors=common,
         details=details,
         offset=camera.offset if offset is None else offset,
         plane=depth.plane if plane is None else plane,

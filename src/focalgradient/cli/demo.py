@@ -58,6 +58,8 @@ VIEWS_TOML = """\
 [camera]
 focal_length_mm = 25.0
 pixel_pitch_um = 8.0
+focus_tolerance = 0.0      # these photographs are ray cast: their optics are exact
+f_number_tolerance = 0.0   # leave both out for marks on a lens
 encoding = "srgb"         # 8-bit files; "linear" for raw converted without a tone curve
 
 [[view]]

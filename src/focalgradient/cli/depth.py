@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import platform
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
+from focalgradient.cli.depth_summary import printed, summary_of
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
 from focalgradient.cli.options import GIVEN, limit_options, optics_options, options_named, shared_options, shared_work
 from focalgradient.cli.program import (
@@ -30,13 +27,14 @@ from focalgradient.cli.program import (
     writable,
 )
 from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
+from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.recover import METHODS, MethodName
-from focalgradient.depth.settings import AUTO, BlurSource, used_blur
+from focalgradient.depth.settings import AUTO, BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting
 from focalgradient.memory import require
 from focalgradient.plausibility import given_as
-from focalgradient.psf import Disc, Gaussian, Psf
+from focalgradient.psf import Gaussian
 
 if TYPE_CHECKING:
     from focalgradient.depth.depth_map import DepthMap
@@ -67,6 +65,25 @@ NEEDED = 200
 """Bytes a pixel that depth takes beside the images: 190 measured, by the default method of two views."""
 
 
+OF_POINTS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
+"""Parameters that refusals of measured points name, and the options that give them."""
+
+
+def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str]) -> list[KnownPoint]:
+    """Points of X,Y=M, as an option's callback."""
+    found = []
+    for text in given:
+        place, distance = text.partition("=")[::2]
+        try:
+            x, y = (float(part) for part in place.split(","))
+            found.append((x, y, float(distance)))
+        except ValueError as error:
+            raise InputError(
+                f"--at is {printable(text)}, but must be a column, a row and a distance in metres, as 320,200=2.31."
+            ) from error
+    return checked_points(found)
+
+
 @click.command(cls=ShapedCommand, short_help="Recover depth from views that differ in aperture or focus.")
 @click.argument(
     "inputs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="VIEWS.toml ... | A.jpg B.jpg ..."
@@ -78,6 +95,14 @@ NEEDED = 200
     default="equalise",
     show_default=True,
     help="How blur is measured: see above.",
+)
+@click.option(
+    "--at",
+    multiple=True,
+    metavar="X,Y=M",
+    callback=_known_points,
+    help="A point whose distance was measured: its column and row in pixels of the first view, and metres. Corrects "
+    "the focus, from two points on the scale of the apertures too, within their tolerance. May be given again.",
 )
 @limit_options
 @shape_options(
@@ -105,6 +130,7 @@ def depth(
     method: MethodName,
     near: float | None,
     far: float | None,
+    at: list[KnownPoint],
     psf: ShapeAsked,
     align: bool,
     calibration: Path | None,
@@ -118,8 +144,9 @@ def depth(
     distance of focus and pixel pitch are read from EXIF where the options marked * do not give them.
 
     Writes DIR/depth.npz, DIR/depth.png and DIR/summary.json. The arrays, one value a pixel of the first view: distance
-    (m), vergence and its standard deviation vergence_sd (dioptres), valid. Pixels that are not valid have no estimate
-    that can be used.
+    (m), vergence (dioptres), valid, and two standard deviations in dioptres: vergence_sd of what differs between
+    pixels, and common_sd of what the whole frame shares, as the focus. Pixels that are not valid have no estimate that
+    can be used.
 
     \b
     Methods, and when each is right:
@@ -144,6 +171,7 @@ def depth(
       focalgradient depth demo/views.toml --out results
       focalgradient depth VIEWS.toml --out results --near 0.9 --far 2.2
       focalgradient depth f16.jpg f4.jpg --out results --focus-distance 0.85
+      focalgradient depth VIEWS.toml --out results --at 320,200=2.31 --at 90,400=1.45
       focalgradient depth frame01.toml frame02.toml frame03.toml --out results --workers 4
 
     \b
@@ -153,6 +181,8 @@ def depth(
       pixel_pitch_um = 8.0
       encoding = "linear"        # or "srgb"; may be left out where the files say it
       telecentric = false
+      focus_tolerance = 0.1      # standard deviation of the focus distances as a share; may be left out
+      f_number_tolerance = 0.05  # the same of a factor of all f-numbers
       calibration = "CAMERA.toml"  # may be left out; gives all that is above, and the focus if there is but one
       [[view]]                   # one such table for each view, two or more
       image = "view0.png"        # relative to this file: PNG, TIFF, JPEG or .npy
@@ -162,7 +192,7 @@ def depth(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
-    options: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
+    options: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align, "at": at}
     read = [*inputs, *([] if calibration is None else [calibration]), *_files_of(inputs, calibration)]
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
         frames = {
@@ -233,17 +263,20 @@ def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recov
     result = _estimated(views, settings, options, psf, limits, say)
     result = _compared_with_the_other_encoding(result, views, photographs, options, limits)
     result = _referred(result, views, settings, offset)
+    if options["at"]:
+        with options_named(OF_POINTS):
+            result = with_known_points(result, options["at"])
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
     options = {**options, **{name: result.details.get(name) for name in ("psf", "psf_parameters")}}
-    summary = _summary(settings, views, photographs, options, result, given)
+    summary = summary_of(settings, views, photographs, options, result, given)
     summary |= {"seconds": time.perf_counter() - start}
     files: dict[str, bytes | Callable[[Path], object]] = {
         "depth.npz": result.save,
         "depth.png": figure.savefig,
         "summary.json": summary_json(summary),
     }
-    return Recovered(files, summary, [], middle=_middle(settings, result, summary, len(photographs)))
+    return Recovered(files, summary, [], middle=printed(settings, result, summary, len(photographs)))
 
 
 def _estimated(
@@ -302,23 +335,6 @@ def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offse
         return replace(result, offset=offset, plane=settings.plane)
     marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
     return apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
-
-
-def _middle(settings: Settings, result: DepthMap, summary: Mapping[str, Any], count: int) -> str:
-    """The median depth in words, and how it would differ were the files encoded otherwise."""
-    distance = summary["medians"]["distance_m"]
-    middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
-    if settings.relative:
-        place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (count - 1)
-        middle = f"Median place in the stack: {place:.2f} of {count} (order only)"
-    if (difference := result.details.get("encoding_difference_D")) is not None:
-        srgb = summary["settings"]["views"][0]["encoding"] == "srgb"
-        taken, other = ("sRGB", "linear") if srgb else ("linear", "sRGB")
-        middle += (
-            f"\nThe files do not say how they encode light and are taken for {taken}; were they {other}, depth would "
-            f"differ by {difference:+.2g} D (give --encoding, or encoding under [camera], where you know)"
-        )
-    return middle
 
 
 def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
@@ -385,7 +401,7 @@ def _read(
     if tables:
         if len(inputs) > 1:
             raise InputError(f"{tables[0]} is a settings file, which names its images itself: give it alone.")
-        if given := [name for name, value in optics.items() if value]:
+        if given := [name for name, value in optics.items() if value not in (None, False, ())]:
             option = given[0].removesuffix("s").replace("_", "-")
             raise InputError(f"--{option} cannot go with {tables[0]}, which gives the optics itself: set it there.")
         settings = load_settings(tables[0], calibrated)
@@ -412,84 +428,10 @@ def _read(
             focus_from=optics["focus_from"],
             sensor_to_pupil_mm=optics["sensor_to_pupil"],
             sensor_to_front_mm=optics["sensor_to_front"],
+            focus_tolerance=optics["focus_tolerance"],
+            f_number_tolerance=optics["f_number_tolerance"],
             calibrated=calibrated,
             least=least,
             order_only=method == "autofocus",
         )
     return settings, photographs
-
-
-def _summary(
-    settings: Settings,
-    seen: Sequence[View],
-    photographs: Sequence[Photograph],
-    options: Mapping[str, Any],
-    result: DepthMap,
-    given: Sequence[str],
-) -> dict[str, Any]:
-    valid = result.valid
-
-    def median(values: np.ndarray[Any, Any]) -> float:
-        return float(np.median(values[valid])) if valid.any() else math.nan
-
-    views = [
-        {
-            "image": printable(photograph.path.name),
-            "f_number": shot.f_number,
-            "focus_distance_m": shot.focus_distance_m,
-            "flat": None if shot.flat is None else printable(shot.flat.name),
-            "pixel_angle_rad": view.pixel_angle,
-            "encoding": photograph.encoding,
-            "pixel_type": photograph.pixel_type,
-            "share_saturated": photograph.saturated,
-        }
-        for photograph, shot, view in zip(photographs, settings.shots, seen, strict=True)
-    ]
-    packages = ("focalgradient", "numpy", "scipy")
-    return {
-        "settings": {"camera": settings.camera.model_dump(), "views": views, **options},
-        "distances_from": settings.plane,
-        "offset_m": result.offset,
-        "medians": {
-            "distance_m": median(result.distance),
-            "vergence_dioptres": median(result.vergence),
-            "vergence_sd_dioptres": median(result.vergence_sd),
-        },
-        "calibration": _calibration(settings, options, result),
-        "share_valid": float(valid.mean()),
-        "side_of_focus": {
-            "reading": result.details.get("side"),
-            "share_of_valid_told_by_views": float(result.side_known[valid].mean()) if valid.any() else math.nan,
-        },
-        "details": result.details,
-        "warnings": list(given),
-        "versions": {name: version(name) for name in packages} | {"python": platform.python_version()},
-    }
-
-
-def _calibration(settings: Settings, options: Mapping[str, Any], result: DepthMap) -> dict[str, Any] | None:
-    """What the calibration makes of the marks, and the error it leaves in all pixels alike, beside `vergence_sd`."""
-    camera = settings.calibration
-    if camera is None:
-        return None
-    lenses = settings.lenses()
-    marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
-    if options["method"] == "edges":  # each view speaks for itself, the most blurred one best
-        marks = [min(marks)]
-    vergence = result.vergence[result.valid]
-    vergence = vergence[:: 1 + vergence.size // 10_000]
-
-    used = used_blur(result.details)
-    shape = used if isinstance(used, Psf) else Disc()
-
-    def median(of: Literal["vergence", "distance"]) -> float:
-        return float(np.median(camera.systematic_sd(marks, vergence, shape, of=of))) if vergence.size else math.nan
-
-    return {
-        "offset_m": camera.offset,
-        "effective_f_numbers": [lens.f_number for lens in lenses],
-        "true_focus_distance_m": [lens.focus_distance - camera.offset for lens in lenses],
-        "blur_k": camera.k,
-        "own_blur_um2": camera.own * 1e12,
-        "systematic_sd": {"vergence_dioptres": median("vergence"), "distance_m": median("distance")},
-    }

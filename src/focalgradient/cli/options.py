@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_tolerance
 from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
@@ -131,6 +131,13 @@ def positive(
         return given
 
     return check
+
+
+def tolerance(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
+    """Refuse, as an option's callback, what is no relative standard deviation."""
+    if given is not None:
+        check_tolerance(option.opts[0], given)
+    return given
 
 
 def screen_size(screen: str) -> tuple[int, int]:
@@ -414,6 +421,21 @@ _OPTICS: list[Callable[[Any], Any]] = [
         "--focus-from",
         type=click.Choice(PLANES),
         help="* Plane that focus distances count from: a lens's scale counts from the sensor.  [default: as others]",
+    ),
+    click.option(
+        "--focus-tolerance",
+        type=float,
+        metavar="SHARE",
+        callback=tolerance,
+        help="* Standard deviation of the focus distances, as a share; it widens what the whole frame shares in error."
+        "  [default: 0.1]",
+    ),
+    click.option(
+        "--f-number-tolerance",
+        type=float,
+        metavar="SHARE",
+        callback=tolerance,
+        help="* The same of a factor of all f-numbers.  [default: 0.05]",
     ),
     click.option(
         "--sensor-to-pupil",

@@ -21,6 +21,10 @@ PUPIL = "the entrance pupil"
 _GRIDS = ("vergence", "vergence_sd", "valid", "side_known")
 
 
+_NONE = np.zeros((0, 0, 0))
+"""No common errors, of a map of any size."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DepthMap:
     """Depth at every pixel, with its uncertainty and what is to be trusted.
@@ -30,7 +34,7 @@ class DepthMap:
     vergence
         Vergence in dioptres, H x W, at every pixel, trusted or not.
     vergence_sd
-        Standard deviation of `vergence` in dioptres, H x W.
+        Standard deviation of `vergence` in dioptres, H x W, of what differs between pixels: noise and the blur model.
     valid
         H x W: False where no depth is claimed (too little texture, contradicting views, ambiguous side).
     side_known
@@ -43,6 +47,9 @@ class DepthMap:
         there, `distance` from the plane.
     plane
         The plane that `distance` counts from, in words.
+    common_errors
+        Errors that the whole frame shares, K x H x W: each an independent change of `vergence` in dioptres at one
+        standard deviation of something unknown, as of the focus distance or of the apertures. By default none.
 
     Examples
     --------
@@ -50,6 +57,12 @@ class DepthMap:
     >>> depth = DepthMap(flat, 0.01 * flat, flat > 0, flat > 0)
     >>> float(depth.distance[0, 0]), round(float(depth.distance_sd[0, 0]), 3)
     (2.0, 0.02)
+
+    A focus that is known to 0.05 D only moves all pixels alike:
+
+    >>> loose = DepthMap(flat, 0.01 * flat, flat > 0, flat > 0, common_errors=0.1 * flat[None])
+    >>> round(float(loose.common_sd[0, 0]), 3), round(float(loose.distance_sd[0, 0]), 3)
+    (0.05, 0.201)
     """
 
     vergence: NDArray[np.floating]
@@ -59,6 +72,11 @@ class DepthMap:
     details: dict[str, Any] = field(default_factory=dict)
     offset: float = 0.0
     plane: str = PUPIL
+    common_errors: NDArray[np.floating] = field(default_factory=lambda: _NONE)
+
+    def __post_init__(self) -> None:
+        if self.common_errors is _NONE:
+            object.__setattr__(self, "common_errors", np.zeros((0, *self.vergence.shape), self.vergence.dtype))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -75,14 +93,27 @@ class DepthMap:
         return (self._optical_distance - self.offset).astype(self.vergence.dtype)
 
     @property
+    def common_sd(self) -> NDArray[np.floating]:
+        """Standard deviation of `vergence` in dioptres, H x W, of what the whole frame shares: focus and apertures.
+
+        It leaves the order of depth as it is. The error of a pixel has the standard deviation `total_sd`.
+        """
+        return np.sqrt((self.common_errors**2).sum(axis=0)).astype(self.vergence_sd.dtype)
+
+    @property
+    def total_sd(self) -> NDArray[np.floating]:
+        """Standard deviation of `vergence` in dioptres, H x W: `vergence_sd` and `common_sd` together."""
+        return np.hypot(self.vergence_sd, self.common_sd)
+
+    @property
     def distance_sd(self) -> NDArray[np.floating]:
-        """First-order standard deviation of `distance` in metres, H x W: vergence_sd / vergence^2.
+        """First-order standard deviation of `distance` in metres, H x W: total_sd / vergence^2.
 
         ``inf`` and ``nan`` where the distance is.
         """
         distance = self._optical_distance
         with np.errstate(invalid="ignore"):  # infinitely far, and that for sure
-            sd = self.vergence_sd * distance**2
+            sd = self.total_sd * distance**2
         return np.where(np.isinf(distance), np.inf, sd).astype(self.vergence.dtype)
 
     @property
@@ -127,7 +158,9 @@ class DepthMap:
             near, far = np.percentile(self.distance[self.valid], [5, 95], method="nearest")
             sd, sd_m = (float(np.median(values[self.valid])) for values in (self.vergence_sd, self.distance_sd))
             lines.append(f"distance from {self.plane}: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")
-            lines.append(f"standard deviation (median): {sd:.3g} D, {sd_m:.3g} m")
+            common = float(np.median(self.common_sd[self.valid]))
+            shared = f" between pixels and {common:.3g} D of the whole frame" if common > 0 else ""
+            lines.append(f"standard deviation (median): {sd:.3g} D{shared}, {sd_m:.3g} m")
         elif "rejected" in self.details:
             lines.append(f"no pixel is valid: {self.details['rejected']}")
         if "side" in self.details:
@@ -160,8 +193,9 @@ class DepthMap:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to `path` as a compressed NumPy archive, all or nothing.
 
-        Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` (D), ``valid`` and
-        ``side_known`` (bool); ``offset`` (m); ``plane``, what distances count from; and ``details``, a JSON text.
+        Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` and ``common_sd`` (D), ``valid`` and
+        ``side_known`` (bool); ``common_errors`` (D), K x H x W; ``offset`` (m); ``plane``, what distances count from;
+        and ``details``, a JSON text.
         """
 
         def write(place: Path) -> None:
@@ -171,6 +205,8 @@ class DepthMap:
                     distance=self.distance,
                     vergence=self.vergence,
                     vergence_sd=self.vergence_sd,
+                    common_sd=self.common_sd,
+                    common_errors=self.common_errors,
                     valid=self.valid,
                     side_known=self.side_known,
                     offset=np.array(self.offset),
@@ -190,7 +226,7 @@ class DepthMap:
             If the file is not such an archive.
         """
         what = "a depth map that focalgradient wrote"
-        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane"), what)
+        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane", "common_errors"), what)
         try:
             vergence, vergence_sd, valid, side_known = grids = [found[name] for name in _GRIDS]
             details = json.loads(str(found["details"][()]))
@@ -198,8 +234,11 @@ class DepthMap:
             plane = str(found["plane"][()]) if "plane" in found else PUPIL
             if any(grid.ndim != 2 or grid.shape != grids[0].shape for grid in grids):
                 raise ValueError("shapes differ")
+            common = found.get("common_errors", np.zeros((0, *vergence.shape), vergence.dtype))
+            if common.ndim != 3 or common.shape[1:] != vergence.shape or common.dtype.kind != "f":
+                raise ValueError("common errors of another shape")
             if [grid.dtype.kind for grid in grids] != ["f", "f", "b", "b"] or not isinstance(details, dict):
                 raise ValueError("other types")
         except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InputError(f"{printable(path)} is not {what}, or is damaged: give one that is whole.") from error
-        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane)
+        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane, common)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from focalgradient.depth.common_error import common_modes, stated_parts
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.settings import BlurSource, MethodName, OpticsBlur, RecoverySettings, blur_source
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import capabilities
@@ -142,6 +144,7 @@ def recover_depth(
     align: bool = False,
     false_alarm: float = 1e-3,
     outlines: bool = True,
+    known_points: Iterable[KnownPoint] = (),
     progress: Progress | None = None,
 ) -> DepthMap:
     """Recover depth from views of one scene by their blur.
@@ -185,6 +188,10 @@ def recover_depth(
     outlines
         By ``"equalise"``: find outlines, where depth jumps, and continue either surface up to them; else depth is
         what windows give, which reach across outlines. Depth away from outlines is the same.
+    known_points
+        Measured points: each a column and a row in pixels, and the distance in metres from the entrance pupil. They
+        correct focus and apertures within the tolerance that the optics state (`Lens`), and what remains uncertain of
+        these is the map's ``common_sd``: one point corrects the focus, two the scale of the apertures as well.
     progress
         Called at each stage with the share of the work that is done and a few words (`focalgradient.progress`).
 
@@ -193,7 +200,8 @@ def recover_depth(
     DepthMap
         ``details`` holds the settings, the blur that was used (``psf``, None where the method has no model of it, and
         ``psf_parameters``), ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
-        ``shift_px`` and ``turn_deg`` (clockwise) of each view, and ``share_valid``. By ``"equalise"`` also
+        ``shift_px`` and ``turn_deg`` (clockwise) of each view, ``share_valid``, and ``common_sd_D``: what focus and
+        apertures each leave uncertain at the median vergence. By ``"equalise"`` also
         ``split_band``: ``tau``, the blur model's error as a share of the blur radius, by which coarse and fine detail
         disagree and which is part of
         ``vergence_sd``, and the cuts between the two; and ``outlines``, those found: a list of curves, each a list of
@@ -236,6 +244,7 @@ def recover_depth(
     1.25
     """
     views = checked_views(views)
+    points = checked_points(known_points)
     if method not in tuple(METHODS):
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
     say = progress or (lambda share, words: None)
@@ -264,7 +273,7 @@ def recover_depth(
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
-    return _depth_map(problem, estimate, causes)
+    return with_known_points(_depth_map(problem, estimate, causes), points)
 
 
 def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
@@ -297,8 +306,13 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
     if causes:
         details["rejected"] = causes[0].text
         details["rejected_causes"] = [asdict(cause) for cause in causes]
+    by_blur = METHODS[settings.method].needs is not None
+    if estimate.valid.any():
+        middle = float(np.median(estimate.vergence[estimate.valid]))
+        details["common_sd_D"] = stated_parts(middle, search.optics, by_blur)
     side_known = np.full(registered.shape, search.side_known) & estimate.side_known
-    return DepthMap(estimate.vergence, estimate.vergence_sd, estimate.valid, side_known, details)
+    common = common_modes(estimate.vergence, search.optics, by_blur)
+    return DepthMap(estimate.vergence, estimate.vergence_sd, estimate.valid, side_known, details, common_errors=common)
 
 
 def _warnings(problem: Problem, estimate: Estimate) -> list[str]:

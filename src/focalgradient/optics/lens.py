@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_number, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
 
 __all__ = ["Lens", "Side", "defocus_at", "distance_of_blur"]
@@ -39,6 +39,9 @@ class Lens:
     residual_blur_variance
         Variance in rad^2 of the blur that is there even in focus, on top of the pixel's own width: 0 unless the camera
         was calibrated; negative where it sharpens its pictures. An edge's blur has it in it.
+    focus_tolerance, aperture_tolerance
+        Relative standard deviations of the focus vergence and of the aperture's diameter: how well the lens's marks are
+        known. Depth states what follows for the whole frame (`focalgradient.DepthMap.common_sd`).
 
     Raises
     ------
@@ -64,12 +67,16 @@ class Lens:
     f_number: float
     focus_distance: float
     residual_blur_variance: float = 0.0
+    focus_tolerance: float = 0.0
+    aperture_tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("focal_length", self.focal_length, "metres", positive=True)
         check_number("f_number", self.f_number, "f-stops", positive=True, finite=False)
         check_number("focus_distance", self.focus_distance, "metres", positive=True, finite=False)
         check_number("residual_blur_variance", self.residual_blur_variance, "rad^2")
+        check_tolerance("focus_tolerance", self.focus_tolerance)
+        check_tolerance("aperture_tolerance", self.aperture_tolerance)
         check_focal_length(self.focal_length)
         check_f_number(self.f_number, self.focal_length)
         check_focus(self.focus_distance, self.focal_length)

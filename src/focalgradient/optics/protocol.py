@@ -8,10 +8,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from focalgradient.errors import InputError, check_number, described
+from focalgradient.errors import InputError, check_number, check_tolerance, described
 from focalgradient.optics.own_blur import OwnBlur, own_blur
 
 __all__ = ["Capabilities", "Optics", "capabilities", "check_optics", "refocused"]
+
+
+TOLERANCES = ("focus_tolerance", "aperture_tolerance")
+"""Attributes by which optics state how well their focus and aperture are known."""
 
 
 class Optics(Protocol):
@@ -38,6 +42,8 @@ class Optics(Protocol):
         The same optics focused elsewhere (D): see `refocused`.
     ``residual_blur_variance``
         Variance in rad^2 of the blur that is there even in focus.
+    ``focus_tolerance``, ``aperture_tolerance``
+        Relative standard deviations of focus vergence and aperture: errors that the whole depth map shares.
     """
 
     @property
@@ -59,6 +65,8 @@ class Capabilities:
     uniform: bool
     waveband: str
     residual_blur_variance: float
+    focus_tolerance: float = 0.0
+    aperture_tolerance: float = 0.0
 
     @property
     def isotropic(self) -> bool:
@@ -90,8 +98,12 @@ def capabilities(optics: Any) -> Capabilities:
     if not isinstance(waveband, str):
         raise InputError(f"light of {type(optics).__name__} is {described(waveband)}, but must be the waveband's name.")
     check_number(f"residual_blur_variance of {type(optics).__name__}", residual, "rad^2")
+    tolerances = [getattr(optics, name, 0.0) for name in TOLERANCES]
+    for name, value in zip(TOLERANCES, tolerances, strict=True):
+        check_tolerance(f"{name} of {type(optics).__name__}", value)
     blur = own_blur(optics)
-    stated = Capabilities(blur, _flag(optics, "tells_side", False), _flag(optics, "uniform", True), waveband, residual)
+    sides, uniform = _flag(optics, "tells_side", False), _flag(optics, "uniform", True)
+    stated = Capabilities(blur, sides, uniform, waveband, residual, *tolerances)
     if stated.tells_side and stated.blur is None:
         raise InputError(
             f"{type(optics).__name__} states tells_side = True, but offers no blur of its own that could: add "

@@ -52,6 +52,8 @@ def from_exif(
     focus_from: Plane | None = None,
     sensor_to_pupil_mm: float | None = None,
     sensor_to_front_mm: float | None = None,
+    focus_tolerance: float | None = None,
+    f_number_tolerance: float | None = None,
     calibrated: Calibrated | None = None,
     least: int = 2,
     order_only: bool = False,
@@ -73,6 +75,8 @@ def from_exif(
         None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized.
     encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
         As in `focalgradient.photographs.Camera`.
+    focus_tolerance, f_number_tolerance
+        The same; None: the defaults there.
     calibrated
         The camera, where it was calibrated: it gives its sensor, and its focus if there was but one; f-numbers are
         then marks on the lens.
@@ -101,6 +105,7 @@ def from_exif(
         "sensor_to_pupil_mm": sensor_to_pupil_mm,
         "sensor_to_front_mm": sensor_to_front_mm,
     }
+    tolerances = {"focus_tolerance": focus_tolerance, "f_number_tolerance": f_number_tolerance}
     recorded = [_recorded(file) for file in files]
     if calibrated is not None:
         camera = _of_calibrated(camera, calibrated, files[0], recorded[0])
@@ -126,7 +131,7 @@ def from_exif(
     settings = check_table(
         "the optics given",
         {
-            "camera": camera,
+            "camera": camera | {name: value for name, value in tolerances.items() if value is not None},
             "view": views,
             "relative": relative,
             "calibration": calibrated and calibrated.calibration,

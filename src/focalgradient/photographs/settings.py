@@ -27,6 +27,17 @@ from focalgradient.view import View
 __all__ = ["GIVEN", "Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]
 
 
+FOCUS_TOLERANCE = 0.1
+"""Relative standard deviation of a focus distance that a lens's scale or EXIF states: marks are off by up to a tenth or
+two."""
+
+F_NUMBER_TOLERANCE = 0.05
+"""Relative standard deviation of a factor of the marked f-numbers: they are rounded to a third of a stop, and no lens
+blurs quite as a disc."""
+
+_SHARE = "a share from 0 to below 1, like 0.05"
+
+
 class Camera(Sensor):
     """What all views share: the table ``[camera]``."""
 
@@ -34,6 +45,10 @@ class Camera(Sensor):
         float, Field(gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur over the disc's radius")
     ] = 0.5
     """Standard deviation of a Gaussian blur over the radius of the blur disc; it has no effect on disc blur."""
+    focus_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = FOCUS_TOLERANCE
+    """Relative standard deviation of the focus distances, as marked."""
+    f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = F_NUMBER_TOLERANCE
+    """Relative standard deviation of a factor of all f-numbers, as marked."""
 
 
 class Shot(Table):
@@ -139,7 +154,11 @@ class Settings(Table):
                     camera = self.camera
                     marked_from = camera.focus_from or camera.distances_from or "entrance_pupil"
                     focus = camera.body.optical(shot.focus_distance_m, marked_from)
-                    lenses.append(Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus))
+                    tolerances = {
+                        "focus_tolerance": 0.0 if self.relative else camera.focus_tolerance,
+                        "aperture_tolerance": 0.0 if self.relative else camera.f_number_tolerance,
+                    }
+                    lenses.append(Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus, **tolerances))
                 else:
                     lenses.append(self.calibration.lens(shot.f_number, shot.focus_distance_m))
             except InputError as error:

@@ -134,6 +134,7 @@ def _thinned(
     some = (slice(None, None, every),) * 2
     arrays = {name: getattr(depth, name)[some] for name in ("vergence", "vergence_sd", "valid", "side_known")}
     thin = [View(view.image[some], view.optics, every * view.pixel_angle) for view in views]
+    arrays["common_errors"] = depth.common_errors[:, ::every, ::every]
     return thin, replace(depth, **arrays), None if truth is None else truth[some]
 
 
@@ -204,7 +205,12 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
         percent = np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
     low, high = _robust(percent[depth.valid], 0, 98)
     _map(ax, percent, depth.valid, "magma", (min(low, 0.8 * high), high), "sd (%)")
-    return _picture(ax, _summary("Uncertainty: median sd", percent[depth.valid]) if title is None else title)
+    if title is None:
+        title = _summary("Uncertainty: median sd", percent[depth.valid])
+        if len(depth.common_errors) and depth.valid.any():
+            common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
+            title += f"; all alike {100 * common:.2g} %"
+    return _picture(ax, title)
 
 
 def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: str | None = None) -> Axes:

@@ -1,0 +1,120 @@
+"""Errors that a whole depth map shares: focus and apertures that are known to a tolerance only.
+
+An error of the focus or of the apertures moves every pixel together, so that the order of depth stays sharp where
+distance does not. Blur gives the difference of the views' squared blur radii, (A/2)^2 (V_f - V)^2; to first order an
+error of a V_f or of A moves the vergence V by what keeps that difference. The result is a set of independent modes,
+each the change of vergence at one standard deviation of something unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.optics import Optics, capabilities
+
+__all__ = ["common_modes", "modes_of_optics", "spread_over", "stated_parts"]
+
+FloatArray = NDArray[np.float64]
+
+LEVELS = 64
+"""Vergences at which modes are computed; they vary slowly between."""
+
+NEGLIGIBLE = 1e-4
+"""Share of the total variance below which a mode is left out."""
+
+BESIDE = 1e-3
+"""Distance (D) from exact focus at which the change of vergence is taken where blur does not change to first order."""
+
+
+def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool = True) -> dict[str, FloatArray]:
+    """Return how errors of the views' optics move a vergence, by what is uncertain.
+
+    Parameters
+    ----------
+    vergence
+        As recovered, D; any shape.
+    optics
+        Of each view: `focus_tolerance` and `aperture_tolerance`, relative standard deviations of focus vergence and
+        aperture. Views of one focus share its error; all apertures share one. One view: its blur was measured by
+        itself; more: they were compared.
+    by_blur
+        Whether depth follows from blur; if not, from the sharpest focus alone.
+
+    Returns
+    -------
+    dict
+        For each uncertain quantity the change of vergence (D) at one standard deviation, K x the shape of `vergence`.
+
+    Examples
+    --------
+    >>> from focalgradient.optics import Lens
+    >>> pair = [Lens(0.05, n, 1.0, focus_tolerance=0.1, aperture_tolerance=0.05) for n in (16, 4)]
+    >>> {name: modes.round(3).tolist() for name, modes in modes_of_optics([0.5, 1.2], pair).items()}
+    {'focus': [[0.1, 0.1]], 'apertures': [[0.025, -0.01]]}
+    """
+    at = np.asarray(vergence, float)
+    stated = [capabilities(one) for one in optics]
+    focus = np.array([one.focus_vergence for one in optics], float)
+    found: dict[str, FloatArray] = {}
+    if not by_blur:
+        tolerance = max(one.focus_tolerance for one in stated)
+        return {"focus": tolerance * at[None]} if tolerance > 0 else {}
+    aperture = np.array([one.aperture_diameter for one in optics], float)
+    square = _column(aperture**2, at.ndim)
+    defocus = _column(focus, at.ndim) - at
+    if len(set(focus)) == 1:  # where blur does not change to first order, what follows beside it is taken
+        defocus = np.where(np.abs(defocus) < BESIDE, BESIDE, defocus)
+    rate = square * defocus  # of a squared diameter by its focus, halved
+    slope = _compared(rate)
+    least = (BESIDE * _compared(square + 0 * defocus) ** 2).sum(axis=0) * BESIDE
+    gain = slope / np.maximum((slope**2).sum(axis=0), np.maximum(least, 1e-300))
+    modes = []
+    for value in dict.fromkeys(focus.tolist()):
+        tolerance = max(one.focus_tolerance for one, own in zip(stated, focus, strict=True) if own == value)
+        if tolerance * value > 0:
+            moved = _compared(_column((focus == value).astype(float), at.ndim) * rate)
+            modes.append(tolerance * value * (gain * moved).sum(axis=0))
+    if modes:
+        found["focus"] = np.stack(modes)
+    tolerance = max(one.aperture_tolerance for one in stated)
+    if tolerance > 0 and aperture.any():
+        found["apertures"] = (tolerance * (gain * _compared(rate * defocus)).sum(axis=0))[None]
+    return found
+
+
+def common_modes(vergence: NDArray[np.floating], optics: Sequence[Optics], by_blur: bool = True) -> NDArray[np.float32]:
+    """Return the modes of `modes_of_optics` of a map (H x W, D) as few independent ones, K x H x W."""
+    low, high = float(vergence.min()), float(vergence.max())
+    levels = np.linspace(low, high + 1e-3, LEVELS)
+    parts = list(modes_of_optics(levels, optics, by_blur).values())
+    return spread_over(vergence, levels, np.concatenate(parts) if parts else np.zeros((0, LEVELS)))
+
+
+def spread_over(vergence: NDArray[np.floating], levels: FloatArray, modes: FloatArray) -> NDArray[np.float32]:
+    """Return modes that depend on vergence alone, given at `levels` (K x L), at every pixel of a map.
+
+    The modes are rotated into principal ones, of which the few that count are kept: their joint distribution stays.
+    """
+    if modes.shape[0] > 1:
+        _, sizes, principal = np.linalg.svd(modes, full_matrices=False)
+        modes = (sizes[:, None] * principal)[sizes**2 > NEGLIGIBLE * (sizes**2).sum()]
+    spread = [np.interp(vergence, levels, mode) for mode in modes]
+    return np.array(spread, np.float32).reshape(-1, *vergence.shape)
+
+
+def stated_parts(vergence: float, optics: Sequence[Optics], by_blur: bool = True) -> dict[str, float]:
+    """Return the standard deviation (D) that each uncertain quantity gives to one `vergence`, by its name."""
+    found = modes_of_optics(vergence, optics, by_blur)
+    return {name: float(np.sqrt((modes**2).sum())) for name, modes in found.items()}
+
+
+def _column(values: FloatArray, dimensions: int) -> FloatArray:
+    return values.reshape(-1, *[1] * dimensions)
+
+
+def _compared(squares: FloatArray) -> FloatArray:
+    """What is measured of squared blur radii: one by itself, or what views differ by from the first."""
+    return squares if len(squares) == 1 else squares[1:] - squares[:1]
