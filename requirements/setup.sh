@@ -85,11 +85,14 @@ python_wanted() { # sets $needed, and says what will be installed before anythin
         "disk, 2 to 10 minutes, once"
 }
 
-progress() { # how far pip is: it downloads everything, then installs one package after another
+progress() { # how far pip is: it looks all packages up, downloads them, then installs one after another
+    files=$(grep -E '^ *(Downloading|Using cached) [^ ]+\.(whl|tar\.gz|zip) ' .venv/pip.out || :)
     if grep -q '^Installing collected' .venv/pip.out; then
-        say "installed $(find .venv/lib -maxdepth 3 -name '*.dist-info' | wc -l) of $count packages, $1 s"
+        say "installing: $(find .venv/lib -maxdepth 3 -name '*.dist-info' | wc -l) of $count packages, $1 s"
+    elif [ -n "$files" ]; then
+        say "downloading: $(echo "$files" | wc -l) of $count packages, now $(echo "$files" | tail -n 1 | sed 's/^ *[A-Z][a-z ]* //'), $1 s"
     else
-        say "downloaded $(grep -c '^Collecting' .venv/pip.out || :) of $count packages, $1 s"
+        say "looking up: $(grep -c '^Collecting' .venv/pip.out || :) of $count packages, $1 s"
     fi
 }
 

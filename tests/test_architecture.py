@@ -17,6 +17,7 @@ PACKAGE = ROOT / "src" / "focalgradient"
 # run one way: optics and views know nobody above them, true depth stays with the scenes and never meets the depth core,
 # and only the front door (`import focalgradient`) and the command line see several rooms.
 ROOMS = {
+    "citation": set(),
     "errors": set(),
     "files": {"errors"},
     "memory": {"errors"},

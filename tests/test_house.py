@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+import focalgradient
+
 ROOT = Path(__file__).parents[1]
 
 needs_sh = pytest.mark.skipif(not (shutil.which("sh") and shutil.which("cksum")), reason="no POSIX shell")
@@ -190,11 +192,17 @@ def test_every_package_asked_for_is_pinned_with_a_hash() -> None:
         assert all(version in asked.specifier for version in pins[asked.name]), f"compile the pins anew for {asked}"
 
 
-def test_the_version_stands_once() -> None:
+def test_every_place_states_one_version() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "version" not in project
     assert "version" in project["dynamic"]
-    assert "\nversion:" not in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    stated = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {focalgradient.__version__}\n" in stated
+    assert f"version = {{{focalgradient.__version__}}}" in focalgradient.__citation__
+    for field in ("doi", "title"):  # of the paper: the two files cannot differ
+        value = re.search(rf"\n {{4}}{field}: (.*)\n", stated)
+        assert value is not None
+        assert value[1] in focalgradient.__citation__
 
 
 def test_examples_in_readme_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

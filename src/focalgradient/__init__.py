@@ -10,6 +10,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
+from focalgradient.citation import bibtex
 from focalgradient.depth import DepthMap, recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import Lens
@@ -19,6 +20,7 @@ from focalgradient.view import View
 if TYPE_CHECKING:
     from focalgradient import binocular as binocular
     from focalgradient import calibration as calibration
+    from focalgradient import citation as citation
     from focalgradient import dataset as dataset
     from focalgradient import depth as depth
     from focalgradient import design as design
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from focalgradient.video import read_movie, save_movie
 
 __version__ = "0.1.0"
+__citation__ = bibtex(__version__)
 __all__ = [
     "DepthMap",
     "Eye",

@@ -4,9 +4,11 @@ Whatever is wrong with the input is said in one sentence on standard error, with
 first, written beside their place, and moved there together. Heavy rooms are imported by the command that needs them.
 """
 
+from typing import Any
+
 import click
 
-from focalgradient import __version__
+from focalgradient import __citation__, __version__
 from focalgradient.cli.blur import blur
 from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.collect import collect
@@ -32,10 +34,25 @@ from focalgradient.cli.withdraw import withdraw
 __all__ = ["main"]
 
 
+def _cite(context: click.Context, parameter: click.Parameter, wanted: Any) -> None:
+    """Print the citation and exit, if it is wanted."""
+    if wanted:
+        click.echo(__citation__, nl=False)
+        context.exit()
+
+
 @click.group(
     "focalgradient", cls=Program, no_args_is_help=False, context_settings={"help_option_names": ["-h", "--help"]}
 )
 @click.version_option(__version__, message="%(prog)s %(version)s", prog_name="focalgradient")
+@click.option(
+    "--cite",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_cite,
+    help="Print how to cite the software and the paper (BibTeX), and exit.",
+)
 def main() -> None:
     """Depth from blur: the focal gradient as a source of depth (after Pentland 1987).
 
