@@ -133,7 +133,7 @@ def test_the_command_names_its_option_where_the_library_names_a_parameter(tmp_pa
     (tmp_path / "own.csv").write_text("a,aperture,focus,rating\n1,0,near,1\n")
     ended = run(tmp_path / "own.csv", "--out", tmp_path / "out")
     assert ended.exit_code == 2
-    assert "no column for participant: name it with --columns participant=NAME." in ended.stderr
+    assert "name it with --columns participant=NAME." in ended.stderr
 
 
 def test_several_data_sets_are_pooled(data, tmp_path):

@@ -151,7 +151,10 @@ def read_description(root: Path) -> dict[str, Any]:
     """
     path = Path(root, "dataset_description.json")
     if not path.exists():
-        found = "holds no data set, as it has no dataset_description.json" if Path(root).is_dir() else "does not exist"
+        found = "does not exist"
+        if Path(root).is_dir():
+            full = any(Path(root).iterdir())
+            found = "holds no data set, as it has no dataset_description.json" if full else "is an empty folder"
         raise InputError(f"{root} {found}: give the folder that 'run', 'serve' or 'simulate' wrote.")
     found = read_json(path, "the description of a data set")
     if not isinstance(found, dict):

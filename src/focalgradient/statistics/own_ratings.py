@@ -23,6 +23,7 @@ from focalgradient.statistics.own_tables import (
     columns_like,
     few,
     found_columns,
+    no_column,
     numbers,
     place,
     read_table,
@@ -263,10 +264,7 @@ def _checked_cells(
         notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
     for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
         if role not in table:
-            raise InputError(
-                f"{printable(path)} has no column for {role}: {columns_like(role)}, or add one that says "
-                f"{add} in each row."
-            )
+            raise no_column(path, role, f", or add one that says {add} in each row")
     return table
 
 

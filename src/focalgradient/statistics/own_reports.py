@@ -20,9 +20,9 @@ from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     answered,
     catch_trials,
-    columns_like,
     conditions_like,
     found_columns,
+    no_column,
     numbers,
     place,
     read_table,
@@ -136,7 +136,7 @@ def read_reports(
     table = with_participants(path, table, theirs, notes, notices)
     for role in ("percept", "gradient"):
         if role not in table:
-            raise InputError(f"{printable(path)} has no column for {role}: {columns_like(role)}.")
+            raise no_column(path, role)
     table = answered(path, table, "percept", "report", notes, ABSENT - {"none"})
     table = _meant(table, words)
     table["strength"] = _strengths(table, notes)
@@ -188,14 +188,9 @@ def _timed(
 ) -> pd.DataFrame:
     """Trials, onsets and durations, each from the others where it is missing."""
     if "duration" not in table and not {"onset", "end"} <= set(table):
-        raise InputError(
-            f"{printable(path)} has no column for duration: {columns_like('duration')}, or give onset and end."
-        )
+        raise no_column(path, "duration", ", or give onset and end")
     if "onset" not in table and "trial" not in table:
-        raise InputError(
-            f"{printable(path)} has no column for trial: {columns_like('trial')}, or give the onset of each report "
-            "within its trial."
-        )
+        raise no_column(path, "trial", ", or give the onset of each report within its trial")
     for role in ("onset", "duration", "end", "trial_duration"):
         if role in table:
             table[role] = numbers(table, role, table[role])

@@ -53,9 +53,21 @@ LARGEST_TABLE = 256 * 2**20
 """Bytes of a table: those rows with 1,300 letters each."""
 
 
+LISTED = 12
+"""Columns that a refusal lists: more make it unreadable."""
+
+
 def columns_like(role: str) -> str:
     """How to name the column of a role, in the words of `read_ratings` and `read_reports`."""
     return f'name it with columns={{"{role}": "NAME"}}'
+
+
+def no_column(path: Path, role: str, otherwise: str = "") -> InputError:
+    """Return the refusal of a table that lacks a role's column: lists its columns; `otherwise` is another remedy."""
+    there = ", ".join(str(name)[:40] for name in read_table(path).columns[:LISTED])
+    return InputError(
+        f"{printable(path)} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
+    )
 
 
 def conditions_like(meaning: str) -> str:
@@ -156,7 +168,7 @@ def with_participants(
 ) -> pd.DataFrame:
     """The rows of participants, each in one spelling, and all cells cleaned; a missing column or name is an error."""
     if "participant_id" not in table:
-        raise InputError(f"{printable(path)} has no column for participant: {columns_like('participant')}.")
+        raise no_column(path, "participant")
     table = without_summaries(without_headers(table, theirs, notices), notices)
     if any(table["participant_id"] != table["participant_id"].str.strip()):
         notes.append("Spaces at the ends of participants’ names were removed.")

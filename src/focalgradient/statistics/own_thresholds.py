@@ -23,6 +23,7 @@ from focalgradient.statistics.own_tables import (
     columns_like,
     few,
     found_columns,
+    no_column,
     numbers,
     place,
     read_table,
@@ -182,7 +183,7 @@ def _meanings(conditions: Mapping[str, str]) -> dict[str, str]:
 def _levels(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str]) -> pd.DataFrame:
     """The rows with a level above 0, as numbers."""
     if "level" not in table:
-        raise InputError(f"{printable(path)} has no column for level: {columns_like('level')}.")
+        raise no_column(path, "level")
     table = without_codes(table, "level", notices, signed=True)
     table = answered(path, table, "level", "level", notes)
     table["level"] = numbers(table, "level", table["level"])
@@ -247,10 +248,8 @@ def _of_intervals(path: Path, table: pd.DataFrame, words: Mapping[str, str], not
     """Right where the interval that was chosen is the one that was right."""
     for role in ("interval", "response"):
         if role not in table:
-            raise InputError(
-                f"{printable(path)} has no column for correct: {columns_like('correct')}, or the right one of two "
-                f"intervals and the one chosen ({columns_like(role)})."
-            )
+            other = f", or the right one of two intervals and the one chosen ({columns_like(role)})"
+            raise no_column(path, "correct", other)
     table = answered(path, table, "response", "answer", notes)
     asked, given = (
         table[role].str.casefold().map(lambda cell: re.sub(r"[.,]0+$", "", words.get(cell, cell)))

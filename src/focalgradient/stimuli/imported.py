@@ -283,7 +283,8 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
         if (width, height) != size:
             raise InputError(f"{where} those before it {size[0]} x {size[1]}: crop all pictures to one size.")
         if width % 2 or height % 2:
-            raise InputError(f"{where} both must be even, as odd pictures are smeared on displays: crop it.")
+            even = f"{width - width % 2} x {height - height % 2}"
+            raise InputError(f"{where} both must be even, as odd pictures are smeared on displays: crop it to {even}.")
         if width > display.size_px[0] or height > display.size_px[1]:
             raise InputError(
                 f"{where} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or take another display."

@@ -150,7 +150,8 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
             )
         if height % 2 or width % 2:
             raise InputError(
-                f"{name} has {width} x {height} pixels, but both must be even, as odd pictures are smeared on displays."
+                f"{name} has {width} x {height} pixels, but both must be even, as odd pictures are smeared on "
+                f"displays: crop it and its depth to {width - width % 2} x {height - height % 2}."
             )
         if width > display.size_px[0] or height > display.size_px[1]:
             raise InputError(
