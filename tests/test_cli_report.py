@@ -102,7 +102,7 @@ def test_nothing_is_written_into_a_data_set(data, tmp_path):
 def test_a_folder_without_data_set(tmp_path):
     result = run(tmp_path, "--out", tmp_path / "report")
     assert result.exit_code == 2
-    assert "holds no data set, as it has no dataset_description.json: give the folder" in result.stderr
+    assert "is an empty folder: give the folder that" in result.stderr
 
 
 def test_a_table_of_ones_own(tmp_path):

@@ -82,6 +82,7 @@ def test_what_the_standard_forbids_is_a_problem(data):
 
 
 def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
+    (tmp_path / "notes.txt").touch()
     result = run(tmp_path)
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")

@@ -201,7 +201,10 @@ def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:
 
 BAD = {
     "nothing": ("", "no header"),
-    "no participant": ("a,aperture,focus,rating\n1,0,near,1\n", "no column for participant .its columns are a, aperture, focus, rating.: name it with columns="),
+    "no participant": (
+        "a,aperture,focus,rating\n1,0,near,1\n",
+        r"participant \(its columns are a, aperture, focus, rating\): name it with columns=",
+    ),
     "no rating": ("subject,focus\n1,near\n", "no column of ratings"),
     "twice": ("subject,subject\n1,1\n", "the column subject twice"),
     "text": ("subject,aperture,focus,rating\n1,0,near,deep\n", "row 2: rating is 'deep', but must be a number"),
