@@ -6,6 +6,13 @@ per radian; the formulas for a pupil of given size take cycles per degree, as th
 """
 
 from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course
+from focalgradient.eye.age import (
+    accommodation_amplitude,
+    aged_light,
+    lens_density,
+    natural_pupil,
+    push_up_amplitude,
+)
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
@@ -28,6 +35,7 @@ from focalgradient.eye.periphery import midget_density, resolved_cpd
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
+from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
 from focalgradient.eye.score import score
@@ -39,6 +47,7 @@ from focalgradient.eye.views import accommodation_views, band_views, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 
 __all__ = [
+    "CORRECTIONS",
     "REFERENCE_NM",
     "Aberrations",
     "Accommodation",
@@ -46,6 +55,7 @@ __all__ = [
     "BlurName",
     "ChromaticStimulus",
     "Cones",
+    "Correction",
     "Course",
     "Eye",
     "GaussianFit",
@@ -56,6 +66,7 @@ __all__ = [
     "Person",
     "Photons",
     "Plant",
+    "Refraction",
     "SpectralBasis",
     "SpectralPicture",
     "Stimulus",
@@ -64,7 +75,9 @@ __all__ = [
     "Track",
     "ZernikePopulation",
     "accommodate",
+    "accommodation_amplitude",
     "accommodation_views",
+    "aged_light",
     "band_difference",
     "band_image",
     "band_light",
@@ -82,10 +95,12 @@ __all__ = [
     "eye_views",
     "field_foci",
     "illuminant",
+    "lens_density",
     "lommel_point_spread",
     "luminosity",
     "mean_eye_mtf",
     "midget_density",
+    "natural_pupil",
     "off_axis",
     "optical_transfer",
     "osa_index",
@@ -93,6 +108,7 @@ __all__ = [
     "parts_needed",
     "point_spread",
     "pupil_transfer",
+    "push_up_amplitude",
     "read_zernike",
     "resized_zernike",
     "resolved_cpd",

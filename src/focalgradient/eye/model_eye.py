@@ -7,18 +7,23 @@ view carries either, and nothing that looks at the view needs to know that it wa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 
 from focalgradient.errors import check_number
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations
 from focalgradient.optics import Side, defocus_at, distance_of_blur
+
+if TYPE_CHECKING:
+    from focalgradient.eye.refraction import Correction, Refraction
 
 __all__ = ["Eye", "TimeCourse"]
 
@@ -146,6 +151,83 @@ class Eye:
             tuple((n, m, -c if n % 2 else c) for n, m, c in terms if n > 1 and (n, m) != (2, 0)),
             stiles_crawford,
         )
+
+    @classmethod
+    def of_person(
+        cls,
+        refraction: Refraction | str = "plano",
+        *,
+        age: float,
+        looking_at: float = 0.0,
+        correction: Correction | None = None,
+        pupil_diameter: float | None = None,
+        luminance: float = 100.0,
+        field_deg: float = 20.0,
+        chromatic_scale: float = 1.0,
+        aberrations: Aberrations = (),
+    ) -> Eye:
+        """An eye of a prescription and an age.
+
+        Parameters
+        ----------
+        refraction
+            As prescribed 12 mm before the cornea, such as "-2.00 -0.75 x 180".
+        age
+            Years, from which follow the amplitude of accommodation (`accommodation_amplitude`) and the natural pupil.
+        looking_at
+            Vergence in dioptres that the eye accommodates to: in the mean of all meridians, without lag, and no further
+            than its age allows, nor beyond its relaxed state.
+        correction
+            What it wears: nothing (None), or one of `CORRECTIONS`.
+        pupil_diameter
+            Metres; None is the natural pupil.
+        luminance, field_deg
+            Of the field that the natural pupil is adapted to (`natural_pupil`): cd/m^2, and diameter in degrees.
+        chromatic_scale, aberrations
+            As for `Eye`, the latter over this pupil.
+
+        Raises
+        ------
+        InputError
+            If the refraction cannot be read, or a number is out of its range.
+
+        Examples
+        --------
+        The relaxed eye of a myope is focused at 43 cm; a myope of 60 years in spectacles looks at 40 cm in vain.
+
+        >>> myope = Eye.of_person("-2.00 -0.75 x 180", age=30, pupil_diameter=0.004)
+        >>> round(myope.focus_vergence, 2), [(n, m, round(c, 3)) for n, m, c in myope.aberrations]
+        (2.31, [(2, 2, -0.289)])
+        >>> from focalgradient.eye import CORRECTIONS
+        >>> old = Eye.of_person("-2.00", age=60, looking_at=2.5, correction=CORRECTIONS["spectacles"])
+        >>> round(old.focus_vergence, 2), round(1e3 * old.pupil_diameter, 2)
+        (0.11, 3.33)
+        """
+        from focalgradient.eye.age import accommodation_amplitude, natural_pupil
+        from focalgradient.eye.refraction import CORRECTIONS, Refraction, focus_of
+
+        written = refraction if isinstance(refraction, Refraction) else Refraction.parse(refraction)
+        worn = CORRECTIONS["none"] if correction is None else correction
+        check_number("looking_at", looking_at, "dioptres")
+
+        def miss(response: float) -> float:
+            return float(np.trace(focus_of(written, response, worn))) / 2 - looking_at
+
+        # Focus rises with the response; the amplitude bounds it.
+        low, high = 0.0, float(accommodation_amplitude(age))
+        response = low if miss(low) >= 0 else high if miss(high) <= 0 else float(brentq(miss, low, high, xtol=1e-9))
+        focus = focus_of(written, response, worn)
+        pupil = pupil_diameter
+        if pupil is None:
+            pupil = float(natural_pupil(luminance, age=age, field_deg=field_deg))
+        check_pupil(pupil)
+        # As the defocus term is V r^2 / (4 sqrt 3), those of astigmatism are J r^2 / (2 sqrt 6); r in mm.
+        um = (1e3 * pupil / 2) ** 2 / (2 * math.sqrt(6))
+        own = {(2, 2): um * float(focus[0, 0] - focus[1, 1]) / 2, (2, -2): um * float(focus[0, 1])}
+        for n, m, c in aberrations:
+            own[n, m] = own.get((n, m), 0.0) + c
+        terms = tuple((n, m, c) for (n, m), c in sorted(own.items()) if abs(c) > 1e-12)
+        return cls(pupil, float(np.trace(focus)) / 2, chromatic_scale=chromatic_scale, aberrations=terms)
 
     @property
     def aperture_diameter(self) -> float:

@@ -1,0 +1,130 @@
+"""What changes with age: the pupil's diameter, the amplitude of accommodation, and the density of the lens."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.eye.light import Light
+from focalgradient.eye.ranges import wavelengths
+
+__all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil", "push_up_amplitude"]
+
+YOUNGEST, OLDEST = 20.0, 83.0
+"""Years: ages of the people whose pupils Watson & Yellott's formula fits."""
+
+REFERENCE_AGE = 28.58
+"""Years: mean age in the data of Stanley & Davies (1995), about which age counts (Watson & Yellott 2012)."""
+
+ONE_EYE = 0.1
+"""Share of the flux that counts with one eye open, of that with two (Watson & Yellott 2012)."""
+
+FUNDAMENTALS_AGE = 32.0
+"""Years: age that the cone fundamentals' lens stands for (CIE 170-1:2006)."""
+
+
+def natural_pupil(
+    luminance: ArrayLike, *, age: float = REFERENCE_AGE, field_deg: float = 20.0, eyes: int = 2
+) -> NDArray[np.float64]:
+    """Diameter of the light-adapted pupil in metres, by the unified formula of Watson & Yellott.
+
+    D = S + (age - 28.58) (0.02132 - 0.009562 S), S the formula of Stanley & Davies (1995), of the product of luminance,
+    field area, and 1 or (with one eye) 0.1 (Watson & Yellott 2012, "A unified formula for light-adapted pupil size",
+    J. Vis. 12(10):12, equation 21).
+
+    Parameters
+    ----------
+    luminance
+        Of the field, in cd/m^2; any shape.
+    age
+        Years, 20 to 83.
+    field_deg
+        Diameter of the round field that has this luminance, in degrees.
+    eyes
+        1 or 2 that see it.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    At 100 cd/m^2 the pupil of 80 years is a millimetre smaller than that of 20.
+
+    >>> (1e3 * natural_pupil(100.0, age=20)).round(2).item(), (1e3 * natural_pupil(100.0, age=80)).round(2).item()
+    (3.92, 3.03)
+    """
+    light = check_finite("luminance", luminance, "cd/m^2")
+    check_number("field_deg", field_deg, "degrees", positive=True)
+    check_number("age", age, "years")
+    if np.any(light < 0):
+        raise InputError(f"luminance goes down to {light.min():g}, but must be 0 or more: give it in cd/m^2.")
+    if not YOUNGEST <= age <= OLDEST:
+        raise InputError(f"age is {age:g}, but the formula of the pupil is of {YOUNGEST:g} to {OLDEST:g} years.")
+    if eyes not in (1, 2):
+        raise InputError(f"eyes is {eyes!r}, but must be 1 or 2.")
+    flux = light * np.pi * (field_deg / 2) ** 2 * (ONE_EYE if eyes == 1 else 1.0)
+    power = (flux / 846) ** 0.41
+    mm = 7.75 - 5.75 * power / (power + 2)
+    return np.asarray(1e-3 * (mm + (age - REFERENCE_AGE) * (0.02132 - 0.009562 * mm)))
+
+
+def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
+    """Amplitude of accommodation in dioptres, measured objectively: 7.083 / (1 + exp(0.2031 (age - 36.2) - 0.6109)).
+
+    Fitted to people of 3 to 70 years (Anderson, Hentz, Glasser, Stuebing & Manny 2008, Invest. Ophthalmol. Vis. Sci.
+    49, 2919).
+
+    >>> accommodation_amplitude([10, 30, 45, 60]).round(2).tolist()
+    [7.06, 6.14, 1.67, 0.1]
+    """
+    years = check_finite("age", age, "years")
+    return np.asarray(7.083 / (1 + np.exp(0.2031 * (years - 36.2) - 0.6109)))
+
+
+def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
+    """Mean amplitude in dioptres as people report it of a target that approaches: 18.5 - 0.30 age (Hofstetter 1950).
+
+    Not below 0. It includes the depth of focus: compare `accommodation_amplitude`.
+
+    >>> push_up_amplitude([20, 40, 70]).round(1).tolist()
+    [12.5, 6.5, 0.0]
+    """
+    return np.maximum(18.5 - 0.30 * check_finite("age", age, "years"), 0.0)
+
+
+def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
+    """Optical density (log10) of the eye's media, mostly of its lens, at each wavelength (nm, any shape) and `age`.
+
+    van de Kraats & van Norren (2007, J. Opt. Soc. Am. A 24, 1842), in the form of CIE 203:2012 with its erratum:
+    Rayleigh scatter, tryptophan, the young lens, two parts of the old lens, and a neutral part.
+
+    >>> lens_density([420, 450, 560], 32).round(3).tolist(), lens_density([420, 450, 560], 70).round(3).tolist()
+    ([0.643, 0.266, 0.114], [1.25, 0.616, 0.166])
+    """
+    check_number("age", age, "years", least=0)
+    nm, square = wavelengths(wavelength_nm), age**2
+    return np.asarray(
+        (0.15 + 0.000031 * square) * (400 / nm) ** 4
+        + 14.19 * 10.68 * np.exp(-((0.057 * (nm - 273)) ** 2))
+        + (1.05 - 0.000063 * square) * 2.13 * np.exp(-((0.029 * (nm - 370)) ** 2))
+        + (0.059 + 0.000186 * square) * 11.95 * np.exp(-((0.021 * (nm - 325)) ** 2))
+        + (0.016 + 0.000132 * square) * 1.43 * np.exp(-((0.008 * (nm - 325)) ** 2))
+        + 0.06
+    )
+
+
+def aged_light(light: Light, age: float) -> Light:
+    """What cones catch of a light through a lens of this `age` (years), from what they catch through one of 32.
+
+    The cone fundamentals, and so `band_light`, are of 32 years. Give it to `Cones.in_light`.
+
+    >>> from focalgradient.eye.light import band_light
+    >>> [round(aged_light(band_light("S", "D65"), age).effective_wavelength_nm) for age in (20, 32, 70)]
+    [448, 450, 457]
+    """
+    nm = np.asarray(light.wavelength_nm, dtype=float)
+    passed = 10 ** (lens_density(nm, FUNDAMENTALS_AGE) - lens_density(nm, age))
+    return Light(nm, np.asarray(light.weight) * passed)

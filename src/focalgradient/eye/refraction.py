@@ -1,0 +1,191 @@
+"""Refraction as it is prescribed, and what an eye focuses with a lens in front of it.
+
+A refraction is a sphere, a cylinder and its axis. As a symmetric 2 x 2 matrix its power in the meridian u is u' R u
+(Long 1976; Thibos, Wheeler & Horner 1997, Optom. Vis. Sci. 74, 367, for the power vector M, J0, J45), and vergence
+passes lenses and spaces by the scalar formulas: behind a lens it is greater by the lens's power, and after a distance d
+it is V / (1 - d V).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError, check_number, described
+
+__all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of"]
+
+FloatArray = NDArray[np.float64]
+
+VERTEX = 0.012
+"""Metres from the cornea to spectacles: 12 mm, at which prescriptions are usually stated (ISO 13666)."""
+
+LARGEST = 30.0
+"""Dioptres that no prescription exceeds: a choice, which keeps out other units."""
+
+_WRITTEN = re.compile(
+    r"\s*(?P<sphere>[+-]?\d+(?:\.\d+)?|plano|pl)\s*(?:DS|D)?\s*"
+    r"(?:/?\s*(?P<cylinder>[+-]\d+(?:\.\d+)?)\s*(?:DC)?\s*(?:x|×|@|ax)\s*(?P<axis>\d+(?:\.\d+)?)\s*°?)?\s*",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Refraction:
+    """The lens that an eye needs to see far: negative for a myopic eye.
+
+    Parameters
+    ----------
+    sphere, cylinder
+        Dioptres.
+    axis
+        Degrees, 0 to 180, counter-clockwise from the horizontal as the examiner sees the eye (TABO): the meridian in
+        which the cylinder has no power.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> one = Refraction.parse("-2.00 -0.75 x 180")
+    >>> one, [round(part, 3) for part in one.power_vector]
+    (Refraction(sphere=-2.0, cylinder=-0.75, axis=180.0), [-2.375, 0.375, 0.0])
+    >>> print(Refraction.of_power_vector(-2.375, 0.375, 0.0))
+    -2.00 -0.75 x 180
+    """
+
+    sphere: float = 0.0
+    cylinder: float = 0.0
+    axis: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("sphere", "cylinder"):
+            value = getattr(self, name)
+            check_number(name, value, "dioptres")
+            if abs(value) > LARGEST:
+                raise InputError(
+                    f"{name} is {value:g}, but must be from {-LARGEST:g} to {LARGEST:g}: give it in dioptres."
+                )
+        check_number("axis", self.axis, "degrees")
+        if not 0 <= self.axis <= 180:
+            raise InputError(f"axis is {self.axis:g}, but must be from 0 to 180: give it in degrees.")
+
+    @classmethod
+    def parse(cls, text: str) -> Refraction:
+        """Return a refraction as it is written, such as "-2.00", "plano" or "-2.00 -0.75 x 180"."""
+        found = _WRITTEN.fullmatch(text.replace("−", "-")) if isinstance(text, str) else None
+        if found is None:
+            raise InputError(
+                f"refraction is {described(text)}, but must be a sphere, or sphere, cylinder and axis: give it as "
+                "-2.00 or -2.00 -0.75 x 180."
+            )
+        sphere = found["sphere"].lower()
+        numbers = (0.0 if sphere in ("plano", "pl") else float(sphere), found["cylinder"], found["axis"])
+        return cls(*(float(one or 0) for one in numbers))
+
+    @classmethod
+    def of_power_vector(cls, m: float, j0: float, j45: float) -> Refraction:
+        """Return the refraction of this mean sphere and Jackson cylinders (D), its cylinder negative."""
+        half = math.hypot(j0, j45)
+        axis = math.degrees(math.atan2(j45, j0)) / 2 % 180 if half else 0.0
+        return cls(m + half, -2 * half, axis or (180.0 if half else 0.0))
+
+    @property
+    def power_vector(self) -> tuple[float, float, float]:
+        """Mean sphere M and the Jackson cylinders J0 (axes 0 and 90) and J45, in dioptres."""
+        turn, half = math.radians(2 * self.axis), -self.cylinder / 2
+        j45 = half * math.sin(turn)
+        return self.sphere - half, half * math.cos(turn), 0.0 if abs(j45) < 1e-12 else j45
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Power in every meridian as a symmetric 2 x 2 matrix (D), x to the examiner's right and y up."""
+        m, j0, j45 = self.power_vector
+        return np.array([[m + j0, j45], [j45, m - j0]])
+
+    def __str__(self) -> str:
+        """The refraction as it is written."""
+        sphere = f"{self.sphere:+.2f}" if self.sphere else "plano"
+        return f"{sphere} {self.cylinder:+.2f} x {self.axis:.0f}" if self.cylinder else sphere
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """A lens in front of an eye.
+
+    Parameters
+    ----------
+    power
+        Its power; None corrects the eye's refraction wholly.
+    vertex
+        Metres from the cornea: 0 for a contact lens.
+
+    Raises
+    ------
+    InputError
+        If the distance is negative or above 3 cm.
+    """
+
+    power: Refraction | None = None
+    vertex: float = VERTEX
+
+    def __post_init__(self) -> None:
+        check_number("vertex", self.vertex, "metres", least=0)
+        if self.vertex > 0.03:
+            raise InputError(f"vertex is {self.vertex:g}, but must be from 0 to 0.03: give it in metres.")
+
+
+CORRECTIONS = {
+    "none": Correction(Refraction(), 0.0),
+    "spectacles": Correction(),
+    "contact-lens": Correction(vertex=0.0),
+}
+"""Corrections by name: none, and those that correct wholly."""
+
+
+def focus_of(
+    refraction: Refraction, accommodation: float, correction: Correction, *, vertex: float = VERTEX
+) -> FloatArray:
+    """Vergence (D) in front of the eye that is in focus, in every meridian: a symmetric 2 x 2 matrix.
+
+    Parameters
+    ----------
+    refraction
+        Of the eye, as prescribed.
+    accommodation
+        Dioptres by which the lens in the eye is stronger than relaxed.
+    correction
+        What the eye wears.
+    vertex
+        Metres before the cornea for which the refraction was prescribed.
+
+    Returns
+    -------
+    ndarray
+        2 x 2, as `Refraction.matrix`; vergences from the cornea.
+
+    Examples
+    --------
+    A myope of 6 D who accommodates by 2.5 D sees sharply at 0.40 m with contact lenses, and nearer with spectacles.
+
+    >>> myope = Refraction(-6.0)
+    >>> [round(float(focus_of(myope, 2.5, CORRECTIONS[name])[0, 0]), 2) for name in CORRECTIONS]
+    [8.1, 2.87, 2.5]
+    """
+    check_number("accommodation", accommodation, "dioptres")
+    needed = _moved(refraction.matrix, vertex)
+    worn = _moved(needed, -correction.vertex) if correction.power is None else correction.power.matrix
+    before = _moved(needed - accommodation * np.eye(2), -correction.vertex) - worn
+    return -_moved(before, correction.vertex)
+
+
+def _moved(vergence: FloatArray, distance: float) -> FloatArray:
+    """Vergence of the light after a `distance` (m) along its way: V / (1 - d V)."""
+    found: FloatArray = vergence @ np.linalg.inv(np.eye(2) - distance * vergence)
+    return found
