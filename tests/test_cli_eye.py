@@ -60,3 +60,36 @@ def test_bad_input_is_refused_in_one_sentence(args, said):
     assert re.search(said, result.stderr)
     assert len(result.stderr.strip().splitlines()) == 1
     assert not Path("out").exists()
+
+
+def test_an_eye_of_a_prescription_and_an_age():
+    """At 60 years it does not accommodate to 1 D, and in the light of a bulb the bands lie apart as they do there."""
+    result = run("plane", "--out", "out", "--age", "60", "--luminance", "100", "--illuminant", "A")
+    assert result.exit_code in (0, 1), result.output
+    summary = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert summary["settings"]["pupil_mm"] == pytest.approx(3.33, abs=0.01)
+    assert summary["focus_D"][0] < 0.3
+    assert summary["settings"]["illuminant"] == "A"
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["--refraction", "much"], "refraction is 'much'.*-2.00 -0.75 x 180"),
+        (["--correction", "spectacles"], "--correction corrects the eye of --refraction"),
+        (["--pupil", "3", "--luminance", "10"], "--pupil and --luminance both"),
+        (["--illuminant", "moon"], "illuminant is 'moon'"),
+        (["--age", "-3"], "--age is -3"),
+        (["--age", "5", "--luminance", "10"], "age is 5"),
+    ],
+)
+def test_what_is_no_person_is_refused_in_one_sentence(args, said):
+    result = run("plane", *args, "--out", "out")
+    assert result.exit_code == 2
+    assert re.search(said, result.stderr)
+
+
+def test_an_accommodating_eye_is_no_person():
+    result = run("--accommodate", "step:1,3", "--age", "60", "--out", "out")
+    assert result.exit_code == 2
+    assert "leave out --refraction" in result.stderr

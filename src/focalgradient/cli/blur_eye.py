@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from focalgradient.cli.person import person_eye
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import given_as
@@ -16,13 +17,9 @@ __all__ = ["eye_of"]
 
 
 def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
-    """The eye of ``--pupil`` or ``--eye``, accommodated to `accommodation` (D)."""
-    from focalgradient.eye import Eye
-    from focalgradient.eye.ranges import warn_if_artificial
-
-    if options["pupil"] is not None:
-        warn_if_artificial(1e-3 * options["pupil"])
-        return Eye(1e-3 * options["pupil"], accommodation)
+    """The eye of ``--pupil``, ``--luminance`` or ``--eye``, accommodated to `accommodation` (D)."""
+    if options["pupil"] is not None or options["luminance"] is not None:
+        return person_eye(options, options["pupil"], accommodation)
     path: Path = options["eye_file"]
     with given_as({"pupil_diameter": ("pupil_mm", "mm")}):
         return _of_file(path, accommodation)

@@ -6,6 +6,7 @@ import math
 import platform
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import positive, shared_options, shared_work
+from focalgradient.cli.person import is_person, person_eye, person_options
 from focalgradient.cli.program import (
     force_option,
     json_option,
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from focalgradient.depth import DepthMap
-    from focalgradient.eye import Band, Cones, TimeCourse
+    from focalgradient.eye import Band, Cones, Light, TimeCourse
     from focalgradient.eye.accommodation import Cue
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
@@ -45,6 +47,9 @@ MINUTE = math.radians(1 / 60)
 SHAPE = (192, 256)
 PAIR = (0.125, 0.375)
 """Moments of the two views in time, in seconds: the extremes of an oscillation at 2 Hz, 250 ms apart."""
+
+PUPIL_MM = 4.0
+"""Diameter of the pupil by default: an ordinary one by day, a choice."""
 
 FRAMES = 16
 """Frames of the film, over one period of half a second."""
@@ -60,7 +65,9 @@ CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "bot
 FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
 
 
-def _pupil(_: click.Context, __: click.Parameter, given: float) -> float:
+def _pupil(_: click.Context, __: click.Parameter, given: float | None) -> float | None:
+    if given is None:
+        return None
     from focalgradient.eye.ranges import LARGEST_PUPIL, SMALLEST_PUPIL
 
     smallest, largest = 1e3 * SMALLEST_PUPIL, 1e3 * LARGEST_PUPIL
@@ -81,7 +88,15 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
 @click.argument("scene", metavar="[SCENE]", required=False)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
-    "--pupil", type=float, default=4.0, show_default=True, metavar="MM", callback=_pupil, help="Diameter of the pupil."
+    "--pupil", type=float, metavar="MM", callback=_pupil, help="Diameter of the pupil, in millimetres.  [default: 4]"
+)
+@person_options
+@click.option(
+    "--illuminant",
+    default="D65",
+    show_default=True,
+    metavar="NAME",
+    help='Light of the scene: D65, A, E, LED-B1 or another by the CIE, or a black body such as "3000 K".',
 )
 @click.option(
     "--accommodation",
@@ -121,14 +136,16 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
 def eye(
     scene: str | None,
     out: Path,
-    pupil: float,
+    pupil: float | None,
     accommodation: float,
     views: str,
     amplitude: float,
     seed: int,
     accommodate: str | None,
+    illuminant: str,
     workers: int | None,
     scheduler: str | None,
+    **person: Any,
 ) -> None:
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could that has nothing but blur.
 
@@ -147,43 +164,53 @@ def eye(
     deviation), DIR/course.png, DIR/retina.mp4 (what the retina gets, in colour) and DIR/summary.json, in
     about 5 s for 10 s.
 
+    The eye may be a person's: --refraction "-2.00 -0.75 x 180" with or without --correction, --age 60, --luminance 10.
+
     \b
     Examples:
       focalgradient eye spheres --out results --views both --pupil 4 --accommodation 1
       focalgradient eye --accommodate step:1,3 --views both --out results
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
+    if pupil is None and person["luminance"] is None:
+        pupil = PUPIL_MM
     if accommodate is not None:
         if scene is not None:
             raise InputError(f"SCENE {scene!r} and --accommodate are both given: leave out one.")
+        if is_person(person) or illuminant != "D65":
+            raise InputError(
+                "--accommodate lets a young eye without glasses look at a target by daylight: leave out --refraction, "
+                "--correction, --age, --luminance and --illuminant."
+            )
         from focalgradient.cli.accommodate import accommodate as follow
 
-        follow(accommodate, out, pupil, CUES[views], seed)
+        follow(accommodate, out, pupil or PUPIL_MM, CUES[views], seed)
         return
     scene = _known(scene)
     writable(out, FILES)
     with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
         say("forming the views")
         from focalgradient import recover_depth
-        from focalgradient.eye import Eye, Oscillation, score
-        from focalgradient.eye.ranges import warn_if_artificial
+        from focalgradient.eye import Oscillation, score
 
-        warn_if_artificial(1e-3 * pupil)
-        subject, course = Eye(1e-3 * pupil, accommodation), Oscillation(amplitude)
+        subject, course = person_eye(person, pupil, accommodation), Oscillation(amplitude)
         world = _scene(scene, seed, accommodation)
-        names, cones, seen = _views(world, subject, course, views, seed, executor)
+        light = _Light(illuminant, person["age"])
+        names, cones, seen = _views(world, subject, course, views, seed, light, executor)
         result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
         say("filming")
         film = _film(world, subject, course, seed, executor)
         say("drawing")
         figure = _views_figure(seen, names, result)
-        focus = _focus_figure(course, accommodation, None if views == "bands" else PAIR)
-        found = score(result.vergence, result.valid, seen[0].distance, accommodation)
+        focus = _focus_figure(course, subject.accommodation, light, None if views == "bands" else PAIR)
+        found = score(result.vergence, result.valid, seen[0].distance, subject.accommodation)
 
     settings = {
         "scene": scene,
-        "pupil_mm": pupil,
+        "pupil_mm": 1e3 * subject.pupil_diameter,
         "accommodation_D": accommodation,
+        "illuminant": illuminant,
+        **{name: value for name, value in person.items() if value is not None},
         "views": views,
         "amplitude_D": amplitude,
         "seed": seed,
@@ -218,7 +245,7 @@ def _known(scene: str | None) -> str:
 
 
 def _views(
-    world: Scene, subject: Any, course: TimeCourse, views: str, seed: int, executor: Executor | None
+    world: Scene, subject: Any, course: TimeCourse, views: str, seed: int, light: _Light, executor: Executor | None
 ) -> tuple[list[str], list[Cones], list[Rendered]]:
     """What the eye sees in each band and at each moment: its name, the cones, and the view."""
     from focalgradient.eye import eye_views
@@ -228,17 +255,30 @@ def _views(
         eyes = subject.through(PAIR, course)
         moments = {f" at {1e3 * t:.0f} ms": one for t, one in zip(PAIR, eyes, strict=True)}
     bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
-    cones = {f"{band}{moment}": _cones(one, band) for moment, one in moments.items() for band in bands}
+    cones = {f"{band}{moment}": light.cones(one, band) for moment, one in moments.items() for band in bands}
     how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
     seen = eye_views(world, [*cones.values()], SHAPE, MINUTE, executor=executor, **how)
     return [*cones], [*cones.values()], seen
 
 
-def _cones(subject: Any, band: Band) -> Cones:
-    from focalgradient.eye import Cones
-    from focalgradient.eye.retina import S_FINEST_CPD
+@dataclass(frozen=True)
+class _Light:
+    """The light of the scene, as it passes a lens of an `age` (years; None: that of the cone fundamentals)."""
 
-    return Cones.of(subject, band, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
+    illuminant: str
+    age: float | None
+
+    def of(self, band: Band) -> Light:
+        from focalgradient.eye import aged_light, band_light
+
+        caught = band_light(band, self.illuminant)
+        return caught if self.age is None else aged_light(caught, self.age)
+
+    def cones(self, subject: Any, band: Band) -> Cones:
+        from focalgradient.eye import Cones
+        from focalgradient.eye.retina import S_FINEST_CPD
+
+        return Cones.in_light(subject, band, self.of(band), finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
 
 
 def _scene(name: str, seed: int, fixation: float) -> Scene:
@@ -310,23 +350,23 @@ def _views_figure(seen: list[Rendered], names: list[str], result: DepthMap) -> A
     return figure
 
 
-def _focus_figure(course: TimeCourse, accommodation: float, moments: tuple[float, ...] | None) -> Any:
+def _focus_figure(course: TimeCourse, accommodation: float, light: _Light, moments: tuple[float, ...] | None) -> Any:
     """Where each cone class is focused over a second, and the moments of the views."""
-    from focalgradient.eye import band_light
     from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
     times = np.linspace(0, 1, 201)
     with style():
         figure = new_figure(120, 62, layout="constrained")
         ax = figure.subplots()
-        for band, colour in (("L+M", ORANGE), ("S", BLUE)):
-            focus = accommodation + course.at(times) - band_light(band, "D65").difference()
+        colours: dict[Band, str] = {"L+M": ORANGE, "S": BLUE}
+        for band, colour in colours.items():
+            focus = accommodation + course.at(times) - light.of(band).difference()
             ax.plot(1e3 * times, focus, color=colour)
             ax.text(1010, focus[-1], f"{band} cones", color=colour, va="center")
         for moment in moments or ():
             ax.axvline(1e3 * moment, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
         if moments:
-            between = accommodation - sum(band_light(band, "D65").difference() for band in ("L+M", "S")) / 2
+            between = accommodation - sum(light.of(band).difference() for band in colours) / 2
             ax.text(1e3 * moments[1] + 12, between, "the views’ moments", color=GREY, va="center")
         ax.set(xlim=(0, 1000), xlabel="time (ms)", ylabel="vergence in focus (D)")
         ax.set_title("Focus of a simulated eye")

@@ -12,6 +12,7 @@ import click
 
 from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.options import DIAMETER, OPENEST, added, positive, read_depth_file
+from focalgradient.cli.person import is_person, person_options
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable
 from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch
@@ -82,7 +83,7 @@ _PIXEL = [
 
 def lens_or_eye_options(command: Command) -> Command:
     """Add a lens or an eye, of which `optics_of` makes optics."""
-    return added(command, _LENS_OR_EYE)
+    return added(person_options(command), _LENS_OR_EYE)
 
 
 def pixel_options(command: Command) -> Command:
@@ -95,8 +96,11 @@ def optics_of(options: dict[str, Any], vergence: float) -> Optics:
     from focalgradient.optics import Lens
 
     camera = options["f_number"] is not None or options["focal_length"] is not None
-    if camera + (options["pupil"] is not None) + (options["eye_file"] is not None) != 1:
+    pupil = options["pupil"] is not None or options["luminance"] is not None
+    if camera + pupil + (options["eye_file"] is not None) != 1:
         raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")
+    if is_person(options) and not pupil:
+        raise InputError("--refraction, --correction and --age are of an eye: give its --pupil, or --luminance.")
     if not camera:
         return eye_of(options, vergence)
     if options["f_number"] is None or options["focal_length"] is None:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Eye", "TimeCourse"]
 
+UNLIMITED = 40.0
+"""Dioptres of accommodation where no age limits it: more than any distance asks for, a choice."""
+
 
 class TimeCourse(Protocol):
     """How accommodation departs from its mean in time, in dioptres: an `Oscillation`, or `Microfluctuations`."""
@@ -157,7 +160,7 @@ class Eye:
         cls,
         refraction: Refraction | str = "plano",
         *,
-        age: float,
+        age: float | None = None,
         looking_at: float = 0.0,
         correction: Correction | None = None,
         pupil_diameter: float | None = None,
@@ -173,7 +176,8 @@ class Eye:
         refraction
             As prescribed 12 mm before the cornea, such as "-2.00 -0.75 x 180".
         age
-            Years, from which follow the amplitude of accommodation (`accommodation_amplitude`) and the natural pupil.
+            Years, from which follow the amplitude of accommodation (`accommodation_amplitude`) and the natural pupil;
+            None: accommodation has no limit, and the pupil is of 28.58 years.
         looking_at
             Vergence in dioptres that the eye accommodates to: in the mean of all meridians, without lag, and no further
             than its age allows, nor beyond its relaxed state.
@@ -203,7 +207,7 @@ class Eye:
         >>> round(old.focus_vergence, 2), round(1e3 * old.pupil_diameter, 2)
         (0.11, 3.33)
         """
-        from focalgradient.eye.age import accommodation_amplitude, natural_pupil
+        from focalgradient.eye.age import REFERENCE_AGE, accommodation_amplitude, natural_pupil
         from focalgradient.eye.refraction import CORRECTIONS, Refraction, focus_of
 
         written = refraction if isinstance(refraction, Refraction) else Refraction.parse(refraction)
@@ -214,12 +218,12 @@ class Eye:
             return float(np.trace(focus_of(written, response, worn))) / 2 - looking_at
 
         # Focus rises with the response; the amplitude bounds it.
-        low, high = 0.0, float(accommodation_amplitude(age))
+        low, high = 0.0, UNLIMITED if age is None else float(accommodation_amplitude(age))
         response = low if miss(low) >= 0 else high if miss(high) <= 0 else float(brentq(miss, low, high, xtol=1e-9))
         focus = focus_of(written, response, worn)
         pupil = pupil_diameter
         if pupil is None:
-            pupil = float(natural_pupil(luminance, age=age, field_deg=field_deg))
+            pupil = float(natural_pupil(luminance, age=REFERENCE_AGE if age is None else age, field_deg=field_deg))
         check_pupil(pupil)
         # As the defocus term is V r^2 / (4 sqrt 3), those of astigmatism are J r^2 / (2 sqrt 6); r in mm.
         um = (1e3 * pupil / 2) ** 2 / (2 * math.sqrt(6))

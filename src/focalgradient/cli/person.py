@@ -1,0 +1,80 @@
+"""An eye by prescription and age: the options that commands share, and the eye that they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from focalgradient.cli.options import added, positive
+from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    from focalgradient.eye import Eye
+
+__all__ = ["is_person", "person_eye", "person_options"]
+
+CORRECTIONS = ("none", "spectacles", "contact-lens")
+"""Names of `focalgradient.eye.CORRECTIONS`, without loading it."""
+
+_PERSON = [
+    click.option(
+        "--refraction",
+        metavar="RX",
+        help='Prescription of the eye, such as "-2.00 -0.75 x 180" (sphere, cylinder, axis).',
+    ),
+    click.option(
+        "--correction",
+        type=click.Choice(CORRECTIONS),
+        help="What the eye of --refraction wears; the last two correct it wholly.  [default: none]",
+    ),
+    click.option(
+        "--age",
+        type=float,
+        metavar="YEARS",
+        callback=positive(" of years"),
+        help="Of the eye: how far it accommodates, and with --luminance its pupil.",
+    ),
+    click.option(
+        "--luminance",
+        type=float,
+        metavar="CD",
+        callback=positive(" of cd/m^2"),
+        help="In place of --pupil: the natural pupil of --age before 20 degrees of this luminance, in cd/m^2.",
+    ),
+]
+"""Of a person's eye."""
+
+
+def person_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add a prescription and an age, of which `person_eye` makes an eye."""
+    return added(command, _PERSON)
+
+
+def is_person(options: dict[str, Any]) -> bool:
+    """Whether any of the options is given."""
+    return any(options[name] is not None for name in ("refraction", "correction", "age", "luminance"))
+
+
+def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
+    """Give the eye of the options and a pupil (mm; None: its natural one), which looks at a `vergence` (D)."""
+    from focalgradient.eye import CORRECTIONS, Eye
+    from focalgradient.eye.ranges import warn_if_artificial
+
+    if options["correction"] is not None and options["refraction"] is None:
+        raise InputError("--correction corrects the eye of --refraction: give that, too.")
+    if pupil_mm is not None:
+        warn_if_artificial(1e-3 * pupil_mm)
+        if options["luminance"] is not None:
+            raise InputError("--pupil and --luminance both give the pupil: give one of them.")
+    if not is_person(options) and pupil_mm is not None:
+        return Eye(1e-3 * pupil_mm, vergence)
+    return Eye.of_person(
+        options["refraction"] or "plano",
+        age=options["age"],
+        looking_at=vergence,
+        correction=CORRECTIONS[options["correction"] or "none"],
+        pupil_diameter=None if pupil_mm is None else 1e-3 * pupil_mm,
+        **({} if options["luminance"] is None else {"luminance": options["luminance"]}),
+    )
