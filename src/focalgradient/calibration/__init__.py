@@ -15,18 +15,30 @@ from focalgradient.calibration.camera import Calibration, Field, Prediction, Rea
 from focalgradient.calibration.field import FieldFit, apply_calibration, fit_field
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
 from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur, pair_priors, shape_k
+from focalgradient.calibration.scenes import (
+    LEAST_SCENE_SHARE,
+    KnownScene,
+    SceneFit,
+    SceneScore,
+    fit_scenes,
+    score_scene,
+)
 from focalgradient.calibration.slips import Slip, likeliest_slips, prediction_errors
 from focalgradient.calibration.target import TargetBlur, measure_target, read_target
 
 __all__ = [
     "EDGE_K",
+    "LEAST_SCENE_SHARE",
     "Calibration",
     "Field",
     "FieldFit",
+    "KnownScene",
     "PairBlur",
     "Prediction",
     "Priors",
     "Reading",
+    "SceneFit",
+    "SceneScore",
     "Slip",
     "TargetBlur",
     "apply_calibration",
@@ -35,6 +47,7 @@ __all__ = [
     "cross_validate",
     "disc_radius",
     "fit_field",
+    "fit_scenes",
     "likeliest_shape",
     "likeliest_slips",
     "measure_target",
@@ -42,5 +55,6 @@ __all__ = [
     "pair_priors",
     "prediction_errors",
     "read_target",
+    "score_scene",
     "shape_k",
 ]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 import numpy as np
 
+from focalgradient.cli.calibrate_scenes import calibrate_scenes
 from focalgradient.cli.program import (
     announce,
     force_option,
@@ -27,6 +28,7 @@ from focalgradient.cli.program import (
 from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting
+from focalgradient.psf import Disc
 
 if TYPE_CHECKING:
     from focalgradient.calibration import Calibration, FieldFit, Prediction, Priors, Reading
@@ -73,7 +75,7 @@ FROM_VIEWS = 0.5
 def calibrate(
     targets: Path | None, out: Path, method: Literal["edges", "equalise"], sheet: str | None, psf: ShapeAsked
 ) -> None:
-    """Measure a camera's blur from photographs of a target at known distances.
+    """Measure a camera's blur from photographs of a target at known distances, or of scenes with depth maps.
 
     The target is a flat sheet that faces the camera: with sharp black and white edges (printed squares, a checkerboard,
     a slanted edge), or, with --method equalise, of any texture. Take it at two distances or more, three to learn the
@@ -83,6 +85,11 @@ def calibrate(
     Writes CAMERA.toml: effective f-numbers, true focus, the offset of the plane that distances were measured from,
     the blur along edges and what the camera adds of its own, with their uncertainties. Depth takes it with
     --calibration, or from a line calibration = "CAMERA.toml" under [camera] in VIEWS.toml.
+
+    Ordinary scenes do as well, each with a map of its distances from a depth camera, a phone or stereo, on the
+    photograph's pixels: each [[view]] then names it, as depth = "depth_mm.png", in place of distance_m. Two f-numbers
+    of each scene, ten scenes or more, all at one focus. One robust fit over the scenes gives focus, f-numbers, offset
+    and blur over the field; it is tested on the half of the scenes that was left out.
 
     Takes about 8 s a megapixel and photograph on two cores.
 
@@ -112,6 +119,8 @@ def calibrate(
       f_number = 10              # as marked
       focus_distance_m = 0.25    # as marked; may be left out where all share one focus
       flat = "flat_f10.jpg"      # a blank, evenly lit surface, to divide out vignetting; may be left out
+      # of a scene, in place of distance_m, with depth_unit = "mm" and depth_step = 1 under [camera]:
+      depth = "depth_mm.png"     # distances on the photograph's pixels, 0 where none
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if sheet is not None:
         _write_sheet(sheet, targets, out)
@@ -122,6 +131,12 @@ def calibrate(
             "sheet to print."
         )
     stated = psf.shape_or_none()
+    from focalgradient.photographs import names_depth
+
+    if names_depth(targets):
+        _refuse_other_names(out)
+        calibrate_scenes(targets, out, stated or Disc())
+        return
     if stated is not None and method != "equalise":
         raise InputError(
             "--psf is for --method equalise, as edges are measured by a Gaussian: add it, or leave --psf out."

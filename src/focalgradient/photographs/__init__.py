@@ -6,6 +6,7 @@ Units stand in the names here (``_mm``, ``_um``, ``_m``), as people write them; 
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.exif import from_exif
 from focalgradient.photographs.images import Photograph, read_photograph, read_photographs
+from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
 from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
 from focalgradient.photographs.settings import Camera, Settings, Shot, load_settings, make_views, read_views
 from focalgradient.photographs.targets import Targets, load_targets
@@ -16,6 +17,7 @@ __all__ = [
     "Camera",
     "DepthUnit",
     "Distances",
+    "KnownScenes",
     "Photograph",
     "Picture",
     "Settings",
@@ -24,9 +26,11 @@ __all__ = [
     "camera_toml",
     "from_exif",
     "load_camera",
+    "load_known_scenes",
     "load_settings",
     "load_targets",
     "make_views",
+    "names_depth",
     "picture_of",
     "read_distances",
     "read_photograph",

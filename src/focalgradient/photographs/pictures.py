@@ -114,6 +114,7 @@ def read_distances(
     baseline: float | None = None,
     pixel_angle: float | None = None,
     offset: float = 0.0,
+    fill: bool = True,
 ) -> Distances:
     """Read the depth of a picture.
 
@@ -128,6 +129,8 @@ def read_distances(
     baseline, pixel_angle, offset
         For disparity: metres between the cameras, radians of a pixel, and pixels to add to each disparity. The
         distance is baseline / (pixel angle x (disparity + offset)).
+    fill
+        Fill holes; if not, they are NaN.
 
     Returns
     -------
@@ -176,7 +179,7 @@ def read_distances(
             f"{printable(path)} holds distances of {nearest:.2g} m, but they must be {NEAREST_M:g} m or more: "
             "look at the unit and the scale."
         )
-    if holes.any():
+    if holes.any() and fill:
         warnings.warn(
             f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth; they were filled in from beside them.",
             FocalGradientWarning,

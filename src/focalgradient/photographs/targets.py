@@ -31,7 +31,7 @@ from focalgradient.psf import Disc, Psf
 from focalgradient.tables import Table, load_table
 from focalgradient.view import View
 
-__all__ = ["TargetShot", "Targets", "load_targets"]
+__all__ = ["TargetCamera", "TargetShot", "Targets", "camera_priors", "load_targets"]
 
 _DEFAULT = Priors()
 
@@ -84,30 +84,7 @@ class Targets(Table):
     @property
     def priors(self) -> Priors:
         """What is held of the camera beforehand."""
-        camera = self.camera
-        offset, offset_sd = camera.offset_m, camera.offset_sd_m
-        focus_sd, focus_offset = camera.focus_tolerance, None
-        body, marks = camera.body, [shot.focus_distance_m for shot in self.shots if shot.focus_distance_m]
-        mark = min(marks, default=math.inf)
-        if camera.distances_from is not None:
-            given = camera.model_fields_set
-            offset = offset if "offset_m" in given else body.offset(camera.distances_from, mark)
-            offset_sd = offset_sd if "offset_sd_m" in given else body.offset_sd(camera.distances_from)
-        if camera.focus_from is not None and "focus_tolerance" not in camera.model_fields_set:
-            focus_sd = MARK
-        if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
-            focus_offset = body.optical(mark, camera.focus_from) - mark
-        return Priors(
-            k=camera.blur_k,
-            k_sd=camera.blur_k_tolerance,
-            offset=offset,
-            offset_sd=offset_sd,
-            focus_offset=focus_offset,
-            telecentric=camera.telecentric,
-            f_number_sd=camera.f_number_tolerance,
-            focus_sd=focus_sd,
-            distance_sd=camera.distance_sd_m,
-        )
+        return camera_priors(self.camera, [shot.focus_distance_m for shot in self.shots])
 
     def read(self, shot: TargetShot) -> Reading:
         """Measure one of the photographs.
@@ -198,6 +175,33 @@ class Targets(Table):
         pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
         lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
         return View(photograph.luminance, lens, pitch / lens.focal_length, mask=photograph.mask)
+
+
+def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None]) -> Priors:
+    """What is held of a camera beforehand, whose marks of the focus are given in metres."""
+    offset, offset_sd = camera.offset_m, camera.offset_sd_m
+    focus_sd, focus_offset = camera.focus_tolerance, None
+    body, marks = camera.body, [mark for mark in focus_distances if mark]
+    mark = min(marks, default=math.inf)
+    if camera.distances_from is not None:
+        given = camera.model_fields_set
+        offset = offset if "offset_m" in given else body.offset(camera.distances_from, mark)
+        offset_sd = offset_sd if "offset_sd_m" in given else body.offset_sd(camera.distances_from)
+    if camera.focus_from is not None and "focus_tolerance" not in camera.model_fields_set:
+        focus_sd = MARK
+    if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
+        focus_offset = body.optical(mark, camera.focus_from) - mark
+    return Priors(
+        k=camera.blur_k,
+        k_sd=camera.blur_k_tolerance,
+        offset=offset,
+        offset_sd=offset_sd,
+        focus_offset=focus_offset,
+        telecentric=camera.telecentric,
+        f_number_sd=camera.f_number_tolerance,
+        focus_sd=focus_sd,
+        distance_sd=camera.distance_sd_m,
+    )
 
 
 def load_targets(path: str | os.PathLike[str]) -> Targets:
