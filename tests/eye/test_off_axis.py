@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from focalgradient import InputError
-from focalgradient.eye import Cones, Eye, field_foci, off_axis, resolved_cpd
+from focalgradient.eye import EMMETROPES, MYOPES, Cones, Eye, field_coma, field_foci, off_axis, resolved_cpd
 
 # Escudero-Sanz & Navarro (1999): vertex and radius in mm, conic constant, index behind.
 EYE = [(0.0, 7.72, -0.26, 1.3777), (0.55, 6.5, 0.0, 1.3391), (3.6, 10.2, -3.1316, 1.4222), (7.6, -6.0, -1.0, 1.3377)]
@@ -108,3 +108,60 @@ def test_terms_of_one_order_add_up_as_the_wavefront_does() -> None:
     twice, once = (Eye(0.004, 0.5, aberrations=terms) for terms in (((3, 1, 0.1), (3, 1, 0.2)), ((3, 1, 0.3),)))
     there = [{(n, m): c for n, m, c in off_axis(eye, 20.0).aberrations} for eye in (twice, once)]
     assert there[0] == pytest.approx(there[1])
+
+
+@pytest.mark.parametrize("place", [2.5, 5.0, 8.0])
+def test_coma_is_that_of_traced_rays(place) -> None:
+    """From one place on the retina (mm from the axis): how the rays' direction bends over the pupil, in space."""
+    start = np.array([0.0, -place, RETINA - (12 - np.sqrt(144 - place**2))])
+    middle = aim(start)
+    p, u, _ = outward(start, middle)
+    field = np.degrees(np.arccos(-u[2]))
+    across = np.array([0.0, -u[2], u[1]])
+    place_mm, turn = [], []
+    for height in np.linspace(-0.4, 0.4, 9):
+        q, v, _ = outward(start, middle + np.array([0.0, height, 0.0]))
+        q = q - v * ((q - p) @ u) / (v @ u)  # in the plane across the middle ray
+        place_mm.append((q - p) @ across)
+        turn.append((v @ across) / (v @ u))
+    bend = np.polynomial.polynomial.polyfit(place_mm, turn, 4)[2] * 1e6  # rad per m^2
+    expected = abs(bend) * 0.002**3 / (18 * 2**0.5) * 1e6
+    assert abs(field_coma(field, 0.004)) == pytest.approx(expected, rel=0.03)
+
+
+def test_coma_points_to_what_is_looked_at() -> None:
+    """Opposite sides have opposite signs, coma grows with the cube of the pupil, and there is none in the middle."""
+    terms = {
+        side: {(n, m): c for n, m, c in off_axis(Eye(0.004, 1.0), 20.0, side, coma=True).aberrations}
+        for side in ("temporal", "nasal", "superior", "inferior")
+    }
+    size = field_coma(20.0, 0.004)
+    assert terms["temporal"][3, 1] == -terms["nasal"][3, 1] == pytest.approx(size)
+    assert terms["inferior"][3, -1] == -terms["superior"][3, -1] == pytest.approx(size)
+    assert field_coma(20.0, 0.006) == pytest.approx(size * 1.5**3)
+    assert field_coma(0.0, 0.004) == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("people", "angle", "m", "j0"),
+    [  # means of Jaeken & Artal's eyes; 82 emmetropes and 44 myopes
+        (EMMETROPES, -30, -1.041, -1.306),
+        (EMMETROPES, -20, -0.649, -0.681),
+        (EMMETROPES, 20, -0.080, -0.243),
+        (EMMETROPES, 30, -0.479, -0.618),
+        (MYOPES, -30, -0.120, -1.065),
+        (MYOPES, 30, 0.361, -0.523),
+    ],
+)
+def test_people_off_axis_are_refracted_as_measured(people, angle, m, j0) -> None:
+    side = "temporal" if angle > 0 else "nasal"
+    assert people.at(abs(angle), side) == pytest.approx((m, j0), abs=0.14)
+    eye = off_axis(Eye(0.004, 1.0), abs(angle), side, foci=people)
+    assert eye.accommodation == pytest.approx(1.0 - m, abs=0.14)  # myopic is focused nearer
+
+
+def test_people_were_measured_along_the_horizontal_meridian_only() -> None:
+    with pytest.raises(InputError, match="temporal and nasal field"):
+        off_axis(Eye(0.004, 1.0), 10.0, "superior", foci=EMMETROPES)
+    with pytest.raises(InputError, match="measured to 40"):
+        MYOPES.at(45.0)

@@ -30,7 +30,8 @@ from focalgradient.eye.light import (
 )
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
-from focalgradient.eye.off_axis import field_foci, off_axis
+from focalgradient.eye.off_axis import field_coma, field_foci, off_axis
+from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
 from focalgradient.eye.periphery import midget_density, resolved_cpd
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
@@ -48,6 +49,8 @@ from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, ze
 
 __all__ = [
     "CORRECTIONS",
+    "EMMETROPES",
+    "MYOPES",
     "REFERENCE_NM",
     "Aberrations",
     "Accommodation",
@@ -63,6 +66,7 @@ __all__ = [
     "Microfluctuations",
     "Motion",
     "Oscillation",
+    "PeripheralRefraction",
     "Person",
     "Photons",
     "Plant",
@@ -93,6 +97,7 @@ __all__ = [
     "cutoff_cpd",
     "draw_people",
     "eye_views",
+    "field_coma",
     "field_foci",
     "illuminant",
     "lens_density",

@@ -5,7 +5,8 @@ Soc. Am. A 16, 1881): four conic surfaces of revolution and a spherical retina, 
 through the middle of the pupil is traced, and the two foci along it follow from Coddington's equations.
 
 What it leaves out: real eyes are not symmetric (the fovea lies some 5 degrees from the axis), differ from each other by
-a dioptre and more in the periphery, and their pupil looks narrower from the side. Coma off axis is not given either.
+a dioptre and more in the periphery, and their pupil looks narrower from the side. Emmetropic people are myopic off axis
+where this eye is hyperopic: `peripheral_refraction` has their means.
 """
 
 from __future__ import annotations
@@ -13,13 +14,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
 from scipy.optimize import brentq
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.peripheral_refraction import PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, check_meridian
+from focalgradient.eye.ranges import check_pupil
 
-__all__ = ["field_foci", "off_axis"]
+__all__ = ["field_coma", "field_foci", "off_axis"]
 
 Surface = tuple[float, float, float, float]
 """Place of the vertex and radius of curvature (m), conic constant, refractive index behind."""
@@ -36,6 +40,12 @@ RETINA: Surface = (23.9203e-3, -12e-3, 0.0, 1.3377)
 STOP, BEFORE_STOP = 3.60e-3, 2
 """Place of the pupil (m), on the front of the lens; surfaces in front of it."""
 
+FAN = 0.5e-3
+"""Height (m) in the pupil of the outermost rays by which coma is found: higher orders are small in a pupil of 1 mm."""
+
+TOWARDS: dict[str, tuple[int, int]] = {"temporal": (1, 1), "nasal": (1, -1), "superior": (-1, -1), "inferior": (-1, 1)}
+"""Meridional frequency and sign of coma towards each side of a right eye's field: x to the right and y down."""
+
 FARTHEST = 40.0
 """Degrees: a choice. The model's astigmatism grows to 3.9 D there and ever faster beyond, more than most eyes have."""
 
@@ -48,18 +58,45 @@ def field_foci(eccentricity_deg: float) -> tuple[float, float]:
     >>> [round(one, 2) for one in field_foci(20.0)]
     [0.13, -0.71]
     """
-    check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
-    if eccentricity_deg > FARTHEST:
-        raise InputError(
-            f"eccentricity_deg is {eccentricity_deg:g}, but must be from 0 to {FARTHEST:g}: farther out real eyes "
-            "differ from the model."
-        )
+    _checked(eccentricity_deg)
     there, here = _foci(_slope(math.radians(eccentricity_deg))), _foci(0.0)
     return there[0] - here[0], there[1] - here[1]
 
 
+def field_coma(eccentricity_deg: float, pupil_diameter: float) -> float:
+    """Coma of the schematic eye over a pupil (m), in micrometres, along the direction towards what is looked at.
+
+    Its Zernike coefficient of orders 3 and 1, by the curvature of the slope of the rays that leave a place on the
+    retina over the pupil's tangential section (Seidel's coma: where the wavefront is W y^3, c = W a^3 / (6 sqrt 2)).
+
+    >>> round(field_coma(20.0, 0.004), 3)
+    -0.282
+    """
+    check_pupil(pupil_diameter)
+    chief = _slope(math.radians(_checked(eccentricity_deg)))
+    heights = np.linspace(-FAN, FAN, 9)
+    passed = [_through(float(height), chief) for height in heights]
+    middle = passed[len(passed) // 2]
+    cosine, sine = math.cos(middle.before), math.sin(middle.before)
+    place, slope = [], []
+    for one in passed:
+        turn = one.before - middle.before
+        z, y = one.z - middle.z, one.y - middle.y
+        # Where the ray meets the plane across the middle ray, and its angle with that.
+        place.append(y * cosine - z * sine - (z * cosine + y * sine) * math.tan(turn))
+        slope.append(math.tan(turn))
+    bend = float(np.polynomial.polynomial.polyfit(place, slope, 4)[2])
+    # The wavefront's slope is that of the rays; the place at which one looks lies at negative heights.
+    return -1e6 * bend * (pupil_diameter / 2) ** 3 / (18 * math.sqrt(2))
+
+
 def off_axis(
-    eye: Eye, eccentricity_deg: float, meridian: Meridian = "temporal", *, foci: tuple[float, float] | None = None
+    eye: Eye,
+    eccentricity_deg: float,
+    meridian: Meridian = "temporal",
+    *,
+    foci: tuple[float, float] | PeripheralRefraction | None = None,
+    coma: bool = False,
 ) -> Eye:
     """The same eye for what lies away from the fovea: refracted as there, and astigmatic.
 
@@ -73,8 +110,10 @@ def off_axis(
     eccentricity_deg, meridian
         Where in the visual field, in degrees from the fovea.
     foci
-        Of a measured eye there, in place of the schematic eye's `field_foci`: dioptres nearer than at the fovea, in the
-        tangential and the sagittal plane.
+        Of a measured eye there, instead of the schematic eye's `field_foci`: dioptres nearer than at the fovea, in the
+        tangential and the sagittal plane; or of people, such as `EMMETROPES`.
+    coma
+        Whether the eye has the schematic eye's coma there (`field_coma`), as a right eye.
 
     Raises
     ------
@@ -88,20 +127,49 @@ def off_axis(
     (0.71, [(2, 2, 0.34)])
     """
     check_meridian(meridian)
-    tangential, sagittal = field_foci(eccentricity_deg) if foci is None else foci
+    if foci is None:
+        foci = field_foci(eccentricity_deg)
+    tangential, sagittal = foci.foci(eccentricity_deg, meridian) if isinstance(foci, PeripheralRefraction) else foci
     for focus in (tangential, sagittal):
         check_number("foci", focus, "dioptres")
     across = 1 if meridian in ("temporal", "nasal") else -1  # whether the tangential plane is horizontal
     # c (x^2 - y^2) sqrt(6) / a^2 is half the difference of the powers times (x^2 - y^2) / 2.
     um = across * (tangential - sagittal) * (1e3 * eye.pupil_diameter) ** 2 / (16 * math.sqrt(6))
     terms: dict[tuple[int, int], float] = {}
-    for n, m, c in (*eye.aberrations, (2, 2, um)):
+    added = [(2, 2, um)]
+    if coma:
+        order, way = TOWARDS[meridian]
+        added.append((3, order, way * field_coma(eccentricity_deg, eye.pupil_diameter)))
+    for n, m, c in (*eye.aberrations, *added):
         terms[n, m] = terms.get((n, m), 0.0) + c
     return replace(
         eye,
         accommodation=eye.accommodation + (tangential + sagittal) / 2,
         aberrations=tuple((n, m, c) for (n, m), c in sorted(terms.items()) if c),
     )
+
+
+def _checked(eccentricity_deg: float) -> float:
+    """Refuse an eccentricity out of range."""
+    check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
+    if eccentricity_deg > FARTHEST:
+        raise InputError(
+            f"eccentricity_deg is {eccentricity_deg:g}, but must be from 0 to {FARTHEST:g}: farther out real eyes "
+            "differ from the model."
+        )
+    return eccentricity_deg
+
+
+def _through(height: float, chief: float) -> _Meeting:
+    """Where a ray meets the cornea that passes the pupil at a `height` (m) and ends where the one at `chief` does."""
+    place = _end(_path(chief))
+    angle = brentq(lambda one: _end(_path(one, height)) - place, chief - 0.5, chief + 0.5, xtol=1e-14)
+    return _path(float(angle), height)[0]
+
+
+def _end(path: list[_Meeting]) -> float:
+    """Height (m) at which a ray meets the retina."""
+    return _meet(RETINA, path[-1].y, path[-1].z, path[-1].behind)[0]
 
 
 def _slope(field: float) -> float:
@@ -142,9 +210,12 @@ def _foci(angle: float) -> tuple[float, float]:
     return -1 / t, -1 / s
 
 
-def _path(angle: float) -> list[_Meeting]:
-    """The ray that passes the middle of the pupil at `angle` to the axis, traced outwards and inwards from there."""
-    found, y, z, behind = [], 0.0, STOP, angle
+def _path(angle: float, height: float = 0.0) -> list[_Meeting]:
+    """The ray that passes the pupil at `angle` to the axis and a `height` (m), traced outwards and inwards from there.
+
+    Off the middle it meets the front of the lens, whose vertex the pupil touches, a little behind the pupil.
+    """
+    found, y, z, behind = [], height, STOP, angle
     for number in range(BEFORE_STOP - 1, -1, -1):
         y, z = _meet(SURFACES[number], y, z, behind)
         normal = _normal(SURFACES[number], y)
@@ -152,7 +223,7 @@ def _path(angle: float) -> list[_Meeting]:
         found.append(_Meeting(y, z, before, behind, normal))
         behind = before
     found.reverse()
-    y, z, before = 0.0, STOP, angle
+    y, z, before = height, STOP, angle
     for number in range(BEFORE_STOP, len(SURFACES)):
         y, z = _meet(SURFACES[number], y, z, before)
         normal = _normal(SURFACES[number], y)
