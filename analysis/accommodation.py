@@ -54,8 +54,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "integrator (`eye.accommodate`). Focus has no fluctuations here.",
             f"After the step the eye lags by {courses['step'].lag(1.0):.2f} D at {STEP[1]:g} D; with a perfect "
             f"estimate it would by {lag:.2f} D. The estimate errs by {np.sqrt(np.mean(error**2)):.3f} D, root mean "
-            f"square. It follows sines {in_words}: the rest is the time that the estimate takes.",
-            "Dashed: what lens and controller would do if the demand were known.",
+            f"square. It follows sines {in_words}: once it has learnt how they move, the controller is ahead of its "
+            "estimates (`eye.Predictor`).",
+            "Dashed: what lens and controller would do if the demand were known, and not predicted.",
         ),
         figure=_draw(courses),
         summary={

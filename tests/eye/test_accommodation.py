@@ -1,5 +1,7 @@
 """An eye that focuses by its own estimate: the linear plant, and other optics than it takes for granted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -40,12 +42,23 @@ def test_a_step_is_the_plants_where_the_estimate_is_good(cue):
 
 
 def test_a_sine_is_followed_with_the_plants_gain_and_phase():
-    course = accommodate(lambda t: 2 + 0.5 * np.sin(0.8 * np.pi * t), 6.0, Accommodation(fluctuation=None, noise=0.05))
+    course = accommodate(lambda t: 2 + 0.5 * np.sin(0.8 * np.pi * t), 6.0, replace(STEADY, noise=0.05, horizon=0.0))
     found = course.response(0.4, skip=1.0)
     expected = complex(STEADY.plant.sine_response(0.4))
     # The estimate lags too, by part of a fixation: 0.1 to 0.2 s.
     assert 0.65 * abs(expected) < abs(found) < 1.1 * abs(expected)
     assert -0.55 < np.angle(found) - np.angle(expected) < 0
+
+
+def test_fluctuations_grow_with_the_response():
+    """A still target at 0.5 and at 6 D: fluctuations of 0.125 and 0.4 D, of the same course."""
+    eye = Accommodation(fluctuation=Microfluctuations(0.2, high_share=0.5), noise=0.05)
+    steady = replace(eye, fluctuation=None)
+    size = []
+    for vergence in (0.5, 6.0):
+        moved, still = (accommodate(lambda _, v=vergence: v, 3.0, one, seed=1) for one in (eye, steady))
+        size.append((moved.accommodation - still.accommodation).std())
+    assert 2.0 < size[1] / size[0] < 4.5
 
 
 def test_response_of_a_course_by_its_definition():

@@ -39,33 +39,32 @@ def test_change_over_a_delay_by_adaptive_quadrature() -> None:
         for delay in (0.1, 0.25, 7.3):
             squares = [
                 quad(lambda f: float(setting.spectrum(f)) * 4 * np.sin(np.pi * f * delay) ** 2, *band, limit=300)[0]  # noqa: B023
-                for band in ((setting.lowest, 0.6), (1.0, 2.3))
+                for band in ((setting.lowest, 1.0), (1.0, 2.3))
             ]
             assert float(setting.change_rms(delay)) == pytest.approx(np.sqrt(sum(squares)), rel=1e-6)
 
 
 @pytest.mark.parametrize("setting", SETTINGS)
 def test_power_is_what_was_asked_for(setting: Microfluctuations) -> None:
-    low = quad(setting.spectrum, setting.lowest, 0.6, limit=200)[0]
-    high = quad(setting.spectrum, 1.0, 2.3)[0]
+    low = quad(setting.spectrum, setting.lowest, 1 - 1e-12, limit=200)[0]
+    high = quad(setting.spectrum, 1 + 1e-12, 2.3)[0]
     assert low + high == pytest.approx(setting.rms**2)
-    assert high == pytest.approx(setting.high_share * setting.rms**2, abs=1e-12)
-    assert not setting.spectrum([0.0, 0.5 * setting.lowest, 0.8, 2.4, 10.0]).any()
+    assert high == pytest.approx(setting.high_share * setting.rms**2, abs=1e-9)
+    assert not setting.spectrum([0.0, 0.5 * setting.lowest, 2.4, 10.0]).any()
     assert many(setting, np.array([12.3])).std() == pytest.approx(setting.rms, rel=0.12)
 
 
 def test_spectrum_of_the_courses() -> None:
-    """Periodograms of 30 courses of 150 s: none between the bands, and the low one as steep as asked for."""
+    """Periodograms of 30 courses of 150 s: the low band as steep as asked for, up to the high one."""
     setting = Microfluctuations(rms=0.3, high_share=0.2, beta=1.3)
     courses = many(setting, np.arange(0, 150, 0.15), 30)
     f, power = periodogram(courses, fs=1 / 0.15, window="hann", axis=-1)
     power = power.mean(axis=0)
-    within = (f > 0.06) & (f < 0.55)
+    within = (f > 0.06) & (f < 0.95)
     slope = np.polyfit(np.log(f[within]), np.log(power[within]), 1)[0]
     assert slope == pytest.approx(-1.3, abs=0.1)
-    high, between = power[(f > 1.05) & (f < 2.25)].mean(), power[(f > 0.65) & (f < 0.95)].mean()
+    high = power[(f > 1.05) & (f < 2.25)].mean()
     assert high == pytest.approx(0.2 * 0.09 / 1.3, rel=0.15)
-    assert between < 0.01 * high
 
 
 def test_a_course_is_a_function_of_time() -> None:
@@ -108,7 +107,7 @@ def test_moments_out_of_order(course: Oscillation | Microfluctuations) -> None:
         ({"rms": -0.1}, "rms is -0.1, but must be a finite number of 0 or more: give it in dioptres"),
         ({"beta": np.nan}, "beta is nan"),
         ({"high_share": 1.2}, "high_share is 1.2, but must be a share"),
-        ({"lowest": 0.6}, r"lowest is 0\.6, but must be above 0 and below 0\.6 Hz"),
+        ({"lowest": 1.0}, r"lowest is 1\.0, but must be above 0 and below 1 Hz"),
         ({"seed": -1}, "seed is -1, but must be a whole number"),
         ({"seed": 1.5}, "seed is 1.5"),
     ],
@@ -151,11 +150,11 @@ def test_pupil_light_and_effort() -> None:
 
 
 def test_published_shape_of_the_spectrum() -> None:
-    """Charman & Heron (1988): f^-1.1 to f^-1.5 below 0.6 Hz, a hump between 1.0 and 2.3 Hz, little between."""
+    """Charman & Heron (1988): f^-1.1 to f^-1.5 below 0.6 Hz, a hump between 1.0 and 2.3 Hz, less between."""
     setting = Microfluctuations.of(0.004)
     slope = np.diff(np.log(setting.spectrum([0.05, 0.5]))) / np.log(10)
     assert -1.5 <= slope[0] <= -1.1
-    assert setting.spectrum(2.0) > setting.spectrum(0.8) == 0
+    assert 0 < setting.spectrum(0.99) < 1.5 * setting.spectrum(2.0)
 
 
 def test_drift_is_a_random_walks() -> None:

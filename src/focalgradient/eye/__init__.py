@@ -17,7 +17,7 @@ from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chro
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
-from focalgradient.eye.fluctuation import Microfluctuations, Oscillation
+from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
 from focalgradient.eye.gaussian import GaussianFit, best_gaussian
 from focalgradient.eye.light import (
     Band,
@@ -36,6 +36,7 @@ from focalgradient.eye.periphery import midget_density, resolved_cpd
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
+from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
@@ -70,6 +71,7 @@ __all__ = [
     "Person",
     "Photons",
     "Plant",
+    "Predictor",
     "Refraction",
     "SpectralBasis",
     "SpectralPicture",
@@ -99,6 +101,7 @@ __all__ = [
     "eye_views",
     "field_coma",
     "field_foci",
+    "growth",
     "illuminant",
     "lens_density",
     "lommel_point_spread",

@@ -20,10 +20,11 @@ from focalgradient.errors import InputError, check_fields, check_finite, check_n
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import check_pupil, ordered_times
 
-__all__ = ["Microfluctuations", "Oscillation"]
+__all__ = ["Microfluctuations", "Oscillation", "growth"]
 
-LOW_END, HIGH_START, HIGH_END = 0.6, 1.0, 2.3
-"""Hz: where the low band ends, and the high band begins and ends."""
+LOW_END, HIGH_START, HIGH_END = 1.0, 1.0, 2.3
+"""Hz: where the low band ends, and the high band begins and ends. The low band was described below 0.6 Hz (Charman &
+Heron 1988); its law goes on to the high band, as measured spectra are not empty between."""
 
 SLOWEST = 1 / 300
 """Hz: where drift begins, a choice."""
@@ -41,6 +42,20 @@ and Day et al. (2009) find it grown."""
 
 WAVES = 400
 """Sinusoids that make up one time course of accommodation in each band."""
+
+
+RESPONSE = 2.0
+"""Accommodative response in dioptres at which `Microfluctuations.of` expects the 0.2 D of the default."""
+
+
+def growth(response: ArrayLike) -> NDArray[np.float64]:
+    """How much larger fluctuations are at an accommodative `response` (D) than at 2 D, by the law of `of`.
+
+    >>> growth([0.0, 2.0, 6.0]).tolist()
+    [0.5, 1.0, 2.0]
+    """
+    expected = RESTING + PER_DIOPTRE * np.maximum(np.asarray(response, dtype=float), 0)
+    return np.asarray(expected / (RESTING + PER_DIOPTRE * RESPONSE))
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +121,7 @@ class Microfluctuations:
     rms
         Standard deviation of accommodation in dioptres: 0.1 to 0.5 in most eyes.
     high_share
-        Share of the power (rms^2) in the high band, 1.0 to 2.3 Hz, which has it evenly; the rest lies below 0.6 Hz.
+        Share of the power (rms^2) in the high band, 1.0 to 2.3 Hz, which has it evenly; the rest lies below.
     beta
         Slope of the low band, power falling as f^-beta: 1.1 to 1.5 in most eyes.
     lowest
@@ -129,7 +144,7 @@ class Microfluctuations:
     >>> bool(0.1 < course.std() < 0.3)
     True
     >>> round(float(fluctuation.change_rms(0.25)), 3)  # dioptres between two views a quarter of a second apart
-    0.153
+    0.163
     """
 
     rms: float = 0.2

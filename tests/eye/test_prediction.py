@@ -1,0 +1,61 @@
+"""What the controller foretells: sines, as people do, and neither steps nor irregular targets."""
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import Course, Microfluctuations, Plant, growth, target_course
+from focalgradient.eye.prediction import Predictor
+
+
+def followed(target, seconds, horizon, noise=0.035, seed=0):
+    """The plant alone, whose demand is the target with an estimate's noise; and the skill after 8 s."""
+    random, plant, one = np.random.default_rng(seed), Plant(), Predictor(horizon, 0.1)
+    times = 0.1 * np.arange(round(10 * seconds))
+    wanted = np.array([target(t) for t in times])
+    state, waiting, focus, skill = np.full(2, plant.steady(wanted[0])), [wanted[0]] * 4, [], []
+    for demand in wanted:
+        focus.append(state[1])
+        waiting = [*waiting[1:], one.update(demand + noise * random.standard_normal())]
+        skill.append(one.skill)
+        state = plant.advance(state, waiting[0], 0.1)
+    return Course(times, wanted, np.array(focus), wanted, 0 * wanted), float(np.mean(skill[-20:]))
+
+
+@pytest.mark.parametrize(("hertz", "people"), [(0.5, -31), (1.0, -61)])
+def test_sines_are_followed_with_the_phase_lag_of_people(hertz, people):
+    """Heron & Charman (2004): a delay of 0.17 s, where latency, controller and lens take 0.6 to 0.7 s."""
+    sine = lambda t: 2 + 0.5 * np.sin(2 * np.pi * hertz * t)  # noqa: E731
+    phase = [np.degrees(np.angle(followed(sine, 25, horizon)[0].response(hertz, 8.0))) for horizon in (0.0, 0.5)]
+    assert phase[1] == pytest.approx(people, abs=10)
+    assert phase[0] % 360 < 360 - 110  # without prediction -122 and -237 degrees
+
+
+def test_an_irregular_target_is_not_foretold():
+    for seed in range(4):
+        waves = Microfluctuations(rms=0.4, high_share=0, beta=0, lowest=0.05, seed=seed)
+        times = np.arange(0, 40, 0.1)
+        values = 2 + waves.at(times)
+        _, skill = followed(target_course(times, values), 40, 0.5)
+        assert skill < 0.2
+
+
+def test_steps_and_still_targets_pass_as_they_are():
+    still, skill = followed(lambda t: 2.0, 20, 0.5)
+    assert skill == 0
+    assert still.accommodation[-1] == pytest.approx(Plant().steady(2.0), abs=0.05)
+    step = [followed(lambda t: 3.0 if t > 5 else 1.0, 8, horizon)[0].accommodation for horizon in (0.0, 0.5)]
+    assert step[1] == pytest.approx(step[0], abs=0.02)
+
+
+def test_no_horizon_is_no_prediction():
+    one = Predictor(0.0, 0.1)
+    assert [one.update(v) for v in (1.0, 2.0, 0.5)] == [1.0, 2.0, 0.5]
+    with pytest.raises(InputError, match="step is 0"):
+        Predictor(0.5, 0.0)
+
+
+def test_fluctuations_grow_with_the_response_as_expected_of_an_eye():
+    """The law of `Microfluctuations.of`, relative to 2 D."""
+    expected = [Microfluctuations.of(0.009, 1e9, response).rms for response in (0.5, 2.0, 5.0)]
+    assert growth([0.5, 2.0, 5.0]) == pytest.approx(np.array(expected) / expected[1], rel=1e-6)
