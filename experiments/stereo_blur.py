@@ -1,7 +1,7 @@
-"""Stereo with blur: how deep a wavy surface looks in an anaglyph, with blur that agrees, is absent, or is reversed.
+"""Stereo with blur: how deep a wavy surface looks to two eyes, with blur that agrees, is absent, or is reversed.
 
-Red-cyan glasses give each eye its view. Disparity is the same in all conditions; blur follows the same depth, none, or
-the opposite one, as if near and far were exchanged. Laboratory and browser.
+Red-cyan glasses give each eye its view, or a mirror stereoscope (--stereoscope FILE; laboratory only). Disparity is the
+same in all conditions; blur follows the same depth, none, or the opposite one, as if near and far were exchanged.
 Run it: focalgradient run stereo_blur.py --participant 01 --monitor lab
 """
 
@@ -16,6 +16,7 @@ from focalgradient.binocular import stereo
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial
 from focalgradient.display import Display
+from focalgradient.lab import ask
 from focalgradient.scales import Scale
 from focalgradient.tasks import Task, register
 
@@ -51,27 +52,28 @@ class StereoDesign(Counterbalanced):
 
 @register
 class StereoBlur(Task):
-    """Say how deep a wavy surface looks through red-cyan glasses."""
+    """Say how deep a wavy surface looks to two eyes."""
 
     name = "stereoblur"
     title = "Depth from disparity with consistent, absent and reversed blur"
     design, trial, answer = StereoDesign, StereoTrial, StereoAnswer
     texts = {
         "en": {
-            "instructions": "How deep is it?\nPut on the glasses, red on the left. Say how deep the waves are.",
+            "instructions": "How deep is it?\nSay how deep the waves are. Glasses, if you have them: red on the left.",
             "question": "How deep were the waves, in centimetres?",
             "flat": "flat",
             "deep": "deep",
         },
         "de": {
-            "instructions": "Wie tief ist es?\nSetzen Sie die Brille auf, rot links. Wie tief sind die Wellen?",
+            "instructions": "Wie tief ist es?\nSagen Sie, wie tief die Wellen sind. Mit Brille: rot links.",
             "question": "Wie tief waren die Wellen, in Zentimetern?",
             "flat": "flach",
             "deep": "tief",
         },
     }
 
-    def shown(self, design, trial, pixels_per_degree):
+    def views(self, design, trial, pixels_per_degree):
+        """Return the light of the left and of the right eye's view."""
         side = 2 * round(3 * pixels_per_degree)  # 6 degrees
         grain = np.random.default_rng(trial.trial).uniform(0.1, 0.9, (side // 3 + 1, side // 3 + 1))
         light = grain.repeat(3, 0).repeat(3, 1)[:side, :side]
@@ -85,8 +87,21 @@ class StereoBlur(Task):
             blur=trial.blur != "none",
             blur_distance=SCREEN_M - wave if trial.blur == "reversed" else None,
         )
-        left, right = (np.asarray(view.light) for view in (made.left, made.right))
+        return np.asarray(made.left.light), np.asarray(made.right.light)
+
+    def shown(self, design, trial, pixels_per_degree):
+        left, right = self.views(design, trial, pixels_per_degree)
         return Display().encode(np.stack([left, right, right], -1)), design.picture_s
+
+    def run(self, sitting, trial):
+        screen = sitting.screen
+        if screen.eyes is None:
+            return super().run(sitting, trial)
+        pair = screen.pair(*self.views(sitting.design, trial, screen.display.pixels_per_degree))
+        onset = screen.play(lambda since: pair.draw(), sitting.design.picture_s, "picture")
+        screen.empty(0.3, "off")
+        given = ask(screen, self.control(sitting.words, trial))
+        return StereoAnswer(onset=sitting.since_start(onset), response_time=given.seconds, seen=given.value)
 
     def control(self, words, trial):
         ends = (self.text(words, "flat"), self.text(words, "deep"))

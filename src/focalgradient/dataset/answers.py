@@ -43,6 +43,8 @@ class Apparatus:
         Luminance of white, measured.
     versions
         Of what else was used, by name.
+    stereoscope
+        Layout, offset in pixels and gamma of each eye, where each eye saw a part of its own; None: both saw one screen.
     """
 
     clock: str
@@ -57,6 +59,7 @@ class Apparatus:
     gamma_seen: tuple[float, float] | None = None
     white_cd_m2: float | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
+    stereoscope: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -58,6 +58,7 @@ MARKERS: Mapping[str, Marker] = {
     "confidence": Marker(22, "The question how sure the participant was appeared.", _PAGE),
     "feedback": Marker(23, "Feedback appeared.", f"{_SHOWN}, Feedback"),
     "adjust": Marker(24, "A stimulus to be adjusted appeared.", f"{_STIMULUS}, Image"),
+    "align": Marker(25, "The lines by which a stereoscope is aligned appeared.", f"{_SHOWN}, Instructional"),
     "recorded": Marker(30, "The answer was safe on the disk.", "Experiment-control"),
     "quit?": Marker(40, "The question whether to stop appeared.", _PAGE),
     "keep?": Marker(41, "The question whether the answers may be kept appeared.", _PAGE),

@@ -73,13 +73,16 @@ class FocusView:
 
     def __init__(self, window: Any, series: FocusSeries, display: Display, pos: tuple[float, float] = (0.0, 0.0)):
         self.window, self.series = window, series
-        self._gamma = gamma_of(display)
+        self.display = display
+        self.mirrored = False
+        """Whether left and right are exchanged about the middle of the window, as through one mirror."""
         window.backend.setCurrent()
         height, width = series.distance.shape
         self._check(len(series.planes), max(height, width))
-        self._programs = {varies: _Program(srgb=self._gamma is None, varies=varies) for varies in (False, True)}
+        self._srgb = self._gamma is None
+        self._programs = {varies: _Program(srgb=self._srgb, varies=varies) for varies in (False, True)}
         self._planes, self._places = self._new_texture(), self._new_texture()
-        texels = texels_of(series, srgb=self._gamma is None)
+        texels = texels_of(series, srgb=self._srgb)
         self._send_planes(texels.values)
         self._gain = texels.gain
         self.move(pos)
@@ -88,6 +91,15 @@ class FocusView:
         self._place, self._varies = 0.0, False
         self._send_places(np.zeros((1, 1), np.float32))
         self._focus: float | NDArray[np.float64] = series.vergences[0]
+
+    @property
+    def display(self) -> Display:
+        """How the display encodes light; another one must have a gamma where this one has, or none."""
+        return self._display
+
+    @display.setter
+    def display(self, display: Display) -> None:
+        self._display, self._gamma = display, gamma_of(display)
 
     @property
     def focus(self) -> float | NDArray[np.float64]:
@@ -144,7 +156,7 @@ class FocusView:
         gl.glBegin(gl.GL_QUADS)
         for (u, v), (x, y) in self._corners:
             gl.glTexCoord2f(u, v)
-            gl.glVertex2f(x, y)
+            gl.glVertex2f(-x if self.mirrored else x, y)
         gl.glEnd()
         gl.glUseProgram(0)
         for unit, kind in ((1, gl.GL_TEXTURE_2D), (0, gl.GL_TEXTURE_2D_ARRAY)):  # as PsychoPy expects to find them

@@ -29,6 +29,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.boxes import Box, add_boxes, check_keys, open_boxes
 from focalgradient.lab.experiment import Experiment
+from focalgradient.lab.stereoscope import Stereoscope, eye_displays, open_stereoscope
 from focalgradient.lab.trackers import add_tracker, tracker_settings
 from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
 from focalgradient.luminance import UNEQUAL
@@ -77,7 +78,10 @@ class Prepared:
     screen
         The module that knows PsychoPy.
     display, calibrated
-        The screen's geometry and encoding of light, and whether its size and distance are known.
+        The screen's geometry and encoding of light, and whether its size and distance are known; with a stereoscope of
+        the part that an eye sees.
+    stereoscope
+        How it is set up, with the displays of the left and of the right eye; None: there is none.
     warnings
         What whoever runs the experiment should know.
     """
@@ -93,6 +97,7 @@ class Prepared:
     screen: ModuleType
     display: Display
     calibrated: bool
+    stereoscope: tuple[Stereoscope, tuple[Display, Display]] | None
     warnings: Sequence[str]
 
 
@@ -118,19 +123,24 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     stimuli = _stimuli(options, experiment, design)
     words = load_words(design.language, None if options.design is None else options.design.parent)
     consent = None if options.consent is None else read_consent(options.consent)
+    setup = open_stereoscope(options)
+    if setup is not None and tracker is not None:
+        raise InputError("--stereoscope is given, but the gaze cannot be recorded through mirrors: give --gaze none.")
     triggers = open_triggers(options.markers, options.triggers, options.codes)
     try:
         screen = import_screen()
-        display, calibrated, warnings = _display(options, screen, stimuli)
-        experiment.check(design, display, WINDOW if options.windowed else display.size_px)
+        display, calibrated, warnings = _display(options, screen, stimuli, setup)
+        stereoscope = None
+        if setup is not None:
+            stereoscope = setup, eye_displays(setup, screen, display, gamma_shown)
+        experiment.check(design, display, _room(options, screen.screen_size(options.screen), setup))
         experiment.check_pictures(design, display, stimuli)
         boxes = open_boxes(options.box, check_keys(options, screen.key_names()))
     except BaseException:
         triggers.close()
         raise
-    return Prepared(
-        options, design, stimuli, tracker, words, consent, triggers, boxes, screen, display, calibrated, warnings
-    )
+    parts = (design, stimuli, tracker, words, consent, triggers, boxes, screen, display, calibrated, stereoscope)
+    return Prepared(options, *parts, warnings)
 
 
 class Arguments(argparse.ArgumentParser):
@@ -186,6 +196,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center, with its size and distance")
     add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
+    add("--stereoscope", type=Path, metavar="FILE", help="settings of a mirror stereoscope or two screens (TOML)")
     add_triggers(add)
     add_boxes(add)
     if "gaze" in task_named(experiment.task).design.model_fields:  # its trials have an object to fixate
@@ -326,7 +337,15 @@ def gamma_shown(found: Any) -> float | tuple[float, float, float] | None:
     return None if found.gamma is None else min(max(found.gamma, 1.0), 4.0)
 
 
-def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | None) -> tuple[Display, bool, list[str]]:
+def _room(options: argparse.Namespace, size: tuple[int, int], setup: Stereoscope | None) -> tuple[int, int]:
+    """Pixels that an eye sees: of the window or the screen, or, with a stereoscope, of an eye's part."""
+    whole = WINDOW if options.windowed else size
+    return whole if setup is None else setup.part(whole, options.windowed)
+
+
+def _display(
+    options: argparse.Namespace, screen: Any, stimuli: StimulusSet | None, setup: Stereoscope | None = None
+) -> tuple[Display, bool, list[str]]:
     """The screen's geometry and encoding, whether they have been calibrated, and what is to be warned of."""
     size, gamma, warnings = screen.screen_size(options.screen), None, []
     pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
@@ -358,7 +377,8 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
     if gamma is None:
         warnings.append("the screen's gamma has not been measured: light is shown as if its curve were that of sRGB.")
     shown_by = None if found is None else gamma_shown(found)
-    display = Display(size, pitch, distance, shown_by or "sRGB", **({} if white is None else {"white": white}))
+    seen = size if setup is None else setup.part(size, windowed=False)
+    display = Display(seen, pitch, distance, shown_by or "sRGB", **({} if white is None else {"white": white}))
     if stimuli is not None:
         made = stimuli.display
         ratio = made.pixels_per_degree / display.pixels_per_degree
@@ -372,7 +392,7 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
         if gamma is not None and abs(gamma - meant) > GAMMA_NEAR:
             warnings.append(f"the pictures were made for a gamma of {made.gamma}, but the screen's is {gamma:.2f}.")
         height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]
-        room = WINDOW if options.windowed else size
+        room = _room(options, size, setup)
         if (width > room[0] or height > room[1]) and not options.pilot:
             raise InputError(
                 f"the pictures have {width} x {height} pixels, but the window only {room[0]} x {room[1]}: leave out "

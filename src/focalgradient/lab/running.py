@@ -30,6 +30,7 @@ from focalgradient.lab.gaze import Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
+from focalgradient.lab.stereoscope import align
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
 from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, SHOWN, SHOWN_ABOUT
@@ -88,6 +89,7 @@ def _in_window(experiment: Experiment, ready: Prepared) -> int:
         background=experiment.background,
         patch=options.photodiode,
         words=ready.words,
+        stereoscope=ready.stereoscope,
     )
     sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
     window.keys.boxes += ready.boxes
@@ -152,6 +154,8 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     consent = ready.consent
     agreed = None if consent is None else consent.stated(_uninterrupted(lambda: agree(window, consent)))
     about = _uninterrupted(lambda: ask_participant(sitting, options))
+    if window.eyes is not None:
+        _uninterrupted(lambda: align(window, options.stereoscope))
     with _opened(ready, sitting, about) as session:
         window.on_event("sitting", window.now())
         session.note(
@@ -419,4 +423,5 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
         gamma_channels=None if measured is None else measured.channels,
         white_cd_m2=None if measured is None else measured.white,
         versions=ready.screen.versions(),
+        stereoscope=None if window.eyes is None else window.eyes.setup.stated(window.eyes.displays),
     )

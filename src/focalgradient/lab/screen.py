@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import pairwise
 from statistics import median, quantiles
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +32,11 @@ from focalgradient.errors import InputError  # noqa: E402
 from focalgradient.lab.boxes import Box  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 from focalgradient.lab.focus_view import FocusView  # noqa: E402
+from focalgradient.lab.monitor import Calibration, calibration_of, store_luminance  # noqa: E402
 from focalgradient.lab.picture import ShownPicture  # noqa: E402
 from focalgradient.lab.pointer import Pointer  # noqa: E402
+from focalgradient.lab.stereoscope import Eyes, Pair, Stereoscope, Still  # noqa: E402
 from focalgradient.live import FocusSeries  # noqa: E402
-from focalgradient.luminance import Luminance  # noqa: E402
 
 __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "store_luminance", "versions"]
 
@@ -45,85 +47,6 @@ PACE = 60.0  # frames a second where the display does not report when it has sho
 
 Draw = Callable[[float], object]
 """Draws one frame, given the seconds since the first."""
-
-
-class Calibration(NamedTuple):
-    """What PsychoPy's Monitor Center knows of a monitor: lengths in metres, None where it does not know."""
-
-    width: float | None
-    distance: float | None
-    size_px: tuple[int, int] | None
-    gamma: float | None
-    """Of grey, or the mean of the guns'."""
-    channels: tuple[float, float, float] | None = None
-    """Of red, green and blue, where they were measured each by itself."""
-    white: float | None = None
-    """Luminance of white in cd/m2, where a photometer's table was stored."""
-
-
-def calibration_of(name: str) -> Calibration:
-    """Read a monitor's calibration.
-
-    Raises
-    ------
-    InputError
-        If there is no monitor of that name.
-    """
-    known = monitors.getAllMonitors()
-    if name not in known:
-        listed = ", ".join(sorted(known))
-        raise InputError(
-            f"the monitor {name!r} is not known to PsychoPy, which knows {listed}: make it in its Monitor Center."
-        )
-    monitor = monitors.Monitor(name, autoLog=False)
-    width, distance, size = monitor.getWidth(), monitor.getDistance(), monitor.getSizePix()
-    gamma, channels, white = _light_of(monitor)
-    return Calibration(
-        width / 100 if width else None,
-        distance / 100 if distance else None,
-        (int(size[0]), int(size[1])) if size and all(size) else None,
-        gamma,
-        channels,
-        white,
-    )
-
-
-def _light_of(monitor: Any) -> tuple[float | None, tuple[float, float, float] | None, float | None]:
-    """Gamma, that of each gun, and white; a gamma of 1 counts where it was measured, and is PsychoPy's default else."""
-    lums = monitor.getLumsPre()
-    measured = lums is not None and len(lums) > 0
-    if monitor.gammaIsDefault() and not measured:
-        return None, None, None
-    grid = monitor.getGammaGrid()
-    if grid is None or (not measured and np.all(np.asarray(grid)[1:, 2] == 1)):
-        return float(np.mean(np.asarray(monitor.getGamma(), float))), None, None
-    rows = np.asarray(grid, float)
-    red, green, blue = (float(value) for value in rows[1:4, 2])
-    gamma = float(rows[0, 2]) if measured else (red + green + blue) / 3
-    return gamma, (red, green, blue), float(rows[0, 1]) if measured else None
-
-
-def store_luminance(name: str, found: Luminance) -> None:
-    """Keep a photometer's table and its curves with a monitor, in PsychoPy's Monitor Center.
-
-    Raises
-    ------
-    InputError
-        If there is no monitor of that name.
-    """
-    calibration_of(name)
-    monitor = monitors.Monitor(name, autoLog=False)
-    rows = [found.curves.get(gun, found.grey) for gun in ("grey", "red", "green", "blue")]
-    grid = np.full((4, 6), np.nan)
-    grid[:, :3] = [[curve.black, curve.white, curve.gamma] for curve in rows]
-    monitor.setGammaGrid(grid.tolist())
-    measured = [
-        found.measured.get(gun, np.full(found.shares.shape, np.nan)) for gun in ("grey", "red", "green", "blue")
-    ]
-    monitor.setLumsPre(np.array(measured).tolist())
-    monitor.setLevelsPre((255 * found.shares).tolist())
-    monitor.setLineariseMethod(1)
-    monitor.save()
 
 
 def screen_size(number: int) -> tuple[int, int]:
@@ -140,6 +63,27 @@ def screen_size(number: int) -> tuple[int, int]:
     if not 0 <= number < len(screens):
         raise InputError(f"--screen is {number}, but this computer's screens are 0 to {len(screens) - 1}.")
     return screens[number].width, screens[number].height
+
+
+def side_by_side(numbers: tuple[int, int]) -> tuple[int, int]:
+    """Return the place of the first of two screens, whose right edge touches the second.
+
+    Raises
+    ------
+    InputError
+        If there is no such screen, or they differ in size or do not lie side by side.
+    """
+    import pyglet
+
+    (width, height), other = screen_size(numbers[0]), screen_size(numbers[1])
+    first, second = (pyglet.canvas.get_display().get_screens()[number] for number in numbers)
+    if (width, height) != other or (second.x, second.y) != (first.x + width, first.y):
+        raise InputError(
+            f"the screens {numbers[0]} and {numbers[1]} ({width} x {height} px at {first.x}, {first.y}; {other[0]} x "
+            f"{other[1]} px at {second.x}, {second.y}) must be of one size and side by side, the left eye's on the "
+            "left: set this in the settings of the displays."
+        )
+    return first.x, first.y
 
 
 def key_names() -> set[str]:
@@ -194,6 +138,8 @@ class Screen:
         Corner ("left" or "right", below) of the square for a photodiode, white while a stimulus is shown; None: none.
     words
         What is said on it; None: in English.
+    stereoscope
+        How it is set up, and the displays of the left and of the right eye; None: both eyes look at the whole window.
     """
 
     def __init__(
@@ -205,17 +151,23 @@ class Screen:
         background: float = -1.0,
         patch: str | None = None,
         words: Words | None = None,
+        stereoscope: tuple[Stereoscope, tuple[Display, Display]] | None = None,
     ):
         self.stop_question = "common.stop"  # of the words: what ESC asks
         whole = screen_size(number)
         width, height = size_px or whole
+        place: tuple[int, int] | None = None
+        if stereoscope is not None and size_px is None and stereoscope[0].layout == "screens":
+            place, width = side_by_side(stereoscope[0].screens), 2 * width
         # A monitor of our own, without gamma: PsychoPy would load a gamma table into the graphics card for it.
         monitor = monitors.Monitor("focalgradient, of its own", width=1.0, distance=1.0, autoLog=False, currentCalib={})
         monitor.setGamma(None)
         monitor.setSizePix(list(whole))
         self.window = visual.Window(
             (width, height),
-            fullscr=size_px is None,
+            fullscr=size_px is None and place is None,
+            pos=place,
+            viewScale=(-1, 1) if stereoscope is not None and stereoscope[0].mirrored else None,
             screen=number,
             monitor=monitor,
             units="pix",
@@ -225,12 +177,14 @@ class Screen:
             autoLog=False,
             title="focalgradient",
         )
-        self.size = (int(self.window.size[0]), int(self.window.size[1]))
+        self.eyes = None if stereoscope is None else Eyes(self.window, *stereoscope)
+        """The parts of the two eyes, where they see different ones."""
+        self.size = (int(self.window.size[0]), int(self.window.size[1])) if self.eyes is None else self.eyes.size
         self.display = display
         self.words = words or load_words("en")
         self.background = background
         self.keys = Keys()
-        self.mouse = event.Mouse(win=self.window, visible=False)
+        self.mouse = event.Mouse(win=self.window, visible=False) if self.eyes is None else Still()
         self.pointer: Pointer | None = None
         self.dropped = 0
         self.drawn: dict[str, None] = {}
@@ -258,7 +212,8 @@ class Screen:
             return None
         side = round(PATCH * self.size[1])
         x = (self.size[0] - side) / 2 * (-1 if corner == "left" else 1)
-        return visual.Rect(self.window, side, side, pos=(x, (side - self.size[1]) / 2), lineWidth=0, autoLog=False)
+        where = {"pos": (x, (side - self.size[1]) / 2), "lineWidth": 0, "autoLog": False}
+        return self.both(visual.Rect(self.window, side, side, **where))
 
     def _measure(self, frames: int = 40) -> float | None:
         """Frames a second; None where frames come irregularly or faster than any display: nothing waits for it then."""
@@ -417,26 +372,58 @@ class Screen:
 
     # --- What is drawn -----------------------------------------------------------------------------------------------
 
+    def both(self, part: Any) -> Any:
+        """Let a stimulus of one's own, made with `window`, be drawn for both eyes through a stereoscope; return it."""
+        if self.eyes is not None:
+            part.draw = partial(self.eyes.each, part.draw)
+        return part
+
+    def pair(self, left: NDArray[Any], right: NDArray[Any]) -> Pair:
+        """A picture for each eye, in light (H x W or H x W x 3, 1: white), encoded by that eye's own gamma.
+
+        Raises
+        ------
+        InputError
+            If there is no stereoscope, or a picture is larger than an eye's part.
+        """
+        if self.eyes is None:
+            raise InputError("a pair needs a stereoscope: give its settings (--stereoscope FILE), or show an anaglyph.")
+        made = []
+        for light, display in zip((left, right), self.eyes.displays, strict=True):
+            if light.shape[0] > self.size[1] or light.shape[1] > self.size[0]:
+                raise InputError(
+                    f"a picture of {light.shape[1]} x {light.shape[0]} pixels is larger than an eye's part of the "
+                    f"window, {self.size[0]} x {self.size[1]}: make it smaller."
+                )
+            made.append(self._picture(display.encode(light), self.drawn))
+        return Pair(self.eyes, *made)
+
     def text(self, text: str, *, height: float = 0.03, x: float = 0.0, y: float = 0.0, **how: Any) -> Any:
         """Text about a place; `height`, `x` and `y` are shares of the screen's height."""
         unit = self.size[1]
         wrap = min(1.3 * unit, 0.92 * self.size[0])
         how = {"color": INK, "wrapWidth": wrap, **how}
-        return visual.TextStim(self.window, text, pos=(x * unit, y * unit), height=height * unit, autoLog=False, **how)
+        how |= {"pos": (x * unit, y * unit), "height": height * unit, "autoLog": False}
+        return self.both(visual.TextStim(self.window, text, **how))
 
     def picture(self, pixels: NDArray[np.uint8], *, recorded: bool = True) -> Any:
         """A picture in the middle of the screen, H x W (grey) or H x W x 3, one pixel on one of the screen's.
 
         Where it is `recorded`, the SHA-256 of its pixels is among `drawn` once it is drawn.
         """
+        return self.both(self._picture(pixels, self.drawn if recorded else None))
+
+    def _picture(self, pixels: NDArray[np.uint8], drawn: dict[str, None] | None) -> ShownPicture:
         height, width = pixels.shape[:2]
         # Where one side is odd and the other even, the middle of the screen lies between pixels.
         place = ((self.size[0] - width) % 2 / 2, (self.size[1] - height) % 2 / 2)
-        return ShownPicture(self.window, pixels, place, self.drawn if recorded else None)
+        return ShownPicture(self.window, pixels, place, drawn)
 
     def refocused(self, series: FocusSeries, pos: tuple[float, float] = (0.0, 0.0)) -> FocusView:
         """A focus series, one pixel on one of the screen's; `pos` is its middle, in pixels from that of the screen."""
-        return FocusView(self.window, series, self.display, pos)
+        if self.eyes is None:
+            return FocusView(self.window, series, self.display, pos)
+        return self.eyes.refocused(FocusView(self.window, series, self.display, pos))
 
     def fixation(self, x: float, y: float) -> Any:
         """A mark to look at: a bull's eye with a cross, 0.6 degrees wide."""
@@ -450,11 +437,13 @@ class Screen:
             visual.Rect(self.window, arm, 2 * radius, **light),
             visual.Circle(self.window, arm / 2 * 1.2, edges=24, **dark),
         ]
-        return _Group(parts)
+        return self.both(_Group(parts))
 
     def whole(self, light: float) -> Any:
         """The whole screen in one grey, from -1 to 1."""
-        return visual.Rect(self.window, *self.size, fillColor=light, lineWidth=0, autoLog=False)
+        how = {"fillColor": light, "lineWidth": 0, "autoLog": False}
+        sides = self.size if self.eyes is None else [2 * side for side in self.size]  # whatever the offset
+        return self.both(visual.Rect(self.window, *sides, **how))
 
     def plate(self) -> Any:
         """What text is drawn on: the whole screen, dark enough to read what stands on it."""
@@ -462,16 +451,21 @@ class Screen:
 
     def box(self, side: float) -> Any:
         """The outline of a square."""
-        return visual.Rect(self.window, side, side, fillColor=None, lineColor=INK, lineWidth=3, autoLog=False)
+        how = {"fillColor": None, "lineColor": INK, "lineWidth": 3, "autoLog": False}
+        return self.both(visual.Rect(self.window, side, side, **how))
 
-    def line(self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0) -> Any:
-        """A straight line."""
-        return visual.Line(self.window, start, end, lineColor=INK, lineWidth=width, autoLog=False)
+    def line(
+        self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0, *, for_both: bool = True
+    ) -> Any:
+        """A straight line; `for_both` eyes, or in the part where it is drawn."""
+        made = visual.Line(self.window, start, end, lineColor=INK, lineWidth=width, autoLog=False)
+        return self.both(made) if for_both else made
 
     def triangle(self, size: float, **how: Any) -> Any:
         """A triangle that points down at its place."""
         corners = [(0, 0), (-size / 2, size), (size / 2, size)]
-        return visual.ShapeStim(self.window, vertices=corners, fillColor=INK, lineWidth=0, autoLog=False, **how)
+        how |= {"vertices": corners, "fillColor": INK, "lineWidth": 0, "autoLog": False}
+        return self.both(visual.ShapeStim(self.window, **how))
 
 
 class _Group:
