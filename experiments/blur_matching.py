@@ -1,7 +1,7 @@
 """Blur matching by adjustment: set the blur of the right edge until it looks like that of the left one.
 
 The left edge is defocused for a pupil of 4 mm, at full or low contrast; the right one, always at full contrast, follows
-the knob live. If contrast changes how blurred an edge looks, matches at low contrast are off. Laboratory only.
+the knob live. If contrast changes how blurred an edge looks, matches at low contrast are off. Laboratory and browser.
 Run it: focalgradient run blur_matching.py --participant 01 --monitor lab
 """
 
@@ -15,9 +15,8 @@ from pydantic import Field
 from focalgradient import Lens
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial
-from focalgradient.lab import adjust
 from focalgradient.live import FocusSeries
-from focalgradient.tasks import Task, register
+from focalgradient.tasks import Adjustment, Refocused, Task, register
 
 EYE = Lens(focal_length=0.017, f_number=17 / 4, focus_distance=1.0)  # a pupil of 4 mm
 MOST_D = 2.0  # of the knob
@@ -74,29 +73,20 @@ class BlurMatching(Task):
         },
     }
 
-    def run(self, sitting, trial):
-        screen, design = sitting.screen, sitting.design
-        angle = np.radians(1 / screen.display.pixels_per_degree)
-        pixels = 2 * round(design.size_deg * screen.display.pixels_per_degree / 2)
-        views = []
-        for side, contrast in ((-1, trial.contrast), (1, max(design.contrasts))):
-            views.append(screen.refocused(edge_series(pixels, angle, contrast), (side * 0.6 * pixels, 0.0)))
-        standard, matched = views
-        standard.focus = trial.defocus
+    def adjustment(self, design, words, trial, pixels_per_degree):
+        pixels = 2 * round(design.size_deg * pixels_per_degree / 2)
+        angle = float(np.radians(1 / pixels_per_degree))
+        standard, matched = (
+            edge_series(pixels, angle, contrast) for contrast in (trial.contrast, max(design.contrasts))
+        )
+        views = (
+            Refocused(standard, (-0.6 * pixels, 0.0), focus=trial.defocus),
+            Refocused(matched, (0.6 * pixels, 0.0)),  # follows the knob
+        )
+        return Adjustment(views, 0.0, MOST_D, self.text(words, "question"))
 
-        def draw(defocus):
-            matched.focus = defocus
-            standard.draw()
-            matched.draw()
-
-        try:
-            screen.empty(0.5, "pause")
-            onset = sitting.since_start(screen.now())
-            given = adjust(screen, draw, 0.0, MOST_D, question=self.text(sitting.words, "question"))
-        finally:
-            for view in views:
-                view.close()
-        return MatchAnswer(onset=onset, response_time=given.seconds, matched=given.value, start=given.start)
+    def answered(self, design, trial, value, start, **times):
+        return MatchAnswer(matched=value, start=start, **times)
 
     def simulated(self, design, trial, observer, chance):
         seen = trial.defocus * trial.contrast**-0.1 * np.exp(chance.normal(0, 0.15))  # low contrast looks more blurred

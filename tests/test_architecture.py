@@ -73,7 +73,7 @@ ROOMS = {
         *("scenes", "stimuli", "tasks"),
     },
     "web": {
-        *("dataset", "design", "display", "errors", "files", "psf", "render", "scales", "stimuli", "tasks"),
+        *("dataset", "design", "display", "errors", "files", "live", "psf", "render", "scales", "stimuli", "tasks"),
     },
     "statistics": {"errors", "files", "parallel", "progress", "scales"},
     "power": {"design", "errors", "files", "parallel", "progress", "scales", "statistics", "tasks"},

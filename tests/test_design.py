@@ -104,7 +104,7 @@ def test_the_files_hold_the_defaults(name, tmp_path):
     text = design_text(name)
     (tmp_path / "mine.toml").write_text(text)
     assert load_design(tmp_path / "mine.toml") == DEFAULTS[name]
-    elsewhere = ("catch_trials", "practice_trials", "factors", "also", "given_trials")
+    elsewhere = ("catch_trials", "practice_trials", "factors", "also", "given_trials", "smallest_screen")
     settable = {key for key in type(DEFAULTS[name]).model_fields if key not in elsewhere}
     assert all(f"\n{key} = " in text for key in settable), "every setting can be found, and changed, in the file"
 

@@ -15,7 +15,7 @@ from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
 
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
-from focalgradient.design import check_design
+from focalgradient.design import answers_of, check_design
 from focalgradient.design.words import load_words
 from focalgradient.observers import simulate
 from focalgradient.scales import Scale
@@ -27,27 +27,31 @@ from chromium import Server, chromium, take_part
 
 INK = 0.9  # of the screen's text, from -1 to 1
 
-LABORATORY = ("blur_matching", "blur_discrimination")
-DESCRIBED = ("border_blur", "slant_from_blur", "miniature_effect", "depth_order", "stereo_blur")
+DESCRIBED = (
+    *("blur_matching", "blur_discrimination"),
+    *("border_blur", "slant_from_blur", "miniature_effect", "depth_order", "stereo_blur"),
+)
 
 
 def task_of(name: str):
     return task_named(str(PROGRAMS / f"{name}.py"))
 
 
-@pytest.mark.parametrize("name", [*LABORATORY, *DESCRIBED])
+@pytest.mark.parametrize("name", DESCRIBED)
 def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> None:
     task = task_of(name)
     lines = (PROGRAMS / f"{name}.py").read_text(encoding="utf-8").splitlines()
     assert 60 <= len(lines) <= 150
-    assert task.described is (name in DESCRIBED)
+    assert task.described
     design = task.design()
     for language in ("en", "de"):
         words = load_words(language)
         assert all(task.text(words, entry) for entry in task.texts["en"])
         pages = task.pages(design, words, "01", browser=False)
         assert len(pages.opening()) == 1
-        if task.described:
+        if task.adjusts:
+            assert task.adjustment(design, words, design.trials("01")[0], 20.0).question
+        else:
             assert task.control(words, design.trials("01")[0]).form()["question"]
     simulate(design, tmp_path / "data", observers=3, seed=1)
     assert validate(tmp_path / "data").problems == ()
@@ -124,7 +128,7 @@ def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path
     given += ["--design", written(tmp_path, name, language)]
     task = task_of(name)
     trials = task.design(**{key: tuple(v) if isinstance(v, list) else v for key, v in SHORT[name].items()}).trials("01")
-    marked = task.described and isinstance(task.control(load_words(language), trials[0]), Scale)
+    marked = not task.adjusts and isinstance(task.control(load_words(language), trials[0]), Scale)
     with headless(tmp_path / "x") as screen:
         running = Running(screen, "from-file", str(PROGRAMS / f"{name}.py"), *given)
         events: list[str] = []
@@ -153,7 +157,10 @@ def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "language"), [("border_blur", "en"), ("stereo_blur", "de")])
+@pytest.mark.parametrize(
+    ("name", "language"),
+    [("border_blur", "en"), ("stereo_blur", "de"), ("blur_matching", "de"), ("blur_discrimination", "en")],
+)
 def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(tmp_path, name, language)
     monkeypatch.setenv(FILES, str(PROGRAMS / f"{name}.py"))
@@ -166,4 +173,14 @@ def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkey
     assert server.end() == 0
     assert any(task_of(name).texts[language]["question"] in text for text in seen)
     assert validate(tmp_path / "data").problems == ()
+    (table,) = (one for one in read_dataset(tmp_path / "data").tables.values() if len(one))
+    if name == "blur_matching":  # each of two taps turns the knob by a sixtieth, but at its end
+        turned = (table["matched"] - table["start"]).to_numpy()
+        assert turned == pytest.approx(2 * 2.0 / 60, abs=1e-4)
+    if name == "blur_discrimination":  # the level of each trial follows from the answers before it, as in a window
+        recorded = [{"phase": "main", "catch": False, **one} for one in table.to_dict("records")]
+        stairs = sys.modules["blur_discrimination"].STAIRCASE
+        for number, one in enumerate(recorded):
+            assert one["level"] == pytest.approx(stairs.level(answers_of(recorded[:number])))
+        assert len({one["level"] for one in recorded}) > 1
     assert os.environ[FILES]

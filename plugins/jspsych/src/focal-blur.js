@@ -2,6 +2,7 @@
 
 import { ParameterType } from "jspsych";
 import { inDevicePixels, late, nextFrame, rounded, Watch } from "../../../src/focalgradient/web/page/frames.js";
+import { Knob } from "../../../src/focalgradient/web/page/knob.js";
 import { FocusView, SHADERS } from "../build/shared.js";
 import { pressed } from "./keys.js";
 
@@ -58,8 +59,7 @@ export default class FocalBlur {
     element.replaceChildren(canvas);
     inDevicePixels(canvas, series.width, series.height);
     const begin = trial.start ?? trial.focus ?? (trial.adjustable ? low + Math.random() * (high - low) : (low + high) / 2);
-    const state = { focus: begin, done: false };
-    const controls = this.controls(element, trial, state, low, high);
+    const knob = this.controls(element, trial, begin, low, high);
     const keys = trial.adjustable ? null : pressed(this.jsPsych, trial.choices);
     const stamps = [];
     const changes = [];
@@ -68,16 +68,16 @@ export default class FocalBlur {
       stamps.push(now);
       const elapsed = now - stamps[0];
       const over = trial.trial_duration !== null && elapsed >= trial.trial_duration - (trial.frame ?? 1000 / 60) / 2;
-      if (state.done || over || keys?.since(stamps[0])) break;
-      const focus = trial.focus_at ? trial.focus_at(elapsed / 1000) : state.focus;
+      if (knob?.done || over || keys?.since(stamps[0])) break;
+      const focus = trial.focus_at ? trial.focus_at(elapsed / 1000) : knob ? knob.value : begin;
       if (focus !== changes.at(-1)?.[1]) {
         view.draw(series, focus);
         changes.push([Math.round(10 * elapsed) / 10, focus]);
       }
     }
     const answer = keys?.since(stamps[0]) ?? null;
-    const rt = answer ? answer.rt : (state.done || null) && state.done - stamps[0];
-    controls.end();
+    const rt = answer ? answer.rt : (knob?.done || null) && knob.done - stamps[0];
+    knob?.end();
     keys?.end();
     element.replaceChildren();
     view.gl.getExtension("WEBGL_lose_context")?.loseContext(); // browsers keep a few contexts only
@@ -93,44 +93,15 @@ export default class FocalBlur {
   }
 
   // Below the picture: the prompt; and, where focus is the participant's, a slider that the wheel and the keys move, too.
-  controls(element, trial, state, low, high) {
+  controls(element, trial, start, low, high) {
     const foot = Object.assign(document.createElement("div"), { id: "focal-blur-foot" });
     Object.assign(foot.style, { position: "fixed", bottom: "1rem", left: "50%", transform: "translateX(-50%)" });
     if (trial.prompt) foot.innerHTML = trial.prompt;
     element.append(foot);
-    if (!trial.adjustable) return { end: () => {} };
-    const slider = Object.assign(document.createElement("input"), {
-      type: "range", min: low, max: high, step: "any", value: state.focus, ariaLabel: trial.label,
+    if (!trial.adjustable) return null;
+    foot.append(document.createElement("br"));
+    return new Knob(foot, {
+      least: low, most: high, start, steps: WHEEL, label: trial.label, button_label: trial.button_label,
     });
-    slider.style.width = "20rem";
-    const button = Object.assign(document.createElement("button"), { type: "button", className: "jspsych-btn" });
-    button.textContent = trial.button_label;
-    foot.append(document.createElement("br"), slider, " ", button);
-    const move = (focus) => {
-      state.focus = Math.min(Math.max(focus, low), high);
-      slider.value = state.focus;
-    };
-    const turn = (event) => {
-      event.preventDefault();
-      move(state.focus - (Math.sign(event.deltaY) * (high - low)) / WHEEL);
-    };
-    const press = (event) => {
-      const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
-      if (event.key === "Enter" && !event.repeat) state.done = event.timeStamp;
-      if (!by && event.key !== "Enter") return;
-      event.preventDefault();
-      if (by) move(state.focus + (by * (high - low)) / (event.shiftKey ? WHEEL * 10 : WHEEL));
-    };
-    slider.addEventListener("input", () => move(Number(slider.value)));
-    button.addEventListener("click", (event) => (state.done = event.timeStamp));
-    addEventListener("wheel", turn, { passive: false });
-    addEventListener("keydown", press);
-    slider.focus();
-    return {
-      end() {
-        removeEventListener("wheel", turn);
-        removeEventListener("keydown", press);
-      },
-    };
   }
 }

@@ -78,7 +78,7 @@ def no_repeats(key: str, values: Sequence[object]) -> None:
 PILOT = 4
 """Trials of practice, and others, that a pilot run takes of a list that was given: our choice."""
 
-LATER = frozenset({"also", "given_trials"})
+LATER = frozenset({"also", "given_trials", "smallest_screen"})
 """Settings that came after version 0.2, whose default is empty: designs without them stay as they were recorded."""
 
 _LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}
@@ -130,6 +130,12 @@ class Plan(Table):
     ] = ()
     """Trials that are shown in the place of those that the design would list."""
 
+    smallest_screen: Annotated[
+        tuple[Annotated[int, Field(gt=0)], ...],
+        Field(strict=False, max_length=2, description="two numbers of CSS pixels, like [600, 280] for phones"),
+    ] = ()
+    """Of a browser's window, wider than high; touch is then enough. Without it 640 x 480 and a keyboard are needed."""
+
     tables: ClassVar[dict[str, type[Table]]] = {"also": Also}
 
     closed: ClassVar[tuple[str, ...]] = ()
@@ -146,6 +152,13 @@ class Plan(Table):
             return data
         tuples = {name for name, one in cls.model_fields.items() if get_origin(one.annotation) is tuple}
         return {key: tuple(one) if key in tuples and isinstance(one, list) else one for key, one in data.items()}
+
+    @field_validator("smallest_screen")
+    @classmethod
+    def _sides(cls, sides: tuple[int, ...]) -> tuple[int, ...]:
+        if len(sides) == 1:
+            raise ValueError("smallest_screen has one number, but must have two: give width and height in CSS pixels.")
+        return sides
 
     @field_validator("also")
     @classmethod

@@ -4,14 +4,17 @@ A task of one's own is one class derived from `Task` in one file, found by `regi
 "focalgradient.tasks". Ours are registered in the same way.
 """
 
+from focalgradient.tasks.adjustment import Adjustment, Refocused
 from focalgradient.tasks.base import Response, Rows, Task
 from focalgradient.tasks.columns import Column
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.registry import is_task, register, task_named, task_names, unknown_task
 
 __all__ = [
+    "Adjustment",
     "Column",
     "Noted",
+    "Refocused",
     "Response",
     "Rows",
     "Task",

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.scales import Control
+from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
 
@@ -188,8 +189,8 @@ class Task(ABC):
         """Return a trial as it is shown, with what depends on the answers so far: here as it is planned.
 
         A procedure (`focalgradient.design.Staircase` and others) chooses a field that trial and answer both have, like
-        ``level``: ``dataclasses.replace(trial, level=procedure.level(answers_of(recorded)))``. Such a task runs in the
-        laboratory.
+        ``level``: ``dataclasses.replace(trial, level=procedure.level(answers_of(recorded)))``. In a browser the server
+        chooses after each answer; a study that is exported has no server, and is refused.
         """
         return trial
 
@@ -200,6 +201,13 @@ class Task(ABC):
         both show it so.
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def adjustment(self, design: Any, words: Any, trial: Any, pixels_per_degree: float) -> Adjustment:
+        """Return what a trial asks to be set by a knob, in place of `shown` and `control`.
+
+        The answer is made by `answered`, which then has the keyword `start` as well: the value at the start.
+        """
+        raise InputError(f"the task {self.name!r} has nothing to adjust: define adjustment, or shown and control.")
 
     def intervals(self, design: Any, trial: Any, pixels_per_degree: float) -> list[Interval]:
         """Return the pictures of a trial as `shown` gives them, always as a list."""
@@ -225,7 +233,7 @@ class Task(ABC):
         dict
             "picture", and further intervals as "picture_2"; or "reference", what it is compared with.
         """
-        if pixels_per_degree is None or not self.described:
+        if pixels_per_degree is None or not self.described or self.adapts or self.adjusts:
             return {}
         shown = self.intervals(design, trial, pixels_per_degree)
         return {f"picture_{n}" if n > 1 else "picture": pixels for n, (pixels, _) in enumerate(shown, start=1)}
@@ -251,7 +259,8 @@ class Task(ABC):
         value
             What was given on the control; of two ways 1 or 2.
         times
-            `onset`, `response_time` and `dropped_frames` of `Response`.
+            `onset`, `response_time` and `dropped_frames` of `Response`; of an adjustment also `start`, where the knob
+            stood at first.
         """
         name, *more = (column.name for column in _own_columns(self.answer, ""))
         if more:
@@ -263,24 +272,23 @@ class Task(ABC):
     def described(self) -> bool:
         """Whether trials are described as data, so that a browser can show them."""
         own = type(self)
-        return own.shown is not Task.shown and own.control is not Task.control and own.adapted is Task.adapted
+        return self.adjusts or (own.shown is not Task.shown and own.control is not Task.control)
+
+    @property
+    def adapts(self) -> bool:
+        """Whether what a trial shows depends on the answers so far."""
+        return type(self).adapted is not Task.adapted
+
+    @property
+    def adjusts(self) -> bool:
+        """Whether a trial is an adjustment, described as data."""
+        return type(self).adjustment is not Task.adjustment
 
     def run(self, sitting: Any, trial: Any) -> Any:
-        """Show a trial in the laboratory's window and return its answer: here as `shown` and `control` describe it."""
-        from focalgradient.lab.questions import ask
+        """Show a trial in the laboratory's window and return its answer: here as the task describes it."""
+        from focalgradient.lab.described import show_described
 
-        screen, design = sitting.screen, sitting.design
-        trial = self.adapted(design, trial, sitting.recorded)
-        shown = self.intervals(design, trial, screen.display.pixels_per_degree)
-        pictures = [(screen.picture(pixels), seconds) for pixels, seconds in shown]
-        screen.warm(*(picture for picture, _ in pictures))
-        onsets = []
-        for picture, seconds in pictures:
-            onsets.append(screen.play(lambda since, drawn=picture: drawn.draw(), seconds, "picture"))
-            screen.empty(BLANK_S, "off")
-        given = ask(screen, self.control(sitting.words, trial))
-        times = {"onset": sitting.since_start(onsets[0]), "response_time": given.seconds}
-        return self.answered(design, trial, given.value, **times)
+        return show_described(self, sitting, trial)
 
     def experiment(self) -> Any:
         """Return what the laboratory runs."""

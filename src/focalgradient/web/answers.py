@@ -96,11 +96,17 @@ def read_answer(
         return watched, frames
     times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
     if not isinstance(trial, DepthTrial):
-        control = session.task.control(words, trial)
+        task, design = session.task, session.design
+        if task.adjusts:
+            given = task.answered(design, trial, read.rating, start=read.start, **times)
+            return replace(given, extra={**extra, **given.extra}), frames
+        if task.adapts:
+            trial = task.adapted(design, trial, session.recorded)
+        control = task.control(words, trial)
         value = 2.0 - read.rating if isinstance(control, Ways) else read.rating
         _check_reached("rating", value, control)
-        given = session.task.answered(session.design, trial, value, **times)
-        shown = shown_sha256(session.task, session.design, trial, Display())
+        given = task.answered(design, trial, value, **times)
+        shown = shown_sha256(task, design, trial, Display())
         extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None

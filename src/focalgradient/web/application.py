@@ -27,7 +27,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from focalgradient.errors import InputError, one_line
 from focalgradient.web.answers import first_problem
 from focalgradient.web.guard import Limits, Rate, SameOrigin, TimedProtocol, read_body, too_many
-from focalgradient.web.messages import Begin, Given, Join, Who
+from focalgradient.web.messages import Begin, Given, Join, Next, Who
+from focalgradient.web.pictures import REFOCUSING, refocusing
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
 
@@ -147,6 +148,8 @@ class _Pages:
 
     async def static(self, request: Request) -> Response:
         name = request.path_params["name"]
+        if name == REFOCUSING:
+            return Response(refocusing(), media_type=STATIC["page.js"], headers={"Cache-Control": "no-cache"})
         if name not in STATIC:
             raise Refused(404, "There is no such file.")
         return Response(_static(name), media_type=STATIC[name], headers={"Cache-Control": "no-cache"})
@@ -154,7 +157,8 @@ class _Pages:
     async def picture(self, request: Request) -> Response:
         name, lists = request.path_params["name"], self._study.lists
         if name in lists.drawings:
-            return Response(lists.drawings[name], media_type="image/png")
+            kind = "application/json" if name.endswith(".json") else "image/png"
+            return Response(lists.drawings[name], media_type=kind)
         if lists.folder is None or name not in lists.files or not name.endswith(".png"):
             raise Refused(404, "There is no such picture.")
         return FileResponse(lists.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
@@ -241,6 +245,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
             post("/api/state", Who, study.state),
             post("/api/begin", Begin, study.begin),
             post("/api/answer", Given, study.answer),
+            post("/api/next", Next, study.next),
             post("/api/here", Who, study.here),
             post("/api/leave", Who, study.leave),
             post("/api/finish", Who, study.finish),

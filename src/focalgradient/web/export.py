@@ -18,7 +18,9 @@ from urllib.parse import quote
 
 from focalgradient.errors import InputError
 from focalgradient.files import existing, printable, staged
+from focalgradient.tasks import task_named
 from focalgradient.web.lists import Lists, digest_of
+from focalgradient.web.pictures import REFOCUSING, refocusing
 
 __all__ = ["PLATFORMS", "export"]
 
@@ -68,6 +70,11 @@ def export(
     InputError
         If the folder holds something, or cannot be written.
     """
+    if task_named(lists.design.task).adapts:
+        raise InputError(
+            f"{lists.design.task} chooses each trial by the answers so far, which needs a server: use focalgradient "
+            "serve, or give a fixed list of trials."
+        )
     _check_free(folder)
     try:
         with staged(existing(folder.absolute().parent)) as hidden:
@@ -114,6 +121,7 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
 def _intervals(entries: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     for entry in entries:
         yield from entry.get("intervals", ())
+        yield from entry.get("knob", {}).get("views", ())
         for steps in (entry["first"], entry["before"], entry["lead"]):
             yield from (step["standard"] for step in steps if step.get("standard"))
 
@@ -145,6 +153,7 @@ def _write_pages(bundle: Path, datapipe: str | None) -> None:
     static = files("focalgradient.web") / "static"
     for name in ("page.js", "page.css"):
         (bundle / name).write_bytes((static / name).read_bytes())
+    (bundle / REFOCUSING).write_bytes(refocusing())
     page = (static / "index.html").read_text(encoding="utf-8").replace("/static/", "")
     for platform, name in PLATFORMS.items():
         policy = html.escape(POLICY.format(connect=CONNECT.get(platform, "")), quote=False)

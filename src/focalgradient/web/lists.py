@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.stimuli.drawings import DRAWINGS
-from focalgradient.tasks import task_named
+from focalgradient.tasks import Task, task_named
 from focalgradient.web import texts
 from focalgradient.web.pictures import (
     cube_session,
@@ -79,6 +79,16 @@ class Lists:
                 f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
                 "on the fly): it runs in the laboratory, by focalgradient run."
             )
+        elif self._task.adapts and self._task.adjusts:
+            raise InputError(
+                f"{design.task} chooses by the answers what is to be adjusted: it runs in the laboratory, by "
+                "focalgradient run."
+            )
+        if design.smallest_screen and isinstance(design, DepthRatingDesign | NeckerDesign):
+            raise InputError(
+                f"smallest_screen is given, but {design.task} needs a keyboard and a screen of 640 x 480 pixels: leave "
+                "it out."
+            )
         self._display = self.pictures.display if self.pictures else Display()
 
     def opening(self) -> dict[str, Any]:
@@ -91,6 +101,8 @@ class Lists:
             "ask": list(self.design.ask),
             "gamma": self.gamma,
             "dark": isinstance(self.design, NeckerDesign),
+            "smallest_screen": sorted(self.design.smallest_screen, reverse=True),
+            "refocuses": self._task.adjusts,
         }
 
     def session(self, participant: str) -> dict[str, Any]:
@@ -132,7 +144,9 @@ class Lists:
         entries = []
         for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, done):
             trial = turn.trial
-            entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(trial)}
+            entry: dict[str, Any] = {"phase": trial.phase, "trial": trial.trial}
+            # What depends on the answers so far is asked for when it comes.
+            entry |= {"adapts": True, **self._asked(trial)} if self._task.adapts else self._shown(trial)
             if further := task_named(self.design.task).further(self.design, self.words, trial):
                 entry["also"] = [{"name": name, "scale": control.form()} for name, (control, _) in further.items()]
             if trial.phase == "practice":
@@ -150,6 +164,18 @@ class Lists:
         if not isinstance(trial, NeckerTrial):
             return None
         return None if trial.shape == "ambiguous" else {"shape": trial.shape, "share": HELD}
+
+    @property
+    def _task(self) -> Task:
+        return task_named(self.design.task)
+
+    def _asked(self, trial: Trial) -> dict[str, Any]:
+        """What a trial is answered on, which no answer changes."""
+        return {"interval": 1, "scale": self._task.control(self.words, trial).form()}
+
+    def adapted(self, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        """Return what a trial shows after the answers so far."""
+        return self._shown(self._task.adapted(self.design, trial, recorded))
 
     def _shown(self, trial: Trial) -> dict[str, Any]:
         design: Any = self.design

@@ -18,6 +18,7 @@ __all__ = [
     "Given",
     "Join",
     "Necker",
+    "Next",
     "Note",
     "Resumed",
     "Sitting",
@@ -164,6 +165,13 @@ class Answer(Message):
 
 class Given(Answer, Who):
     """An answer of a session's page."""
+
+
+class Next(Who):
+    """The page asks what a trial shows."""
+
+    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
+    trial: Annotated[int, Field(ge=1, le=100_000)]
 
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]

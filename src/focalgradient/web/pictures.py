@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import numpy as np
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
 from focalgradient.design.words import Words
 from focalgradient.display import Display
+from focalgradient.live import FocusSeries, packed, page_script, page_shaders
 from focalgradient.psf import DISC_K
 from focalgradient.render.wireframe import WIDTH
 from focalgradient.stimuli import StimulusSet
@@ -21,6 +24,7 @@ from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
 
 __all__ = [
+    "REFOCUSING",
     "cube_session",
     "cube_trial",
     "depth_session",
@@ -29,6 +33,7 @@ __all__ = [
     "own_session",
     "own_trial",
     "picture_file",
+    "refocusing",
     "standard",
 ]
 
@@ -88,6 +93,15 @@ def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
     return _interval(design, stimuli, shown, {}, design.standard_s, "standard") | {"mark_seconds": 0.0}
 
 
+REFOCUSING = "focus.js"
+"""Name of the script by which the page refocuses pictures."""
+
+
+def refocusing() -> bytes:
+    """Source of the module with `FocusView` and its shaders, as windows and plugins use them."""
+    return f"{page_script()}\nexport {{ FocusView }};\nexport const SHADERS = {json.dumps(page_shaders())};\n".encode()
+
+
 def own_session() -> dict[str, Any]:
     """What all trials of a task of one's own share."""
     return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
@@ -117,6 +131,8 @@ def own_trial(
     task: Task, design: Any, trial: Any, words: Words, display: Display
 ) -> tuple[dict[str, bytes], dict[str, Any]]:
     """What a trial of a task of one's own shows: names and contents of its pictures, and what the page needs."""
+    if task.adjusts:
+        return _adjusted(task, design, trial, words, display)
     files, intervals = {}, []
     mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
     for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree):
@@ -126,6 +142,27 @@ def own_trial(
         intervals.append({"url": f"/pictures/{name}", "seconds": seconds, "event": "picture", **mark})
     # With 1 as the interval, a choice between two ways is kept as 1 for the first, as `answered_by` expects.
     return files, {"intervals": intervals, "interval": 1, "scale": task.control(words, trial).form()}
+
+
+def _adjusted(
+    task: Task, design: Any, trial: Any, words: Words, display: Display
+) -> tuple[dict[str, bytes], dict[str, Any]]:
+    """What a trial shows in which something is adjusted: files of its focus series, and the knob."""
+    asked = task.adjustment(design, words, trial, display.pixels_per_degree)
+    files, views = {}, []
+    for one in asked.views:
+        name, content = _packed(one.series)
+        files[name] = content
+        views.append({"url": f"/pictures/{name}", "pos": list(one.pos), "focus": one.focus})
+    names = ("least", "most", "question", "ratios")
+    return files, {"knob": {"views": views, **{name: getattr(asked, name) for name in names}}}
+
+
+@lru_cache(maxsize=64)
+def _packed(series: FocusSeries) -> tuple[str, bytes]:
+    """Name and content of the file of a focus series."""
+    content = json.dumps(packed(series)).encode()
+    return f"{hashlib.sha256(content).hexdigest()}.json", content
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:

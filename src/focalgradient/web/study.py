@@ -27,7 +27,7 @@ from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
 from focalgradient.web.lists import Lists
-from focalgradient.web.messages import Begin, Given, Join, Who
+from focalgradient.web.messages import Begin, Given, Join, Next, Who
 from focalgradient.web.people import Roster
 from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
 
@@ -219,6 +219,17 @@ class Study:
         """Seconds since the page got its trials; None where another server, or this one before, gave them."""
         handed = self._handed.get(place.participant)
         return None if handed is None else self.clock.since() - handed
+
+    def next(self, given: Next) -> dict[str, Any]:
+        """Give what the next trial shows, of a task whose trials depend on the answers so far."""
+        with self._held(given) as place:
+            session = place.session or self._rejoined(place)
+            if session is None:
+                raise Refused(425, "The session has to go on before a trial is asked for.")
+            left = session.remaining()
+            if not left or (left[0].phase, left[0].trial) != (given.phase, given.trial):
+                raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.")
+            return self.lists.adapted(left[0], session.recorded)
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record an answer, and say so when it is on the disk."""

@@ -1,6 +1,6 @@
 // The scale below a text that explains it by an example, with the answer of the example on it; nothing can be answered.
 
-import { shareOf } from "./slider.js";
+import { shareOf } from "./numbers.js";
 import { escaped } from "./texts.js";
 
 export function exampleScale(scale, at, number) {

@@ -7,7 +7,8 @@ import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
 import Keyboard from "@jspsych/plugin-html-keyboard-response";
 import CubePlugin, { Cube } from "./cube.js";
-import { mayLackKeys, missing, spacePressed } from "./device.js";
+import AdjustedPlugin, { adjustedNode, loadSeries } from "./adjusted.js";
+import { mayLackKeys, missing, onlyTouch, smallestWindow, spacePressed } from "./device.js";
 import { measurement } from "./distance.js";
 import { exampleScale } from "./example.js";
 import { Exported } from "./exported.js";
@@ -18,12 +19,12 @@ import { significant } from "./numbers.js";
 import { Outbox, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
+import { question } from "./question.js";
 import { Server } from "./server.js";
 import { rest } from "./rest.js";
-import { sliderQuestion } from "./slider.js";
-import { stepsQuestion } from "./steps.js";
 import { stopButton } from "./stopping.js";
 import { escaped, filled, html, turned } from "./texts.js";
+import { touching } from "./touch.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
 const AWAY_MS = 1000; // between two attempts to reach a server that is away
@@ -51,7 +52,7 @@ class Page {
       this.say(this.words(...lacks));
       return false;
     }
-    if (mayLackKeys()) {
+    if (mayLackKeys(this.state)) {
       this.say(this.words("web.needs_keyboard"));
       await spacePressed();
     }
@@ -235,7 +236,7 @@ class Page {
       on_close: () => {},
       on_trial_start: ({ type }) => {
         const shows = type === PicturePlugin || type === CubePlugin;
-        if (this.stopping) this.stopping.hidden = shows;
+        if (this.stopping) this.stopping.hidden = shows || type === AdjustedPlugin;
         document.body.classList.toggle("watching", shows || type === Call); // no pointer, until the question
       },
     });
@@ -263,9 +264,7 @@ class Page {
     const timeline = [
       {
         type: BrowserCheck,
-        minimum_width: 640,
-        minimum_height: 480,
-        window_resize_message: () => `<p>${escaped(this.words("web.enlarge"))}</p>`,
+        ...smallestWindow(this.state, (name) => `<p>${escaped(this.words(name))}</p>`),
       },
     ];
     const words = (name, values) => this.words(name, values);
@@ -279,11 +278,13 @@ class Page {
       message: `<div class="page">${html(this.words("web.full_screen"))}</div>`,
       button_label: this.words("web.go_on"),
     });
+    const untouched = onlyTouch() ? touching() : () => {};
     timeline.push(measurement(about, words, html));
     const matches = [];
     if (this.state.gamma) timeline.push(gammaMatches(matches, words, html));
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
+    untouched();
     const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
     this.beginning = {
       consent: this.state.consent ? this.state.consent.sha256 : null,
@@ -310,7 +311,7 @@ class Page {
     return steps.flatMap((step) => {
       if (step.event === "ready" && this.session.keys) return [this.ready(step)];
       const page = this.page(step, values);
-      return step.standard ? [this.fetching([step.standard]), page, this.standard(step.standard)] : [page];
+      return step.standard ? [this.fetching({ intervals: [step.standard] }), page, this.standard(step.standard)] : [page];
     });
   }
 
@@ -335,14 +336,23 @@ class Page {
     return { ...this.picture([interval]), blank_seconds: 0, pause_seconds: 0, on_start };
   }
 
-  fetching(intervals) {
-    return { type: Call, async: true, func: (done) => this.fetched(intervals).then(done) };
+  // What a trial shows is fetched ahead; where it depends on the answers so far, the server chooses it now.
+  fetching(trial) {
+    const fetched = async () => {
+      if (trial.adapts) {
+        await this.outbox.send();
+        Object.assign(trial, await this.insist("/api/next", () => ({ phase: trial.phase, trial: trial.trial })));
+      }
+      await this.fetched(trial.knob?.views ?? trial.intervals, trial.knob ? loadSeries : load);
+    };
+    return { type: Call, async: true, func: (done) => fetched().then(done, (error) => this.lost(error)) };
   }
 
   // A trial with all that comes with it, also where practice is repeated.
   turn(trial) {
-    const fetched = trial.cube ? [] : [this.fetching(trial.intervals)];
-    return [...fetched, ...this.steps(trial.lead, trial), ...(trial.cube ? this.cubeNodes(trial) : this.depthNodes(trial))];
+    const fetched = trial.cube ? [] : [this.fetching(trial)];
+    const nodes = trial.cube ? this.cubeNodes(trial) : trial.knob ? this.knobNodes(trial) : this.depthNodes(trial);
+    return [...fetched, ...this.steps(trial.lead, trial), ...nodes];
   }
 
   // Minutes that the trials from this one on will take, at the pace so far; ten seconds each where there is none yet.
@@ -369,7 +379,7 @@ class Page {
     const kept = {};
     const seconds = (ms) => (ms - this.session.start_ms) / 1000;
     const picture = {
-      ...this.picture(trial.intervals),
+      ...this.picture(() => trial.intervals),
       on_start: () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]),
       on_finish: (data) => {
         kept.onset = seconds(data.shown[0].stamps[0]);
@@ -379,6 +389,14 @@ class Page {
     };
     const question = this.question(trial, (answer) => Object.assign(kept, answer));
     return [picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
+  }
+
+  knobNodes(trial) {
+    const kept = {};
+    const keep = ({ onset_ms, ...answer }) => Object.assign(kept, answer, { onset: (onset_ms - this.session.start_ms) / 1000 });
+    const on_start = () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]);
+    const adjusted = adjustedNode(trial.knob, { escaped, done: this.words("web.done"), frame: this.frame, keep });
+    return [{ ...adjusted, on_start }, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
   // Further questions of the design; of two ways the answer is 1 or 2.
@@ -401,11 +419,11 @@ class Page {
   }
 
   // Pictures are fetched before they are needed; a network that is away is waited for.
-  async fetched(intervals) {
-    for (const { url } of intervals) {
+  async fetched(files, loading) {
+    for (const { url } of files) {
       for (;;) {
         try {
-          await load(url);
+          await loading(url);
           this.back();
           break;
         } catch {
@@ -416,21 +434,8 @@ class Page {
   }
 
   question(trial, keep) {
-    const scale = trial.scale ?? this.session.scale; // of a task of one's own each trial has its own
-    if (scale.kind === "choice") {
-      return {
-        type: Keyboard,
-        stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2></div>`,
-        prompt: `<p class="foot arrows">&larr; ${escaped(scale.ways[0])} &emsp; ${escaped(scale.ways[1])} &rarr;</p>`,
-        choices: ["ArrowLeft", "ArrowRight"],
-        on_finish: ({ response, rt }) => {
-          const chosen = response.toLowerCase() === "arrowleft" ? 1 : 2;
-          keep({ rating: chosen === trial.interval ? 1 : 0, response_time: rt / 1000 });
-        },
-      };
-    }
-    if (scale.kind === "steps") return stepsQuestion(scale, { escaped, keep });
-    return sliderQuestion(scale, { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep });
+    const how = { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep };
+    return question(trial.scale ?? this.session.scale, trial.interval, how); // a task of one's own has one each trial
   }
 
   // Which key is for what, below the cube and before it.

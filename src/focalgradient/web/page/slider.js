@@ -2,13 +2,9 @@
 // random place, so that none is suggested.
 
 import Slider from "@jspsych/plugin-html-slider-response";
+import { valueAt } from "./numbers.js";
 
 const STEPS = 1000;
-
-// What lies at a share of the way from the least to the most, and the share of a value.
-export const valueAt = ({ least, most, ratios }, share) => (ratios ? least * (most / least) ** share : least + (most - least) * share);
-export const shareOf = ({ least, most, ratios }, value) =>
-  ratios ? Math.log(value / least) / Math.log(most / least) : (value - least) / (most - least);
 
 // `number` and `escaped` write numbers and texts, `done` is the button's label, `keep` takes the answer.
 export function sliderQuestion(scale, { number, escaped, done, keep }) {

@@ -1,0 +1,65 @@
+// A knob: slider, wheel and arrow keys move a value between two ends, until Enter or the button confirms it.
+
+import { shareOf, valueAt } from "./numbers.js";
+
+const COARSE = 6; // steps that an up or down arrow key counts as, where it is coarse
+
+export class Knob {
+  // `steps` from one end to the other; `coarse`: up and down move by more; `turn_first`: it can be confirmed once turned.
+  constructor(place, { least, most, ratios = false, start, steps, coarse = false, turn_first = false, label, button_label }) {
+    this.range = { least, most, ratios };
+    Object.assign(this, { steps, coarse, share: shareOf(this.range, start), turned: !turn_first, done: null });
+    this.slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: 1, step: "any", ariaLabel: label });
+    this.slider.style.width = "20rem";
+    this.button = Object.assign(document.createElement("button"), { type: "button", className: "jspsych-btn" });
+    this.button.textContent = button_label;
+    place.append(this.slider, " ", this.button);
+    this.move(0);
+    this.turned = !turn_first;
+    this.button.disabled = turn_first;
+    this.listeners = [
+      [this.slider, "input", () => this.move(Number(this.slider.value) - this.share)],
+      [this.button, "click", (event) => this.confirm(event)],
+      [window, "wheel", (event) => this.wheel(event), { passive: false }],
+      [window, "keydown", (event) => this.press(event)],
+    ];
+    for (const [target, event, listener, how] of this.listeners) target.addEventListener(event, listener, how);
+    this.slider.focus();
+  }
+
+  get value() {
+    return valueAt(this.range, this.share);
+  }
+
+  move(by) {
+    this.share = Math.min(Math.max(this.share + by, 0), 1);
+    this.slider.value = this.share;
+    this.slider.setAttribute("aria-valuetext", this.value.toPrecision(3));
+    this.turned = true;
+    this.button.disabled = false;
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    this.move(-Math.sign(event.deltaY) / this.steps);
+  }
+
+  press(event) {
+    if (event.key === "Enter") {
+      event.preventDefault();
+      if (!event.repeat) this.confirm(event);
+    }
+    const by = { ArrowRight: 1, ArrowUp: this.coarse ? COARSE : 1, ArrowLeft: -1, ArrowDown: this.coarse ? -COARSE : -1 }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    this.move(by / (event.shiftKey ? 10 : 1) / this.steps);
+  }
+
+  confirm(event) {
+    if (this.turned) this.done ??= event.timeStamp;
+  }
+
+  end() {
+    for (const [target, event, listener] of this.listeners) target.removeEventListener(event, listener);
+  }
+}

@@ -1,0 +1,23 @@
+// A finger alone: what plugins take from a mouse and a space bar comes from touches, too.
+
+const asMouse = { touchstart: "mousedown", touchmove: "mousemove", touchend: "mouseup" };
+
+// The drawn card is dragged by its corner; a touch beside the red ball counts as the space bar. Gives what ends it.
+export function touching() {
+  const listen = (event) => {
+    const [touch] = event.changedTouches;
+    const target = event.target;
+    if (target.closest?.("#jspsych-resize-handle")) {
+      const place = { clientX: touch.clientX, clientY: touch.clientY, pageX: touch.pageX, pageY: touch.pageY };
+      target.dispatchEvent(new MouseEvent(asMouse[event.type], { ...place, bubbles: true, cancelable: true }));
+      event.preventDefault();
+    } else if (event.type === "touchstart" && document.getElementById("virtual-chinrest-circle")) {
+      event.preventDefault();
+      for (const kind of ["keydown", "keyup"]) {
+        document.getElementById("stage").dispatchEvent(new KeyboardEvent(kind, { key: " ", code: "Space", bubbles: true }));
+      }
+    }
+  };
+  for (const kind of Object.keys(asMouse)) addEventListener(kind, listen, { passive: false });
+  return () => Object.keys(asMouse).forEach((kind) => removeEventListener(kind, listen));
+}
