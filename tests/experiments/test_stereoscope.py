@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,7 +120,8 @@ def test_each_eye_has_its_picture_its_gamma_and_its_place_to_the_pixel(tmp_path:
     places = {name: np.array(found[f"{name} places"]) for name in setups}
     for name, setup in setups.items():
         assert found[f"{name} 0"] == found[f"{name} 1"] == 0, "exact to the 8-bit step"
-        across, up = setup["offset_px"]
+        offset: Any = setup["offset_px"]
+        across, up = offset
         seen = [-across if setup["mirrored"] else across, -up]  # the picture's rows go down
         assert found[f"{name} text"] == seen
         assert np.all(places[name][0] == places["straight"][0])
