@@ -34,7 +34,7 @@ from focalgradient.statistics.cells import curvature_weights, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, moments
 from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
-from focalgradient.statistics.skewness import error_skewness, half_widths, two_sided_p
+from focalgradient.statistics.skewness import Scatter, error_skewness, half_widths, two_sided_p
 
 FloatArray = NDArray[np.float64]
 
@@ -89,25 +89,26 @@ def answers(
 def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
     """Of tables sets x subjects x scenes: p and whether the interval covers, over both, and for these scenes."""
     found = moments(cells)
-    skewness = error_skewness(cells, found.standard_error)
     own = cells.mean(axis=2)
     error = own.std(axis=1, ddof=1) / math.sqrt(own.shape[1])
     freedom = own.shape[1] - 1
     distances = found.mean, found.standard_error, found.df, math.log(BOUND)
+    scatter = Scatter(own.shape[1], error_skewness(cells, found.standard_error), found.noise)
+    here = Scatter(own.shape[1], error_skewness(cells, error), found.noise)
     return {
-        "p": two_sided_p(found.mean / found.standard_error, found.df, skewness),
+        "p": two_sided_p(found.mean / found.standard_error, found.df, scatter),
         "p by t": np.asarray(2 * stats.t.sf(np.abs(found.mean / found.standard_error), found.df)),
-        "covers": _covers(found.mean - truth, found.standard_error, found.df, skewness),
-        "p these": two_sided_p(own.mean(axis=1) / error, freedom, error_skewness(cells, error)),
-        "covers these": _covers(own.mean(axis=1) - truth, error, freedom, error_skewness(cells, error)),
-        "outside": np.maximum(*one_sided(*distances, skewness)),
+        "covers": _covers(found.mean - truth, found.standard_error, found.df, scatter),
+        "p these": two_sided_p(own.mean(axis=1) / error, freedom, here),
+        "covers these": _covers(own.mean(axis=1) - truth, error, freedom, here),
+        "outside": np.maximum(*one_sided(*distances, scatter)),
         "outside by t": np.maximum(*one_sided(*distances)),
     }
 
 
-def _covers(off: FloatArray, error: FloatArray, df: FloatArray | int, skewness: FloatArray) -> FloatArray:
+def _covers(off: FloatArray, error: FloatArray, df: FloatArray | int, scatter: Scatter) -> FloatArray:
     """Whether the robust interval covers what the estimate is `off` from."""
-    below, above = half_widths(df, skewness)
+    below, above = half_widths(df, scatter)
     return np.asarray((off < below * error) & (off > -above * error), dtype=float)
 
 
@@ -232,7 +233,10 @@ def incomplete(task: tuple[int, int, str, str, int]) -> dict[str, float]:
             "rejected by t": none.p < 0.05,
             "coverage": none.robust.low < 0 < none.robust.high,
             "coverage by t": none.low < 0 < none.high,
-            "power": float(two_sided_p(raised, none.df, none.robust.skewness)) < 0.05,
+            "power": float(
+                two_sided_p(raised, none.df, Scatter(none.subjects, none.robust.skewness, none.robust.noise))
+            )
+            < 0.05,
             "power by t": 2 * stats.t.sf(abs(raised), none.df) < 0.05,
         }
         for name, value in rates.items():

@@ -17,7 +17,7 @@ from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
-from focalgradient.statistics.skewness import robust
+from focalgradient.statistics.skewness import Scatter, robust
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -387,10 +387,12 @@ def test_equivalence_is_more_careful_where_subjects_are_skewed() -> None:
     assert isinstance(effect, Effect)
 
     def skewed(skewness: float) -> Effect:
-        return replace(effect, robust=robust(effect.estimate, effect.standard_error, effect.df, skewness))
+        return replace(
+            effect, robust=robust(effect.estimate, effect.standard_error, effect.df, Scatter(8, skewness, 0.2))
+        )
 
     plain = equivalence(skewed(0.0), 0.2)
-    for skewness in (0.4, -0.4, 3.0):
+    for skewness in (0.4, -0.4, 0.8):
         found = equivalence(skewed(skewness), 0.2)
         assert (found.high > plain.high, found.low < plain.low) == (skewness > 0, skewness < 0)
         bounds = np.linspace(0.05, 1.2, 100)
@@ -398,17 +400,22 @@ def test_equivalence_is_more_careful_where_subjects_are_skewed() -> None:
         assert inside == [equivalence(skewed(skewness), bound).equivalent for bound in bounds]
         assert 0 < sum(inside) < 100
         tests = [skewed(skewness).robust.low > -at for at in bounds]  # and the two-sided test is that of the interval
-        shifted = [robust(effect.estimate + at, effect.standard_error, effect.df, skewness).p < 0.05 for at in bounds]
+        moved = [
+            robust(effect.estimate + at, effect.standard_error, effect.df, Scatter(8, skewness, 0.2)) for at in bounds
+        ]
+        shifted = [one.p < 0.05 for one in moved]
         assert tests == shifted
     assert equivalence(skewed(3.0), 0.02).p > 0.5  # beyond the bound
 
 
-@given(st.floats(-20, 20), st.floats(2, 60), st.floats(-2, 2))
-def test_the_robust_test_is_never_less_conservative_than_t(t: float, df: float, skewness: float) -> None:
-    found = robust(t, 1.0, df, skewness)
+@given(st.floats(-20, 20), st.floats(2, 60), st.floats(-2, 2), st.floats(0, 1), st.integers(2, 100))
+def test_the_robust_test_is_never_less_conservative_than_t(
+    t: float, df: float, skewness: float, noise: float, subjects: int
+) -> None:
+    found = robust(t, 1.0, df, Scatter(subjects, skewness, noise))
     assert found.p >= 2 * stats.t.sf(abs(t), df)
     assert found.low < t < found.high
-    mirrored = robust(-t, 1.0, df, -skewness)
+    mirrored = robust(-t, 1.0, df, Scatter(subjects, -skewness, noise))
     assert (found.p, found.low, found.high) == pytest.approx((mirrored.p, -mirrored.high, -mirrored.low))
 
 

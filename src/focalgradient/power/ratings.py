@@ -25,11 +25,11 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy
 from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, NotComputed, depth_rating, quality
-from focalgradient.statistics.crossed import FEWEST_SCENES, moments
+from focalgradient.statistics.crossed import FEWEST_SCENES, moments, noise_shares
 from focalgradient.statistics.hypotheses import check_bound, one_sided, robust_decides
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
-from focalgradient.statistics.skewness import error_skewness, two_sided_p
+from focalgradient.statistics.skewness import Scatter, error_skewness, two_sided_p
 
 __all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "rise_power", "simulated_ratings"]
 
@@ -352,12 +352,15 @@ def rise_power(
     pairs = list(combinations(range(len(rises)), 2))
     tables = [*rises, *(rises[one] - rises[other] for one, other in pairs)]
     found = [_tested(cells) for cells in tables]
-    skewness = [error_skewness(cells, error) for cells, (_, error, _) in zip(tables, found, strict=True)]
-    tests = zip(found, skewness, strict=True)
+    scatters = [
+        Scatter(subjects, error_skewness(cells, error), noise_shares(cells))
+        for cells, (_, error, _) in zip(tables, found, strict=True)
+    ]
+    tests = zip(found, scatters, strict=True)
     p = np.stack(
         [
-            2 * stats.t.sf(np.abs(mean / error), df) if by_t else two_sided_p(mean / error, df, skew)
-            for (mean, error, df), skew in tests
+            2 * stats.t.sf(np.abs(mean / error), df) if by_t else two_sided_p(mean / error, df, scatter)
+            for (mean, error, df), scatter in tests
         ],
         axis=-1,
     )
@@ -367,7 +370,7 @@ def rise_power(
         return shares
     none = np.ones(experiments, bool)
     for one in range(1, len(rises)):
-        none &= np.maximum(*one_sided(*found[one], math.log(bound), None if by_t else skewness[one])) < ALPHA
+        none &= np.maximum(*one_sided(*found[one], math.log(bound), None if by_t else scatters[one])) < ALPHA
     larger = np.ones(experiments, bool)
     for at, (one, _) in enumerate(pairs, start=len(rises)):
         if one == 0:

@@ -16,7 +16,7 @@ from focalgradient.statistics import (
     OrdinalResult,
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.skewness import FACTOR
+from focalgradient.statistics.skewness import BASE, BASE_OF_FEW, FEWEST, NOISE, NOISE_OF_FEW, SKEW
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["reader", "report_files", "safe_csv", "trial_files"]
@@ -203,16 +203,23 @@ by_reml <- function(y) {  # the same in base R: deviance in relative SDs, Satter
   df <- 2 * variance(point)^2 / sum(2 * along^2 / e$values[kept]); unit <- sd(y[at])
   student(s[["mean"]] * unit, point[3] / sqrt(s[["information"]]) * unit, df)
 }
-robust <- function(found, own, factor = FACTOR) {  # the test robust to skewed subjects; `own`: the subjects' means
+robust <- function(found, own, noise) {  # the test robust to skewed subjects; `own`: the subjects' means
   n <- length(own); error <- (found[["mean"]] - found[["low"]]) / qt(.975, found[["df"]]); df <- found[["df"]]
   third <- if (n < 3) 0 else n / ((n - 1) * (n - 2)) * sum((own - mean(own))^3)
-  skewness <- third / n^2 / error^3; q <- qt(1 - .025 / factor, df); longer <- (1 + 2 * q^2) / 6
-  t <- abs(found[["t"]]); s <- max(0, -sign(found[["t"]]) * skewness)
-  under <- 1 + 4 / 3 * s * (t - s / 6)
-  if (s > 0) t <- if (under > 0) (sqrt(under) - 1) * 3 / (2 * s) else min(t, -3 / (2 * s))
-  c(found, robust_low = found[["mean"]] - (q + longer * max(0, -skewness)) * error,
-    robust_high = found[["mean"]] + (q + longer * max(0, skewness)) * error,
-    robust_p = min(1, 2 * min(1, factor * pt(t, df, lower.tail = FALSE))))
+  skewness <- third / n^2 / error^3 * sqrt(n); few <- 1 / max(n, FEWEST_SUBJECTS)
+  factor <- function(towards) exp(max(0, BASE + (NOISE) * noise - SKEW * towards))
+  q <- function(towards) qt(.025 / factor(towards), df, lower.tail = FALSE); t <- found[["t"]]
+  p <- factor(sign(t) * skewness) * pt(abs(t), df, lower.tail = FALSE)
+  c(found, robust_low = found[["mean"]] - q(skewness) * error, robust_high = found[["mean"]] + q(-skewness) * error,
+    robust_p = min(1, 2 * p))
+}
+noise_share <- function(y) {  # share of the variance of the subjects' means that the noise of their answers explains
+  y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
+  if (ncol(y) < 2) return(1)
+  line <- lm(value ~ participant_id + scene, cells_of(y))
+  if (anyNA(coef(line))) line <- lm(value ~ participant_id, cells_of(y))
+  if (df.residual(line) < 1) return(1)
+  min(1, sum(resid(line)^2) / df.residual(line) * mean(1 / rowSums(!is.na(y))) / var(own_means(y)))
 }
 own_means <- function(y) {  # of subjects; empty cells are filled by subject + scene where that is possible
   y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
@@ -237,7 +244,10 @@ crossed <- function(y) {  # the mean of a table of subjects by scenes, both rand
   v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)
   student(mean(y), sqrt(v / (s * n)), df)
 }
-""".replace("FEWEST_SCENES", str(FEWEST_SCENES)).replace("FACTOR", f"{FACTOR:g}")
+"""
+MEANS = MEANS.replace("FEWEST_SCENES", str(FEWEST_SCENES)).replace("FEWEST_SUBJECTS", str(FEWEST))
+MEANS = MEANS.replace("BASE", f"{BASE:g} + {BASE_OF_FEW:g} * few").replace("SKEW", f"{SKEW:g}")
+MEANS = MEANS.replace("NOISE", f"{NOISE:g} + {NOISE_OF_FEW:g} * few")
 """The test of a mean over subjects and scenes in R, and over subjects where there are few scenes."""
 
 LARGEST = """show("largest aperture, over subjects and scenes:", largest, crossed)
@@ -303,7 +313,7 @@ all_rises <- function(d) {  # of each object in focus, and the difference of eac
     + """headline <- function(y) {
   found <- crossed(y)
   if (is.character(found)) return(found)
-  c(robust(found, own_means(y)), ratio = exp(found[["mean"]]))
+  c(robust(found, own_means(y), noise_share(y)), ratio = exp(found[["mean"]]))
 }"""
 )
 """What `headline.R` and `headline_jasp.R` have in common."""

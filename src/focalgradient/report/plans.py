@@ -15,7 +15,14 @@ from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.hypotheses import robust_decides
-from focalgradient.statistics.skewness import FACTOR, WORST_LEVEL_OF_T
+from focalgradient.statistics.skewness import (
+    BASE,
+    BASE_OF_FEW,
+    FEWEST,
+    NOISE,
+    NOISE_OF_FEW,
+    WORST_LEVEL_OF_T,
+)
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = ["PLANS", "Plan", "in_focus", "plan_of"]
@@ -100,22 +107,28 @@ class Plan(ABC):
         ]
 
 
+ROBUST_TEST = (
+    "p of Student’s t is multiplied by a factor of exp(max(0, b + n r − 2 g)), where g is the skewness of the "
+    "subjects’ own means towards the effect (over subjects and scenes, times the third power of their standard error "
+    "over the one of both), r the share of their variance that the noise of their answers explains, and N the number "
+    f"of subjects, b = {BASE_OF_FEW:g} / N − {-BASE:g} and n = {NOISE:g} − {-NOISE_OF_FEW:g} / N (N at least "
+    f"{FEWEST}): few subjects hardly show their skewness"
+)
+"""The test robust to skewed subjects, for a paper."""
+
 SKEWED = (
-    f"Beside each Student’s t stands a test that is robust to skewed subjects, and it decides: t is corrected for the "
-    f"skewness of the subjects’ own means where that is conservative (Johnson, 1978), and its p is multiplied by "
-    f"{FACTOR:g}, as few subjects hardly show their skewness; its interval is the one that is given. Normality of the "
-    "subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 and by Q-Q plots; where it "
-    "fails, the report says so, and Student’s t is not interpreted."
+    f"Beside each Student’s t stands a test that is robust to skewed subjects, and it decides: {ROBUST_TEST}. Its "
+    "interval is the one that is given. Normality of the subjects’ means and of the residuals is checked by Shapiro "
+    "and Wilk’s test at .05 and by Q-Q plots; where it fails, the report states it, and Student’s t is not interpreted."
 )
 """What is done about skewed subjects, with ratios, where the robust test decides."""
 
 SKEWED_BY_T = (
     'Student’s t decides, as was stated in advance (deciding_test = "t"), and its interval is the one that is given; '
     f"with very skewed subjects (skewness 4) it errs in up to {100 * WORST_LEVEL_OF_T:.1f} % of experiments without "
-    "an effect. Beside it stands the p of a test that is robust to skewed subjects: t is corrected for the skewness of "
-    "the subjects’ own means where that is conservative (Johnson, 1978), and its p is multiplied by "
-    f"{FACTOR:g}. Normality of the subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 "
-    "and by Q-Q plots; where it fails, the report says so."
+    f"an effect. Beside it stands the p of a test that is robust to skewed subjects: {ROBUST_TEST}. Normality of the "
+    "subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 and by Q-Q plots; where it "
+    "fails, the report states it."
 )
 """The same where Student's t decides."""
 

@@ -20,7 +20,7 @@ from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed
 from focalgradient.statistics.sizes import crossed_size
-from focalgradient.statistics.skewness import error_skewness, robust
+from focalgradient.statistics.skewness import Scatter, error_skewness, robust
 
 __all__ = [
     "CROSSED",
@@ -30,6 +30,8 @@ __all__ = [
     "components",
     "crossed_effect",
     "moments",
+    "noise_share",
+    "noise_shares",
     "over_subjects",
     "own_means",
     "random_scenes",
@@ -70,6 +72,12 @@ class Moments:
     subjects: FloatArray
     scenes: FloatArray
     residual: FloatArray
+
+    @property
+    def noise(self) -> FloatArray:
+        """Share of the variance of the subjects' own means that the noise of their answers explains, 0 to 1."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(self.residual < self.subjects, self.residual / self.subjects, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +209,7 @@ def crossed_effect(
     >>> round(effect.estimate, 2), round(effect.df, 1), effect.method
     (0.32, 7.0, "mean over subjects and scenes, both random, Satterthwaite's t")
     >>> round(effect.p, 4), round(effect.robust.p, 4), round(effect.d.estimate, 2)
-    (0.0007, 0.0254, 1.33)
+    (0.0007, 0.0196, 1.33)
     """
     shared = _used(cells)
     subjects, scenes = shared.shape
@@ -236,7 +244,8 @@ def crossed_effect(
 def _robust(effect: Effect, cells: FloatArray, decides: bool) -> Effect:
     """The effect with the test robust to the skewness of the subjects' own means."""
     skewness = float(error_skewness(own_means(cells)[:, None], effect.standard_error))
-    test = robust(effect.estimate, effect.standard_error, effect.df, skewness, decides=decides)
+    scatter = Scatter(effect.subjects, skewness, noise_share(cells))
+    test = robust(effect.estimate, effect.standard_error, effect.df, scatter, decides=decides)
     return replace(effect, robust=test)
 
 
@@ -329,6 +338,39 @@ def own_means(cells: FloatArray) -> FloatArray:
     if not cells.size:
         return np.empty(0)
     return np.asarray(_filled(cells).mean(axis=1) if _connected(cells) else np.nanmean(cells, axis=1))
+
+
+def noise_share(cells: FloatArray) -> float:
+    """Share of the variance of the subjects' own means that the noise of their answers explains, 0 to 1.
+
+    The noise is what subject + scene leave; where scenes do not connect the subjects, what the subjects' means leave. 1
+    where neither leaves a degree of freedom.
+
+    >>> round(noise_share(np.array([[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]])), 3)
+    0.304
+    """
+    filled = np.isfinite(cells)
+    subjects, scenes = cells.shape
+    connected = _connected(cells)
+    freedom = int(filled.sum()) - subjects - (scenes - 1 if connected else 0)
+    whole = _filled(cells) if connected else cells
+    own = np.nanmean(whole, axis=1)
+    left = whole - own[:, None] - ((whole.mean(axis=0) - whole.mean()) if connected else 0.0)
+    between = float(own.var(ddof=1))
+    if freedom < 1 or not between > 0:
+        return 1.0
+    each = float((1 / filled.sum(axis=1)).mean())
+    return min(float(np.nansum(left**2)) / freedom * each / between, 1.0)
+
+
+def noise_shares(cells: ArrayLike) -> FloatArray:
+    """`noise_share` of complete tables, (..., subjects, scenes), many at once.
+
+    >>> noise_shares([[[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]]]).round(3)
+    array([0.304])
+    """
+    cells = np.asarray(cells, dtype=float)
+    return moments(cells).noise if cells.shape[-1] > 1 else np.ones(cells.shape[:-2])
 
 
 def _used(cells: ArrayLike) -> FloatArray:

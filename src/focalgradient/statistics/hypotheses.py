@@ -10,7 +10,7 @@ from scipy import stats
 
 from focalgradient.errors import InputError, described
 from focalgradient.statistics.records import ALPHA, Effect
-from focalgradient.statistics.skewness import half_widths, one_sided_p
+from focalgradient.statistics.skewness import Scatter, half_widths, one_sided_p
 
 __all__ = [
     "DECIDING_TESTS",
@@ -98,7 +98,7 @@ class Equivalence:
 
 
 def one_sided(
-    mean: ArrayLike, standard_error: ArrayLike, df: ArrayLike, bound: float, skewness: ArrayLike | None = None
+    mean: ArrayLike, standard_error: ArrayLike, df: ArrayLike, bound: float, scatter: Scatter | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Probabilities against means of -bound or less, and of bound or more; arrays are done at once.
 
@@ -108,23 +108,22 @@ def one_sided(
         Of each effect.
     bound
         Above 0.
-    skewness
-        Of the mean's error: tests are then robust to it (`focalgradient.statistics.skewness`). Without it they are by
-        Student's t.
+    scatter
+        Of the subjects: tests are then robust to their skewness (`focalgradient.statistics.skewness`). Without it they
+        are by Student's t.
 
     Examples
     --------
     >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2)]
     [0.0005, 0.0021]
-    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, skewness=0.3)]
-    [0.0013, 0.0225]
+    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, Scatter(12, 0.3, 0.2))]
+    [0.0005, 0.0198]
     """
     centre, error, freedom = (np.asarray(each, dtype=float) for each in (mean, standard_error, df))
     above_lower, below_upper = (centre + bound) / error, (bound - centre) / error
-    if skewness is None:
+    if scatter is None:
         return np.asarray(stats.t.sf(above_lower, freedom)), np.asarray(stats.t.sf(below_upper, freedom))
-    to_right = np.asarray(skewness, dtype=float)
-    return one_sided_p(above_lower, freedom, to_right), one_sided_p(below_upper, freedom, -to_right)
+    return one_sided_p(above_lower, freedom, scatter), one_sided_p(below_upper, freedom, scatter.mirrored)
 
 
 def equivalence(effect: Effect, bound: float) -> Equivalence:
@@ -149,11 +148,12 @@ def equivalence(effect: Effect, bound: float) -> Equivalence:
     below, above = (float(p) for p in one_sided(*distances))
     by_t, robust = max(below, above), None
     if effect.robust is not None:
-        sides = [float(p) for p in one_sided(*distances, effect.robust.skewness)]
+        scatter = Scatter(effect.subjects, effect.robust.skewness, effect.robust.noise)
+        sides = [float(p) for p in one_sided(*distances, scatter)]
         robust = max(sides)
         if effect.robust.decides:
             below, above = sides
-            reach = [float(each) for each in half_widths(effect.df, effect.robust.skewness, 2 * ALPHA)]
+            reach = [float(each) for each in half_widths(effect.df, scatter, 2 * ALPHA)]
     low = effect.estimate - reach[0] * effect.standard_error
     high = effect.estimate + reach[1] * effect.standard_error
     p = max(below, above)

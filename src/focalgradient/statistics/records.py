@@ -52,6 +52,8 @@ class Robust:
     ----------
     skewness
         Of the estimate's error: see `focalgradient.statistics.skewness.error_skewness`.
+    noise
+        Share of the variance of the subjects' own effects that the noise of their answers explains, 0 to 1.
     low, high
         The 95 % interval.
     p, p_holm
@@ -61,6 +63,7 @@ class Robust:
     """
 
     skewness: float
+    noise: float
     low: float
     high: float
     p: float

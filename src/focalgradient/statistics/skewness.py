@@ -1,11 +1,14 @@
 """Tests and intervals of a mean that stay valid where the people's own effects are skewed.
 
 Few skewed people mislead Student's t: a sample without the rare large effects has too small a mean and too small a
-standard deviation, and its skewness hardly shows it. So t is corrected for the sample's skewness (Johnson 1978) where
-that makes the test more conservative, and probabilities are multiplied by 2.5 for the skewness that does not show.
+standard deviation. Two things show it. The sample is skewed against the effect; or the people scatter hardly more than
+the noise of their own answers does, as they do where the rare large effect is not among them. So p of Student's t is
+multiplied by a factor of 1 or more that rises with both.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,18 +16,63 @@ from scipy import stats
 
 from focalgradient.statistics.records import ALPHA, Robust
 
-__all__ = ["FACTOR", "WORST_LEVEL_OF_T", "error_skewness", "half_widths", "one_sided_p", "robust", "two_sided_p"]
+__all__ = [
+    "WORST_LEVEL_OF_T",
+    "Scatter",
+    "error_skewness",
+    "half_widths",
+    "one_sided_p",
+    "robust",
+    "robust_factor",
+    "two_sided_p",
+]
 
 FloatArray = NDArray[np.float64]
 
-FACTOR = 2.5
-"""Factor of every probability. It is the smallest (in steps of 0.25) with which gamma and log-normal people of a
-skewness of up to 4 are tested at .06 or less, 6 to 40 of them (benchmarks/statistics_error_rates.py). No test of a mean
-keeps its level for all distributions (Bahadur and Savage 1956)."""
+BASE, BASE_OF_FEW = -1.0, 9.0
+"""Logarithm of the factor, per subject's reciprocal number in the second: BASE + BASE_OF_FEW / subjects.
+
+This and the next two were fitted by simulation (benchmarks/robust_tests.py): the smallest factors with which people of
+symmetric, gamma, log-normal and mixed distributions are tested at .06 or less, 6 to 40 of them: up to a skewness of 2
+with and without noise of their answers, up to 4 where that noise is .4 or more of their standard deviation."""
+
+NOISE, NOISE_OF_FEW = 3.2, -13.0
+"""Rise of that logarithm with the share of noise: NOISE + NOISE_OF_FEW / subjects."""
+
+SKEW = 2.0
+"""Fall of that logarithm with the subjects' skewness towards the effect."""
+
+FEWEST = 5
+"""Number of subjects below which the constants are those of this number: calibrated are 5 to 40."""
 
 WORST_LEVEL_OF_T = 0.105
 """Largest false positive rate of Student's t at .05, of the rise over subjects and scenes: 10 subjects whose rises have
 a skewness of 4 (benchmarks/statistics_error_rates.py, the table in docs/statistics.md)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """How the subjects' own means scatter, of one mean or of many.
+
+    Parameters
+    ----------
+    subjects
+        Number of subjects.
+    skewness
+        Of the mean's error: see `error_skewness`.
+    noise
+        Share of the variance of the subjects' own means that the noise of their answers explains, 0 to 1; 1 where it is
+        not known.
+    """
+
+    subjects: int
+    skewness: ArrayLike
+    noise: ArrayLike
+
+    @property
+    def mirrored(self) -> Scatter:
+        """The same of the negative values."""
+        return replace(self, skewness=-np.asarray(self.skewness, dtype=float))
 
 
 def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
@@ -59,72 +107,82 @@ def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
     return np.asarray(third / subjects**2 / np.asarray(standard_error) ** 3)
 
 
-def one_sided_p(t: ArrayLike, df: ArrayLike, skewness: ArrayLike) -> FloatArray:
-    """Probability of a `t` as large, of a mean whose error has this skewness; arrays are done at once.
+def robust_factor(scatter: Scatter) -> FloatArray:
+    """Factor of Student's p of a positive effect, 1 or more.
+
+    exp(max(0, b + n r - 2 g)): r is the share of noise and g the skewness of the subjects, that of the mean's error
+    times the root of their number; b = 9 / N - 1 and n = 3.2 - 13 / N, N the number of subjects, at least 5.
+
+    Examples
+    --------
+    >>> [float(robust_factor(Scatter(6, skewness, 0.2)).round(2)) for skewness in (-0.4, 0.0, 0.4)]
+    [14.39, 2.03, 1.0]
+    >>> [float(robust_factor(Scatter(20, 0.0, noise)).round(2)) for noise in (0.0, 0.3, 0.6)]
+    [1.0, 1.24, 2.66]
+    """
+    few = 1 / max(scatter.subjects, FEWEST)
+    of_noise = (NOISE + NOISE_OF_FEW * few) * np.asarray(scatter.noise, dtype=float)
+    skewness = np.asarray(scatter.skewness, dtype=float) * np.sqrt(scatter.subjects)
+    return np.asarray(np.exp(np.maximum(BASE + BASE_OF_FEW * few + of_noise - SKEW * skewness, 0.0)))
+
+
+def one_sided_p(t: ArrayLike, df: ArrayLike, scatter: Scatter) -> FloatArray:
+    """Probability of a `t` as large; arrays are done at once.
 
     Parameters
     ----------
     t, df
         Student's t, positive in favour of the effect, and its degrees of freedom.
-    skewness
-        Of the mean's error, positive towards the side of the effect: see `error_skewness`. Only a negative one, which
-        makes a large t likely, is corrected for.
+    scatter
+        Of the subjects, its skewness positive towards the side of the effect.
 
     Examples
     --------
-    >>> [float(one_sided_p(3.0, 7, skewness).round(4)) for skewness in (0.0, 0.3, -0.3)]
-    [0.0249, 0.0249, 0.0609]
+    >>> [float(one_sided_p(3.0, 7, Scatter(8, skewness, 0.2)).round(4)) for skewness in (0.0, 0.3, -0.3)]
+    [0.0155, 0.01, 0.0845]
     """
-    t, df, against = (np.asarray(each, dtype=float) for each in (t, df, skewness))
-    corrected = _corrected(t, np.maximum(-against, 0))
-    return np.asarray(np.minimum(FACTOR * stats.t.sf(corrected, df), 1.0))
+    above = stats.t.sf(np.asarray(t, dtype=float), np.asarray(df, dtype=float))
+    return np.asarray(np.minimum(robust_factor(scatter) * above, 1.0))
 
 
-def two_sided_p(t: ArrayLike, df: ArrayLike, skewness: ArrayLike) -> FloatArray:
-    """Two-sided probability of `t`, of a mean whose error has this skewness; arrays are done at once.
+def two_sided_p(t: ArrayLike, df: ArrayLike, scatter: Scatter) -> FloatArray:
+    """Two-sided probability of `t`; arrays are done at once.
 
     Examples
     --------
-    >>> [float(two_sided_p(t, 7, 0.3).round(4)) for t in (3.0, -3.0)]
-    [0.0499, 0.1218]
+    >>> [float(two_sided_p(t, 7, Scatter(8, 0.3, 0.2)).round(4)) for t in (3.0, -3.0)]
+    [0.0199, 0.169]
     """
     t = np.asarray(t, dtype=float)
-    return np.asarray(np.minimum(2 * one_sided_p(np.abs(t), df, np.sign(t) * np.asarray(skewness)), 1.0))
+    towards = replace(scatter, skewness=np.sign(t) * np.asarray(scatter.skewness, dtype=float))
+    return np.asarray(np.minimum(2 * one_sided_p(np.abs(t), df, towards), 1.0))
 
 
-def half_widths(df: ArrayLike, skewness: ArrayLike, level: float = ALPHA) -> tuple[FloatArray, FloatArray]:
+def half_widths(df: ArrayLike, scatter: Scatter, level: float = ALPHA) -> tuple[FloatArray, FloatArray]:
     """Distances of the ends of the interval of 1 - `level` below and above the mean, in standard errors.
 
     Examples
     --------
-    >>> [float(each.round(2)) for each in half_widths(7, 0.3)]
-    [3.0, 3.95]
+    >>> [float(each.round(2)) for each in half_widths(7, Scatter(8, 0.3, 0.2))]
+    [2.36, 3.9]
     """
-    skewness = np.asarray(skewness, dtype=float)
-    quantile = stats.t.isf(level / FACTOR / 2, np.asarray(df, dtype=float))
-    longer = (1 + 2 * quantile**2) / 6
-    return np.asarray(quantile + longer * np.maximum(-skewness, 0)), np.asarray(
-        quantile + longer * np.maximum(skewness, 0)
+    below, above = (
+        np.asarray(stats.t.isf(level / 2 / robust_factor(side), np.asarray(df, dtype=float)))
+        for side in (scatter, scatter.mirrored)
     )
+    return below, above
 
 
-def robust(estimate: float, standard_error: float, df: float, skewness: float, *, decides: bool = True) -> Robust:
-    """The interval and the two-sided test of a mean whose error has a skewness.
+def robust(estimate: float, standard_error: float, df: float, scatter: Scatter, *, decides: bool = True) -> Robust:
+    """The interval and the two-sided test of a mean of subjects who scatter so.
 
     Examples
     --------
-    >>> found = robust(0.3, 0.1, 7, 0.3)
+    >>> found = robust(0.3, 0.1, 7, Scatter(8, 0.3, 0.2))
     >>> round(found.low, 3), round(found.high, 3), round(found.p, 4)
-    (0.0, 0.695, 0.0499)
+    (0.064, 0.69, 0.0199)
     """
-    below, above = half_widths(df, skewness)
+    below, above = half_widths(df, scatter)
     ends = estimate - float(below) * standard_error, estimate + float(above) * standard_error
-    return Robust(skewness, *ends, float(two_sided_p(estimate / standard_error, df, skewness)), decides=decides)
-
-
-def _corrected(t: FloatArray, skewness: FloatArray) -> FloatArray:
-    """The q of t = q + skewness (1 + 2 q^2) / 6, for a skewness of 0 or more: at most t, and rising with it."""
-    under = 1 + 4 / 3 * skewness * (t - skewness / 6)
-    root = 2 * (t - skewness / 6) / (1 + np.sqrt(np.maximum(under, 0)))
-    far = -3 / (2 * np.maximum(skewness, 1e-3))  # where there is no root, beyond the turning point
-    return np.asarray(np.where(under > 0, root, np.minimum(t, far)))
+    p = float(two_sided_p(estimate / standard_error, df, scatter))
+    return Robust(float(np.asarray(scatter.skewness)), float(np.asarray(scatter.noise)), *ends, p, decides=decides)
