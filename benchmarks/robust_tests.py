@@ -54,7 +54,7 @@ def log_normal(skewness: float) -> Draw:
 def two_groups(skewness: float) -> Draw:
     """People of whom a share rises, all alike, and the others do not at all."""
     share = 0.5 * (1 - skewness / math.sqrt(4 + skewness**2))
-    return lambda rng, size: ((rng.random(size) < share) - share) / math.sqrt(share * (1 - share))
+    return lambda rng, size: ((rng.random(size) < share).astype(float) - share) / math.sqrt(share * (1 - share))
 
 
 def mixture(rng: np.random.Generator, size: tuple[int, ...]) -> FloatArray:
@@ -273,9 +273,16 @@ def bounds(people: int, sets: int, seed: int) -> None:
     for name, kinds in BOUNDS.items():
         cells += [binned(drawn(rng, kind, noise, people, sets)) for kind, noise in kinds]
         best = optimize.linprog(
-            -sum(found.values()), A_ub=np.array(cells), b_ub=np.full(len(cells), 0.06), bounds=(0, 1), method="highs"
+            -np.sum(list(found.values()), axis=0),
+            A_ub=np.array(cells),
+            b_ub=np.full(len(cells), 0.06),
+            bounds=(0, 1),
+            method="highs",
         )
-        print(f"| {name} | " + " | ".join(f"{float(one @ best.x):.2f}" for one in found.values()) + " |", flush=True)
+        print(
+            f"| {name} | " + " | ".join(f"{float(one @ np.asarray(best.x)):.2f}" for one in found.values()) + " |",
+            flush=True,
+        )
 
 
 def main() -> None:
