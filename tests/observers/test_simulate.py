@@ -25,8 +25,7 @@ from focalgradient.observers import (
 )
 from focalgradient.observers.rotation import log_odds
 from focalgradient.parallel import processes, scheduler
-from focalgradient.statistics import depth_rating
-from focalgradient.statistics.durations import fit_durations_of_people
+from focalgradient.statistics import PerceptDurations, depth_rating, fit_dominance
 
 SMALL = NeckerDesign(trial_s=30.0, repetitions=1, catch_trials=1, practice_trials=2)
 DEFAULT = OBSERVERS["default"]
@@ -75,7 +74,7 @@ def test_the_data_set_is_valid_and_says_that_it_is_simulated(design, stimuli, en
     assert json.loads((root / "dataset_description.json").read_text())["Simulated"] is True
     assert all(sidecar["Simulated"] for sidecar in data.sidecars.values())
     assert {sitting["Versions"]["simulated observer"] for s in data.sidecars.values() for sitting in s["Sittings"]} == {
-        "default, seed 3, model 3"
+        "default, seed 3, model 4"
     }
 
 
@@ -129,7 +128,7 @@ def test_a_run_that_was_cut_off_goes_on_to_the_same_answers(design, stimuli, enc
     [
         (
             {"observer": "blind"},
-            "is of observer default, seed 1, model 3, not of the simulated one .blur-blind, seed 1, model 3.: give",
+            "is of observer default, seed 1, model 4, not of the simulated one .blur-blind, seed 1, model 4.: give",
         ),
         ({"seed": 2}, "is of observer default, seed 1"),
         ({"observer": "ghost"}, "observer is 'ghost', but must be one of default, blur-blind"),
@@ -250,17 +249,20 @@ def test_percepts_last_as_those_of_the_people_that_they_were_fitted_to(encoded_c
     """Fitted as the people were: 22 observers, 15 trials of 60 s; the shortest percepts cut a little off the tail."""
     long = SMALL.model_copy(update={"trial_s": 60.0, "catch_trials": 0, "practice_trials": 0, "repetitions": 3})
     observer = replace(DEFAULT, lapses=0.0, guesses=True)
-    lasted, censored, who = [], [], []
+    lasted, censored, who, first = [], [], [], []
     for number in range(1, 23):
         for answer in watch(long, observer, f"{number:02}", 2, encoded_cube):
             downs = [press.time for press in answer.presses if press.down]
             lasted += np.diff([*downs, answer.trial_duration]).tolist()
             censored += [False] * (len(downs) - 1) + [True] * bool(downs)
             who += [number] * len(downs)
-    fit = fit_durations_of_people(lasted, censored, who)
-    assert fit.shape == pytest.approx(1.71, abs=3 * fit.shape_se + 0.06)
-    assert math.log(fit.geometric_mean) == pytest.approx(math.log(5.46), abs=3 * fit.geometric_mean_log_se)
-    assert fit.log_sd == pytest.approx(0.63, abs=3 * fit.log_sd_se)
+            first += [True] * bool(downs) + [False] * (len(downs) - 1)
+    ones = np.ones(len(who))
+    fit = fit_dominance(PerceptDurations(lasted, censored, who, 0.5 * ones, ones, first))
+    errors = fit.standard_errors
+    assert fit.spread == pytest.approx(0.77, rel=3 * errors["spread"] + 0.03)
+    assert math.log(fit.median) == pytest.approx(math.log(3.82), abs=3 * errors["median"])
+    assert math.log(fit.median_log_sd) == pytest.approx(math.log(0.54), abs=3 * errors["median_log_sd"])
 
 
 def test_the_default_gradient_makes_nonrigid_almost_as_frequent(encoded_cube):

@@ -96,7 +96,7 @@ def watch(
         random = random_stream(seed, design.task, participant, number)
         clock += BREAK * trial.break_before + PAUSE
         absent = person.guesses or random.random() < person.lapses
-        odds = 0.0 if absent else log_odds(design, trial, encoded, person)
+        odds = 0.0 if absent else person.preference + log_odds(design, trial, encoded, person)
         presses = _presses(trial.trial_s, odds, person, (keys["rigid"], keys["nonrigid"]), random)
         answers.append(Watched(onset=round(clock, 4), presses=presses, trial_duration=trial.trial_s))
         clock += trial.trial_s
@@ -106,20 +106,23 @@ def watch(
 def _presses(
     duration: float, odds: float, person: Observer, keys: tuple[str, str], random: np.random.Generator
 ) -> list[Press]:
-    """Keys pressed as the percepts take turns, each for a time of the gamma distribution, till the trial ends.
+    """Keys pressed as the percepts take turns, each for a log-normally distributed time, till the trial ends.
 
-    With mean times of exp(+-odds / 2) dominance the shares of time are as exp(odds).
+    With mean times of exp(+-odds / 2) dominance the shares of time are as exp(odds). Log durations are correlated with
+    that of the percept before.
     """
     means = (person.dominance * math.exp(odds / 2), person.dominance * math.exp(-odds / 2))
     percept = int(random.random() >= 1 / (1 + math.exp(-odds)))
     presses: list[Press] = []
-    time = 0.0
+    time = residual = 0.0
+    variance = person.duration_spread**2 / (1 - person.serial**2)
     while (report := time + REACTION) < duration:
         late = min(max(FINGERS * random.standard_normal(), -2 * FINGERS), 2 * FINGERS)
         if presses:
             presses.append(Press(report + late, keys[1 - percept], False))
         presses.append(Press(report, keys[percept], True))
-        time += max(SHORTEST, random.gamma(person.regularity, means[percept] / person.regularity))
+        residual = person.serial * residual + person.duration_spread * random.standard_normal()
+        time += max(SHORTEST, means[percept] * math.exp(residual - variance / 2))
         percept = 1 - percept
     ordered = sorted(press._replace(time=round(press.time, 4)) for press in presses)
     return [press for press in ordered if press.time < duration]

@@ -34,7 +34,7 @@ CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
 """The entry of the observer's name, seed and model among the versions of what a session was run with."""
 
-MODEL = 3
+MODEL = 4
 """Version of the observers' model: a data set of another one is not continued."""
 
 

@@ -35,8 +35,9 @@ DISCOUNTS = 0.15
 EXPONENTS = 0.25
 """Standard deviation over people of the logarithm of the exponent from perception to rating; our choice."""
 
-DURATIONS = 0.63
-"""The same of the mean duration of percepts: fitted with `dominance` and `regularity`, see there."""
+DURATIONS, DURATION_SPREADS, PREFERENCES = 0.54, 0.17, 0.26
+"""Standard deviations over people of the logarithms of the mean duration of percepts and of its spread, and of the
+log odds by which a person prefers one reading: fitted with `dominance`, see there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,11 +75,16 @@ class Observer:
         Log odds against a reading for each unit of its departure from rigid.
     dominance
         Mean seconds that a percept lasts where both readings have equal odds.
-    regularity
-        Shape of the gamma distribution of these times. Both were fitted to 22 people who watched an ambiguous Necker
-        lattice (A. Pastukhov, Correlated switching rate in kinetic-depth effect displays, CC-BY 4.0; percepts of at
-        least 0.3 s, the ends of blocks censored) by `focalgradient.statistics.fit_durations_of_people`: geometric mean
-        5.46 s (standard error of its logarithm .14), shape 1.71 (.06), standard deviation of log mean .63 (.11).
+    duration_spread
+        Standard deviation of the logarithm of these times, given the percept before.
+    serial
+        Correlation of a percept's log duration with that of the percept before it. The three were fitted to 22 people
+        who watched an ambiguous Necker lattice (A. Pastukhov, Correlated switching rate in kinetic-depth effect
+        displays, CC-BY 4.0; percepts of at least 0.3 s, the ends of blocks censored) by
+        `focalgradient.statistics.fit_dominance`, blocks taken as alike: geometric mean of medians 3.82 s (standard
+        error of its logarithm .12), so a mean of 5.2 s; spread .77 (.04), serial correlation .24 (.03).
+    preference
+        Log odds of the rigid reading beyond what the picture gives.
     scale
         Exponent from the ratio that is perceived to the rating.
     scatter
@@ -100,19 +106,23 @@ class Observer:
     layout_noise: float = 0.2
     flatness: float = 0.17
     rigidity: float = 6.0
-    dominance: float = 5.5
-    regularity: float = 1.7
+    dominance: float = 5.2
+    duration_spread: float = 0.77
+    serial: float = 0.24
+    preference: float = 0.0
     scale: float = 1.0
     scatter: float = 0.15
     categories: int = 0
 
     def person(self, random: np.random.Generator) -> Observer:
         """One of the people whom this observer stands for; a control without a prior, or with the other, stays one."""
-        scale, pace, weber, spread, gain, prior, discounting = random.standard_normal(7)
+        scale, pace, weber, spread, gain, prior, discounting, lasting, preference = random.standard_normal(9)
         return replace(
             self,
             scale=self.scale * math.exp(EXPONENTS * scale),
             dominance=self.dominance * math.exp(DURATIONS * pace),
+            duration_spread=self.duration_spread * math.exp(DURATION_SPREADS * lasting),
+            preference=self.preference + PREFERENCES * preference,
             weber=self.weber * math.exp(WEBERS * weber),
             layout_spread=self.layout_spread * math.exp(LAYOUTS * spread),
             layout_gain=self.layout_gain * math.exp(LAYOUTS * gain),

@@ -1,6 +1,6 @@
 """Power of experiment 2: reports of simulated subjects on the turning cube, judged and analysed.
 
-Rigid and nonrigid readings take turns, each for a time of the gamma distribution. The log odds of the time in which the
+Rigid and nonrigid readings take turns, each for a log-normally distributed time. The log odds of the time in which the
 nonrigid one is reported are the subject's own without a gradient; a gradient that favours it adds the subject's shift
 times its strength over the largest, and one that favours the rigid reading takes as much away.
 """
@@ -34,7 +34,7 @@ CUBE_TESTS = {
 }
 """What is counted, and what it means: at the largest strength, by Holm's p over all gradients and strengths."""
 
-ANALYSIS = 1
+ANALYSIS = 2
 """Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
 
 UNAMBIGUOUS = 4.0
@@ -58,9 +58,9 @@ class CubeModel:
         Share of the time, of that with either reading, that is nonrigid without a gradient, for the median subject.
     between_levels
         Standard deviation over subjects of the log odds without a gradient.
-    dominance, between_dominances, regularity
+    dominance, between_dominances, duration_spread
         Geometric mean over people of the mean time (s) that a reading lasts at even odds, the standard deviation of its
-        logarithm, and the shape of the gamma distribution of these times.
+        logarithm over people, and the standard deviation of a person's own log durations.
     lapses
         Share of trials that are answered without looking, at even odds.
 
@@ -74,9 +74,9 @@ class CubeModel:
     between: float = 0.3
     nonrigid: float = 0.2
     between_levels: float = 0.7
-    dominance: float = 5.46
-    between_dominances: float = 0.63
-    regularity: float = 1.71
+    dominance: float = 5.2
+    between_dominances: float = 0.54
+    duration_spread: float = 0.8
     lapses: float = 0.01
 
     def __post_init__(self) -> None:
@@ -88,7 +88,7 @@ class CubeModel:
         check_spreads(self, "between", "between_levels", "between_dominances")
         if not 0.001 <= self.nonrigid <= 0.999:  # beyond, less than a video frame of a trial is left of one reading
             raise InputError(f"nonrigid is {self.nonrigid!r}, but must be a share from 0.001 to 0.999, like 0.2.")
-        for name, least, most in (("dominance", 0.5, 100.0), ("regularity", 0.5, 20.0)):
+        for name, least, most in (("dominance", 0.5, 100.0), ("duration_spread", 0.05, 3.0)):
             value = getattr(self, name)
             if not least <= value <= most:
                 raise InputError(f"{name} is {value!r}, but must be a number from {least:g} to {most:g}.")
@@ -209,7 +209,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
                 odds = UNAMBIGUOUS
             if rng.random() < model.lapses:
                 odds = 0.0
-            for onset, lasts, percept in _reports(trial.trial_s, odds, dominance, model.regularity, rng):
+            for onset, lasts, percept in _reports(trial.trial_s, odds, dominance, model.duration_spread, rng):
                 cut = onset + lasts >= trial.trial_s
                 rows.append(
                     (
@@ -230,7 +230,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
 
 
 def _reports(
-    duration: float, odds: float, dominance: float, regularity: float, rng: np.random.Generator
+    duration: float, odds: float, dominance: float, spread: float, rng: np.random.Generator
 ) -> list[tuple[float, float, str]]:
     """Onset, duration and reading of each report, till the trial ends: the shares of time are as exp(odds)."""
     percepts = ("rigid", "nonrigid")
@@ -238,7 +238,7 @@ def _reports(
     now, percept = 0.0, int(rng.random() < 1 / (1 + math.exp(-odds)))
     reports = []
     while now < duration:
-        lasts = max(float(rng.gamma(regularity, means[percept] / regularity)), 1e-3)
+        lasts = max(means[percept] * math.exp(spread * rng.standard_normal() - spread**2 / 2), 1e-3)
         reports.append((now, min(lasts, duration - now), percepts[percept]))
         now, percept = now + lasts, 1 - percept
     return reports

@@ -12,6 +12,7 @@ from focalgradient.report.analysed import Reports, analyse_necker
 from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import place_effects_of_cube, place_sheet, screens, screens_sheet
 from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.dominance import dominance_sheet
 from focalgradient.report.exclusions import with_and_without
 from focalgradient.report.export import report_files
 from focalgradient.report.parts import Asked, Output, Part
@@ -84,6 +85,8 @@ class CubePart(Part):
         yield output.figure("necker", necker_figure(part.result, simulated=part.simulated), CAPTION)
         if places := place_effects_of_cube(seen, part.result):
             own = [place_sheet(places, "necker", "nonrigid share of the time"), *own]
+        if part.result.over_people is not None:
+            own = [dominance_sheet(part.result.over_people), *own]
         yield from output.tables([*necker_sheets(part.result), *own])
         yield from map(Paragraph, part.result.remarks)
 

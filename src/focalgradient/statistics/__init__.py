@@ -32,6 +32,12 @@ from focalgradient.statistics.detection import (
     rating_roc,
     sensitivity,
 )
+from focalgradient.statistics.dominance import (
+    DominanceModel,
+    PerceptDurations,
+    fit_dominance,
+    log_likelihood_of_people,
+)
 from focalgradient.statistics.durations import (
     DurationFit,
     DurationsOfPeople,
@@ -84,6 +90,7 @@ __all__ = [
     "Detection",
     "DetectionGroup",
     "Dominance",
+    "DominanceModel",
     "DurationFit",
     "DurationsOfPeople",
     "DurationsOfPerson",
@@ -104,6 +111,7 @@ __all__ = [
     "OwnReports",
     "OwnThresholds",
     "PeopleDominance",
+    "PerceptDurations",
     "PerceptShare",
     "PersonFunction",
     "PsychometricGroups",
@@ -134,9 +142,11 @@ __all__ = [
     "depth_rating",
     "detection_by_person",
     "factor_effects",
+    "fit_dominance",
     "fit_durations_of_people",
     "fit_psychometric_groups",
     "fit_threshold",
+    "log_likelihood_of_people",
     "meta_sensitivity",
     "necker",
     "planned_tests",

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.dominance import DominanceModel, PerceptDurations, fit_dominance
 from focalgradient.statistics.durations import (
     DurationFit,
     DurationsOfPeople,
@@ -178,6 +179,9 @@ class NeckerResult:
         What was left out of which result and why, a sentence each.
     people
         Durations of both readings without a gradient, or with the least one if there is no such trial.
+    over_people
+        Log-normal model of the same durations, both readings together, median, spread and preference of one's own;
+        None if durations were not asked for.
     """
 
     participants: tuple[str, ...]
@@ -189,6 +193,7 @@ class NeckerResult:
     effects: tuple[GradientEffect, ...]
     remarks: tuple[str, ...]
     people: tuple[PeopleDominance, ...]
+    over_people: DominanceModel | NotComputed | None = None
 
     def __repr__(self) -> str:
         """In short; `summary` has the results."""
@@ -280,6 +285,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
         effects=_effects(conditions, reported, own, remarks),
         remarks=tuple(remarks),
         people=tuple(_people(conditions[0], percept, reported) for percept in READINGS if durations),
+        over_people=_over_people(conditions[0], reported) if durations else None,
     )
 
 
@@ -342,6 +348,24 @@ def _people(condition: tuple[str, float], percept: str, reported: pd.DataFrame) 
     rows = reported[_of(reported, condition) & (reported["percept"] == percept) & (reported["duration"] > 0)]
     return PeopleDominance(
         *condition, percept, fit_durations_of_people(rows["duration"], rows["censored"], rows["participant_id"])
+    )
+
+
+def _over_people(condition: tuple[str, float], reported: pd.DataFrame) -> DominanceModel | NotComputed:
+    rows = reported[_of(reported, condition) & (reported["duration"] > 0)].copy()
+    keys = [name for name in ("participant_id", "session", "trial") if name in rows]
+    rows = rows.sort_values([*keys, "onset"], kind="stable")
+    trial = rows.drop_duplicates(keys).groupby("participant_id").cumcount() + 1
+    first = ~rows.duplicated(keys)
+    return fit_dominance(
+        PerceptDurations(
+            seconds=rows["duration"].to_numpy(),
+            censored=rows["censored"].to_numpy(),
+            participant=rows["participant_id"].to_numpy(),
+            reading=np.where(rows["percept"] == "rigid", 0.5, -0.5),
+            trial=np.asarray(trial.reindex(rows.index).ffill(), float),
+            first=first.to_numpy(),
+        )
     )
 
 
