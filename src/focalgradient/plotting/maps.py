@@ -47,6 +47,9 @@ _MOST_VIEWS = 4
 _MOST_PIXELS = 2000
 """Side in pixels of the largest picture that is drawn whole: 180 mm at 280 to the inch."""
 
+LETTER = 1.4
+"""Width (mm) of a letter of a colour bar's label, with some to spare: a label longer than its bar takes two lines."""
+
 
 def depth_figure(
     views: Sequence[View],
@@ -104,8 +107,14 @@ def depth_figure(
         figure, panels = _page(depth.shape, [*rows, (2, 1)] if truth is not None else rows)
         for ax, view, title in zip(panels[0], shown, titles, strict=False):
             draw_view(ax, view, title)
-        for ax in panels[0][len(shown) :]:
+        for ax in panels[0][len(shown) :]:  # beside a single view: its depth in words
             ax.set_axis_off()
+            ax.text(
+                0,
+                1,
+                "\n".join(fill(line, 48, subsequent_indent="   ") for line in depth.summary().splitlines()),
+                va="top",
+            )
         if truth is None:
             depth_ax, sd_ax = panels[1]
         else:
@@ -274,7 +283,8 @@ def _map(
     beyond = bool((values[drawn] < low).any()), bool((values[drawn] > high).any())
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0, 0.04, 1)), extend=extend, extendfrac=0.03)
-    bar.set_label(label)
+    letters = int(25.4 * ax.get_window_extent().height / ax.figure.dpi / LETTER)
+    bar.set_label(fill(label, letters) if 2 * letters > len(label) else label)  # there is no room for three lines
     bar.ax.spines["outline"].set_linewidth(0.4)
     return bar
 
