@@ -93,3 +93,20 @@ def test_an_accommodating_eye_is_no_person():
     result = run("--accommodate", "step:1,3", "--age", "60", "--out", "out")
     assert result.exit_code == 2
     assert "leave out --refraction" in result.stderr
+
+
+def test_quality_through_focus():
+    result = run("--through-focus", "--out", "out", "--refraction", "-2.00 -0.75 x 30", "--pupil", "3")
+    assert result.exit_code == 0, result.output
+    summary = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert summary["found"]["best_D"] == pytest.approx(2.31 + 0.08, abs=0.1)  # mean sphere; white focuses as 555 nm
+    assert cv2.imread("out/through_focus.png") is not None
+    lines = Path("out/through_focus.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "vergence_D,visual_strehl,mtf_4_cpd,mtf_8_cpd,mtf_16_cpd"
+    assert len(lines) == 82
+
+
+def test_a_scene_has_no_through_focus():
+    result = run("plane", "--through-focus", "--out", "out")
+    assert result.exit_code == 2
+    assert "leave out one" in result.stderr

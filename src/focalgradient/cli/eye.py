@@ -130,6 +130,12 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     help="In place of SCENE: let the eye focus a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
     "or sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.",
 )
+@click.option(
+    "--through-focus",
+    "is_through_focus",
+    is_flag=True,
+    help="In place of SCENE: modulation transfer, visual Strehl ratio and point spreads against the target's vergence.",
+)
 @shared_options
 @force_option
 @json_option
@@ -143,6 +149,7 @@ def eye(
     seed: int,
     accommodate: str | None,
     illuminant: str,
+    is_through_focus: bool,
     workers: int | None,
     scheduler: str | None,
     **person: Any,
@@ -166,8 +173,11 @@ def eye(
 
     The eye may be a person's: --refraction "-2.00 -0.75 x 180" with or without --correction, --age 60, --luminance 10.
 
+    With --through-focus it writes DIR/through_focus.png and .csv, and DIR/summary.json, in some seconds.
+
     \b
     Examples:
+      focalgradient eye --through-focus --refraction "-2.00 -0.75 x 180" --age 30 --out results
       focalgradient eye spheres --out results --views both --pupil 4 --accommodation 1
       focalgradient eye --accommodate step:1,3 --views both --out results
     """  # noqa: D301  click's mark against rewrapping is a real backspace
@@ -186,6 +196,18 @@ def eye(
 
         follow(accommodate, out, pupil or PUPIL_MM, CUES[views], seed)
         return
+    light = _Light(illuminant, person["age"])
+    settings = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
+    settings |= {name: value for name, value in person.items() if value is not None}
+    if is_through_focus:
+        if scene is not None:
+            raise InputError(f"SCENE {scene!r} and --through-focus are both given: leave out one.")
+        from focalgradient.cli.through_focus import through_focus
+
+        subject = person_eye(person, pupil, accommodation)
+        settings["pupil_mm"] = 1e3 * subject.pupil_diameter
+        through_focus(light.cones(subject, "luminance"), out, settings)
+        return
     scene = _known(scene)
     writable(out, FILES)
     with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
@@ -195,7 +217,6 @@ def eye(
 
         subject, course = person_eye(person, pupil, accommodation), Oscillation(amplitude)
         world = _scene(scene, seed, accommodation)
-        light = _Light(illuminant, person["age"])
         names, cones, seen = _views(world, subject, course, views, seed, light, executor)
         result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
         say("filming")
@@ -205,12 +226,9 @@ def eye(
         focus = _focus_figure(course, subject.accommodation, light, None if views == "bands" else PAIR)
         found = score(result.vergence, result.valid, seen[0].distance, subject.accommodation)
 
-    settings = {
+    settings |= {
         "scene": scene,
         "pupil_mm": 1e3 * subject.pupil_diameter,
-        "accommodation_D": accommodation,
-        "illuminant": illuminant,
-        **{name: value for name, value in person.items() if value is not None},
         "views": views,
         "amplitude_D": amplitude,
         "seed": seed,
@@ -238,7 +256,9 @@ def eye(
 
 def _known(scene: str | None) -> str:
     if scene is None:
-        raise InputError(f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET.")
+        raise InputError(
+            f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
+        )
     if scene not in NAMES:
         raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
     return scene

@@ -37,6 +37,7 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
+from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
@@ -77,6 +78,7 @@ __all__ = [
     "SpectralPicture",
     "Stimulus",
     "Target",
+    "ThroughFocus",
     "TimeCourse",
     "Track",
     "ZernikePopulation",
@@ -96,6 +98,7 @@ __all__ = [
     "chromatic_wavelength",
     "cone_fundamentals",
     "cone_images",
+    "contrast_sensitivity",
     "cutoff_cpd",
     "draw_people",
     "eye_views",
@@ -103,6 +106,7 @@ __all__ = [
     "field_foci",
     "growth",
     "illuminant",
+    "image_quality",
     "lens_density",
     "lommel_point_spread",
     "luminosity",

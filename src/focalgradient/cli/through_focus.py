@@ -1,0 +1,138 @@
+"""``focalgradient eye --through-focus``: an eye's image quality and point spreads against the target's vergence."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import platform
+import time
+from collections.abc import Callable, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from focalgradient.cli.program import show, summary_json, warnings_given, writable, write_set
+from focalgradient.files import printable
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from focalgradient.eye import Cones
+    from focalgradient.eye.quality import ThroughFocus
+
+__all__ = ["through_focus"]
+
+FILES = ("through_focus.png", "through_focus.csv", "summary.json")
+SPAN, STEP = 2.0, 0.05
+"""Dioptres to either side of the eye's focus, and from one vergence to the next."""
+
+PICTURES = (-1.0, -0.5, 0.0, 0.5, 1.0)
+"""Dioptres from the best focus at which point spreads are drawn."""
+
+SIDE, MINUTES = 128, 0.25
+"""Pixels of a point spread, and the minutes of arc of one: frequencies up to 120 cycles per degree, which a pupil of
+4 mm hardly passes."""
+
+
+def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
+    """Write the image quality of an eye in white light against the vergence of what it looks at."""
+    start = time.perf_counter()
+    writable(out, FILES)
+    with warnings_given() as given:
+        from focalgradient.eye.quality import image_quality
+
+        middle = round(cones.focus_vergence / STEP) * STEP
+        steps = round(SPAN / STEP)
+        quality = image_quality(cones, middle + STEP * np.arange(-steps, steps + 1))
+        spreads = [point_spread(cones, quality.best + change) for change in PICTURES]
+        figure = draw(quality, spreads, settings)
+    found = {
+        "focus_D": cones.focus_vergence,
+        "best_D": quality.best,
+        "visual_strehl": float(quality.visual_strehl.max()),
+        "depth_of_focus_D": quality.depth_of_focus(),
+    }
+    summary = {
+        "simulated": True,
+        "settings": settings,
+        "found": found,
+        "warnings": given,
+        "versions": {name: version(name) for name in ("focalgradient", "numpy", "scipy")}
+        | {"python": platform.python_version()},
+    }
+    writers: dict[str, bytes | Callable[[Path], object]] = {
+        "through_focus.png": figure.savefig,
+        "through_focus.csv": table(quality),
+        "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
+    }
+    write_set(out, writers, "summary.json")
+    written = [printable(out / name) for name in writers]
+    show(
+        summary | {"written": written},
+        f"Best focus: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
+        f"Depth of focus (80 % of it): {found['depth_of_focus_D']:.2f} D",
+        f"Written: {', '.join(written)}",
+    )
+
+
+def point_spread(cones: Cones, vergence: float) -> NDArray[np.float64]:
+    """Light of a point at a `vergence` (D) over SIDE x SIDE pixels, of a sum of 1."""
+    frequency = np.fft.fftfreq(SIDE, math.radians(MINUTES / 60))
+    along = np.fft.rfftfreq(SIDE, math.radians(MINUTES / 60))
+    seen = cones.optical_transfer(frequency[:, None], along[None], vergence)
+    return np.fft.fftshift(np.fft.irfft2(seen, (SIDE, SIDE)))
+
+
+def table(quality: ThroughFocus) -> bytes:
+    """The quality as a CSV file, a line a vergence."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["vergence_D", "visual_strehl", *(f"mtf_{f:g}_cpd" for f in quality.frequency_cpd)])
+    for vergence, strehl, mtf in zip(quality.vergences, quality.visual_strehl, quality.mtf, strict=True):
+        writer.writerow([f"{vergence:.2f}", f"{strehl:.4f}", *(f"{value:.4f}" for value in mtf)])
+    return text.getvalue().encode()
+
+
+def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Mapping[str, Any]) -> Any:
+    """Point spreads above; below them modulation and visual Strehl ratio against the target's vergence."""
+    from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
+
+    with style():
+        figure = new_figure(200, 120, layout="constrained")
+        places = figure.add_gridspec(2, len(spreads), height_ratios=(1, 1.5))
+        half = SIDE * MINUTES / 2
+        for column, (change, spread) in enumerate(zip(PICTURES, spreads, strict=True)):
+            ax = figure.add_subplot(places[0, column])
+            ax.imshow(np.sqrt(np.clip(spread / spread.max(), 0, 1)), cmap="gray", extent=(-half, half, half, -half))
+            ax.set_title("best focus" if not change else f"{abs(change):g} D {'nearer' if change > 0 else 'farther'}")
+            ax.set(xticks=[-10, 0, 10], yticks=[-10, 0, 10] if not column else [])
+            if not column:
+                ax.set_ylabel("arcmin")
+        mtf = figure.add_subplot(places[1, :3])
+        for f, values, colour in zip(quality.frequency_cpd, quality.mtf.T, (BLUE, GREEN, ORANGE), strict=True):
+            mtf.plot(quality.vergences, values, color=colour, label=f"{f:g} c/deg")
+        mtf.set(ylabel="modulation transfer", ylim=(0, 1))
+        mtf.legend(loc="upper right")
+        strehl = figure.add_subplot(places[1, 3:])
+        strehl.plot(quality.vergences, quality.visual_strehl, color="black")
+        strehl.set(ylabel="visual Strehl ratio", ylim=(0, 1.05 * max(0.1, float(quality.visual_strehl.max()))))
+        for ax in (mtf, strehl):
+            ax.axvline(quality.best, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
+            ax.set(xlabel="vergence of the target (D)", xlim=(quality.vergences[0], quality.vergences[-1]))
+        words = ", ".join(f"{name} {value}" for name, value in _stated(settings).items())
+        figure.suptitle(f"Image of a simulated eye through focus: {words}")
+        figure.draw_without_rendering()
+    return figure
+
+
+def _stated(settings: Mapping[str, Any]) -> dict[str, str]:
+    """What the title says of the eye."""
+    shown = {"pupil": f"{settings['pupil_mm']:.1f} mm", "light": str(settings["illuminant"])}
+    for name, unit in (("refraction", ""), ("correction", ""), ("age", " years")):
+        if settings.get(name) is not None:
+            value = settings[name]
+            shown[name] = f"{value:g}{unit}" if isinstance(value, float) else f"{value}{unit}"
+    return shown
