@@ -212,7 +212,7 @@ def noise_from_residuals(
     taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
     gains = np.array(registered.gains)
     for _ in range(ROUNDS):
-        equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window)
+        equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window, shares=part.shares)
         nodes = equalised.read(usable)
         images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
         # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.

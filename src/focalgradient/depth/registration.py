@@ -13,6 +13,7 @@ from scipy import fft, ndimage, sparse
 
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
+from focalgradient.optics import capabilities
 from focalgradient.parallel import share_rows
 from focalgradient.view import View
 
@@ -253,6 +254,8 @@ class RegisteredViews:
     placements: list[Placement]
     """What was measured of each view beyond its pixel angle: removed only if the views were to be aligned."""
     warnings: tuple[str, ...] = ()
+    shares: NDArray[np.floating] | None = None
+    """Share of each of the optics of which the blur is a mixture (`optics.Mixture`), C x H x W."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -286,7 +289,14 @@ class RegisteredViews:
             )
         gains = [1.0, *(_gain(first, image, usable) for image in images[1:])]
         scaled = [first, *(image / np.float32(g) for image, g in zip(images[1:], gains[1:], strict=True))]
-        return cls(scaled, usable, gains, placements, tuple(filter(None, warnings)))
+        mixture = capabilities(views[0].optics).mixture
+        if mixture is not None and mixture.shares.shape[1:] != usable.shape:
+            raise InputError(
+                f"the blur is a mixture with shares of shape {mixture.shares.shape[1:]}, but the views have shape "
+                f"{usable.shape}: give shares at the views' pixels."
+            )
+        shares = None if mixture is None else mixture.shares
+        return cls(scaled, usable, gains, placements, tuple(filter(None, warnings)), shares)
 
     def most_textured_crop(self, side: int) -> RegisteredViews:
         """The part, at most `side` pixels in each direction, that shows most texture."""
@@ -302,7 +312,13 @@ class RegisteredViews:
             for m, n in zip(middle, self.shape, strict=True)
             for start in [int(np.clip(m - side // 2, 0, max(0, n - side)))]
         )
-        return RegisteredViews([image[part] for image in self.images], self.usable[part], self.gains, self.placements)
+        return self.part(part[0], part[1])
+
+    def part(self, rows: slice, columns: slice) -> RegisteredViews:
+        """These rows and columns of the views."""
+        images = [np.ascontiguousarray(image[rows, columns]) for image in self.images]
+        shares = None if self.shares is None else self.shares[:, rows, columns]
+        return RegisteredViews(images, self.usable[rows, columns], self.gains, self.placements, shares=shares)
 
 
 def _displacement_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], align: bool) -> str:

@@ -54,6 +54,7 @@ class Blurs:
     frequencies: Frequencies = ROUND  # F
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
     even: bool = True  # whether a little blur acts by its square, alike on both sides of focus
+    parts: tuple[Blurs, ...] = ()  # those of which the blur at each pixel is a mixture, if it varies over the field
 
     @cached_property
     def pass_band(self) -> NDArray[Any]:
@@ -69,7 +70,8 @@ class Blurs:
 
     def every(self, count: int) -> Blurs:
         """The blurs at every so many levels only."""
-        return replace(self, radius=self.radius[:, ::count], transfer=self.transfer[:, ::count])
+        parts = tuple(part.every(count) for part in self.parts)
+        return replace(self, radius=self.radius[:, ::count], transfer=self.transfer[:, ::count], parts=parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +210,21 @@ class Search:
         at = ROUND if self.isotropic else plane(self._finest())
         transfers = [self._own_transfer(one, disc, at) for one, disc in zip(own, radius, strict=True)]
         even = not any(one.tells_side for one in self.stated)
-        return Blurs(radius, np.stack(transfers), True, at, self.limited, even)
+        parts = tuple(replace(self, optics=one).blurs(psf) for one in self._mixed())
+        return Blurs(radius, np.stack(transfers), True, at, self.limited, even, parts)
+
+    def _mixed(self) -> list[tuple[Optics, ...]]:
+        """The views' optics in each part of the mixture that their blur is; none where blur is alike everywhere."""
+        mixtures = [one.mixture for one in self.stated]
+        given = [one for one in mixtures if one is not None]
+        if not given:
+            return []
+        if len({len(one.optics) for one in given}) > 1 or len(given) < len(mixtures):
+            raise InputError(
+                "the blur of some views only, or of different numbers of optics, is a mixture, but all views must "
+                "share one: give all views optics of one mixture."
+            )
+        return list(zip(*(one.optics for one in given), strict=True))
 
     def _own_transfer(self, own: OwnBlur | None, radius: FloatArray, at: Frequencies) -> NDArray[Any]:
         """Transfer at every level (L x F) by `own`, or of the disc of `radius` (L, pixels); complex where not round."""

@@ -28,6 +28,7 @@ from focalgradient.eye.light import (
     illuminant,
     luminosity,
 )
+from focalgradient.eye.local_colour import ColouredCones, KnownSpectrum, LocalColours, SeenContrast, estimate_colours
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.off_axis import field_coma, field_foci, off_axis
@@ -46,7 +47,7 @@ from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_pict
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
-from focalgradient.eye.views import accommodation_views, band_views, eye_views
+from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 
 __all__ = [
@@ -59,12 +60,15 @@ __all__ = [
     "Band",
     "BlurName",
     "ChromaticStimulus",
+    "ColouredCones",
     "Cones",
     "Correction",
     "Course",
     "Eye",
     "GaussianFit",
+    "KnownSpectrum",
     "Light",
+    "LocalColours",
     "Microfluctuations",
     "Motion",
     "Oscillation",
@@ -74,6 +78,7 @@ __all__ = [
     "Plant",
     "Predictor",
     "Refraction",
+    "SeenContrast",
     "SpectralBasis",
     "SpectralPicture",
     "Stimulus",
@@ -96,11 +101,13 @@ __all__ = [
     "chromatic_difference",
     "chromatic_stimulus",
     "chromatic_wavelength",
+    "cone_catches",
     "cone_fundamentals",
     "cone_images",
     "contrast_sensitivity",
     "cutoff_cpd",
     "draw_people",
+    "estimate_colours",
     "eye_views",
     "field_coma",
     "field_foci",

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_list, check_number, described, is_number
+from focalgradient.eye.local_colour import LocalColours, estimate_colours
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
-from focalgradient.eye.spectral import SpectralPicture, band_picture
+from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.psf import pixel_transfer
@@ -28,7 +29,7 @@ from focalgradient.render.raycast import check_frame
 from focalgradient.scenes import Mesh, Scene
 from focalgradient.view import View
 
-__all__ = ["accommodation_views", "band_views", "eye_views"]
+__all__ = ["accommodation_views", "band_views", "cone_catches", "eye_views"]
 
 SKIRT = 64
 """Pixels to which a point spread is followed, beyond four radii of its disc, where a pupil is not clear."""
@@ -38,6 +39,9 @@ PINHOLE_SHARE = 4
 
 CONTRAST = 0.2
 """Standard deviation over mean of a wall's texture. Our choice."""
+
+CONES = 3
+"""Classes of cones: as many components of a basis can be distinguished."""
 
 SceneInput = Scene | float | tuple[ArrayLike | SpectralPicture, ArrayLike]
 """A scene, the distance of a wall, or a picture with the distance of each of its pixels."""
@@ -57,6 +61,7 @@ def band_views(
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
+    colours: LocalColours | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
     """What the L and M cones together, and what the S cones see at one moment.
@@ -68,7 +73,8 @@ def band_views(
         ``(picture, distance)``: a `SpectralPicture`; or linear radiance, H x W (grey, in the light of `illuminant`) or
         H x W x 3 (red, green and blue of a display); and distances in metres, H x W. It is seen as `retinal_image`
         sees it, by waves, every wavelength in its own focus; both cone classes see what it shows, so that
-        `correlation` and `gain` stay 1.
+        `correlation` and `gain` stay 1. The optics of views of a colour picture are `ColouredCones`: the eye's L, M
+        and S cones show the spectrum of the texture at each place.
     eye
         Pupil, accommodation and chromatic aberration.
     shape, pixel_angle
@@ -84,6 +90,9 @@ def band_views(
     samples, seed
         Rays a pixel of a scene (by waves, as here, a quarter of them, through a pinhole), and the seed of rays,
         textures and noise.
+    colours
+        The colours of a colour picture where they are known; None: as its L, M and S cones show them
+        (`estimate_colours`).
     progress
         Called with the share done, 0 to 1, and a few words.
 
@@ -119,6 +128,7 @@ def band_views(
         noise=noise,
         samples=samples,
         seed=seed,
+        colours=colours,
         progress=progress,
     )
 
@@ -136,6 +146,7 @@ def accommodation_views(
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
+    colours: LocalColours | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
@@ -163,6 +174,7 @@ def accommodation_views(
         noise=noise,
         samples=samples,
         seed=seed,
+        colours=colours,
         executor=executor,
         progress=progress,
     )
@@ -179,6 +191,7 @@ def eye_views(
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
+    colours: LocalColours | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
@@ -218,7 +231,53 @@ def eye_views(
         seen.append(rendered)
         if progress is not None:
             progress(len(seen) / len(cones), "forming the views")
+    if isinstance(scene, tuple) and (isinstance(scene[0], SpectralPicture) or np.ndim(scene[0]) == 3):
+        if colours is None:
+            colours = _colours(SpectralPicture.of(scene[0]), scene[1], cones[0].eye, pixel_angle, noise, seed)
+        own = [colours.seen_by(one) for one in cones]
+        seen = [replace(one, view=replace(one.view, optics=sees)) for one, sees in zip(seen, own, strict=True)]
     return seen
+
+
+def cone_catches(
+    picture: SpectralPicture,
+    distance: ArrayLike,
+    eye: Eye,
+    pixel_angle: float,
+    *,
+    noise: float | Photons = 0.0,
+    seed: int = 0,
+) -> NDArray[np.float64]:
+    """Return what L, M and S cones catch of a picture of known depth through an eye (H x W x 3, of white 1).
+
+    Parameters are those of `band_views`. It is what `estimate_colours` needs.
+
+    >>> grey = SpectralPicture.of(np.full((16, 16), 0.5))
+    >>> cone_catches(grey, np.ones((16, 16)), Eye(0.004, 1.0), 3e-4).mean(axis=(0, 1)).round(3).tolist()
+    [0.5, 0.5, 0.5]
+    """
+    seen = []
+    for number, band in enumerate(("L", "M", "S")):
+        image = band_picture(picture, distance, eye, band, pixel_angle=pixel_angle)
+        cones = Cones(eye, band, (eye.wavelength_nm,))
+        seen.append(_noisy(image, cones, pixel_angle, noise, np.random.default_rng([seed, 4, number])))
+    return np.stack(seen, axis=-1)
+
+
+def _colours(
+    picture: SpectralPicture,
+    distance: ArrayLike,
+    eye: Eye,
+    pixel_angle: float,
+    noise: float | Photons,
+    seed: int,
+) -> LocalColours:
+    """The colours of a picture as an eye that knows the light sees them."""
+    if picture.basis.components == 1:
+        return LocalColours.known(picture.basis, [1.0], picture.shape)
+    basis = picture.basis if picture.basis.components == CONES else SpectralBasis.of_srgb()
+    catches = cone_catches(picture, distance, eye, pixel_angle, noise=noise, seed=seed)
+    return estimate_colours(catches, basis, eye, pixel_angle)
 
 
 @dataclass(frozen=True, slots=True)

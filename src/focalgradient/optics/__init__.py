@@ -5,11 +5,12 @@ Distances are in metres in front of the lens, positive; vergence V = 1/distance 
 
 from focalgradient.optics.lens import Lens, Side, defocus_at, distance_of_blur
 from focalgradient.optics.own_blur import OwnBlur, own_blur
-from focalgradient.optics.protocol import Capabilities, Optics, capabilities, check_optics, refocused
+from focalgradient.optics.protocol import Capabilities, Mixture, Optics, capabilities, check_optics, refocused
 
 __all__ = [
     "Capabilities",
     "Lens",
+    "Mixture",
     "Optics",
     "OwnBlur",
     "Side",

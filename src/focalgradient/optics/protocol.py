@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_number, check_tolerance, described
 from focalgradient.optics.own_blur import OwnBlur, own_blur
 
-__all__ = ["Capabilities", "Optics", "capabilities", "check_optics", "refocused"]
+__all__ = ["Capabilities", "Mixture", "Optics", "capabilities", "check_optics", "refocused"]
 
 
 TOLERANCES = ("focus_tolerance", "aperture_tolerance")
@@ -35,6 +35,8 @@ class Optics(Protocol):
         a dual pixel) tell the side.
     ``uniform``
         Whether blur is alike all over the field; depth is recovered through such optics only.
+    ``mixture``
+        Blur that varies over the field as a `Mixture` of other optics; ``transfer`` is then its mean over the field.
     ``light``
         Name of the waveband that they see, as an eye's cones of one class do: surfaces look alike, but for their blur,
         in views of one name only.
@@ -55,6 +57,35 @@ class Optics(Protocol):
         """Vergence of the plane in exact focus, in dioptres."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Mixture:
+    """Blur that varies over the field: at each pixel, a mixture of the blurs of a few optics.
+
+    Parameters
+    ----------
+    optics
+        C optics of one aperture.
+    shares
+        Share of each at each pixel of the view, C x H x W: 1 in sum.
+    focus_sd
+        Standard deviation of the focus at each pixel (D), H x W: how well the shares are known.
+    """
+
+    optics: tuple[Any, ...]
+    shares: NDArray[np.floating]
+    focus_sd: NDArray[np.floating]
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.shares)
+        if len(shape) != 3 or shape[0] != len(self.optics) or shape[1:] != np.shape(self.focus_sd):
+            raise InputError(
+                f"shares has shape {shape} and focus_sd {np.shape(self.focus_sd)}, but must be C x H x W for the "
+                f"{len(self.optics)} optics of the mixture, and H x W."
+            )
+        if not np.allclose(np.sum(self.shares, axis=0), 1, atol=1e-3):
+            raise InputError("shares do not add up to 1 everywhere: divide them by their sum over the optics.")
+
+
 @dataclass(frozen=True, slots=True)
 class Capabilities:
     """What optics state of themselves beside aperture and focus (see `Optics`), with what holds where they do not."""
@@ -67,6 +98,8 @@ class Capabilities:
     residual_blur_variance: float
     focus_tolerance: float = 0.0
     aperture_tolerance: float = 0.0
+    mixture: Mixture | None = None
+    """How blur varies over the field; None: it does not."""
 
     @property
     def isotropic(self) -> bool:
@@ -102,8 +135,11 @@ def capabilities(optics: Any) -> Capabilities:
     for name, value in zip(TOLERANCES, tolerances, strict=True):
         check_tolerance(f"{name} of {type(optics).__name__}", value)
     blur = own_blur(optics)
+    mixture = getattr(optics, "mixture", None)
+    if not (mixture is None or isinstance(mixture, Mixture)):
+        raise InputError(f"mixture of {type(optics).__name__} is {described(mixture)}, but must be a Mixture or None.")
     sides, uniform = _flag(optics, "tells_side", False), _flag(optics, "uniform", True)
-    stated = Capabilities(blur, sides, uniform, waveband, residual, *tolerances)
+    stated = Capabilities(blur, sides, uniform, waveband, residual, *tolerances, mixture)
     if stated.tells_side and stated.blur is None:
         raise InputError(
             f"{type(optics).__name__} states tells_side = True, but offers no blur of its own that could: add "

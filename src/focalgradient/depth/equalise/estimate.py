@@ -41,6 +41,7 @@ from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
 from focalgradient.depth.numerics import HELD_APART, NODES, block_sum
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import blur_is_known
+from focalgradient.optics import capabilities
 from focalgradient.psf import Disc, Psf
 
 __all__ = ["estimate"]
@@ -87,7 +88,7 @@ def estimate(problem: Problem) -> Estimate:
     shape = settings.psf if isinstance(settings.psf, Psf) else None
     alternative = None
     # A displacement, which the user is warned about, looks like other blur.
-    if gains is None and not registered.warnings and blurs.frequencies.down is None:
+    if gains is None and not registered.warnings and blurs.frequencies.down is None and not blurs.parts:
         alternative = judge_alternatives(problem, blurs, noise_sd, isinstance(shape, Disc))
     tau = split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
     if gains is not None:
@@ -112,6 +113,9 @@ def estimate(problem: Problem) -> Estimate:
         at = ends.replaced
         vergence[at], vergence_sd[at], known_there = _about_outlines(ends, left, equalised.step, search, tau)
         valid[at] = (known_there & registered.usable)[at]
+    mixture = capabilities(problem.views[0].optics).mixture
+    if mixture is not None:
+        vergence_sd = np.hypot(vergence_sd, mixture.focus_sd.astype(np.float32))
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
     misfit = float(np.median(nodes.misfit[textured] if textured.any() else nodes.misfit))
@@ -277,7 +281,9 @@ def _by_tiles(
     if len(parts) > 1:  # what is common to all tiles
         crop = registered.most_textured_crop(COMMON)
         power = scene_power(crop.images, noise_sd, blurs.frequencies)
-        first = equalise(crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
+        first = equalise(
+            crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
+        )
         parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         if raisable is not None:
             weight = crop.usable.astype(np.float32)
@@ -290,7 +296,9 @@ def _by_tiles(
         if len(parts) > 1:
             settings.progress(0.4 + 0.5 * number / len(parts), f"equalising blur, tile {number + 1} of {len(parts)}")
         views = tile.of(registered) if len(parts) > 1 else registered
-        equalised = equalise(views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
+        equalised = equalise(
+            views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=views.shares
+        )
         if law is not None:
             equalised.divide(uneven_noise(law, views))
         part = Part(views, tile.inward(registered.shape), settings.false_alarm, blur, levels_per_pixel)

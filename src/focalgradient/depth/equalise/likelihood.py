@@ -27,7 +27,7 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.minima import read_minima
-from focalgradient.depth.equalise.residuals import Residuals
+from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
 from focalgradient.depth.filters import (
     RADII,
     FloatArray,
@@ -391,6 +391,7 @@ def equalise(
     shared: SharedPower | None = None,
     power: FloatArray | None = None,
     filters: Filters | None = None,
+    shares: NDArray[np.floating] | None = None,
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
@@ -411,6 +412,8 @@ def equalise(
         not given.
     filters
         What `comparing_filters` gives, where that is known.
+    shares
+        Of each of the blurs of which that at each pixel is a mixture (`Blurs.parts`), C x H x W.
     """
     assumed = assumed_sd(noise_sd, shared)
     spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(assumed)
@@ -421,6 +424,9 @@ def equalise(
     rows, own = filters
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
     residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
+    if shares is not None and blurs.parts:
+        parts = [equalise(images, one, noise_sd, window=window, shared=shared, power=power) for one in blurs.parts]
+        residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
     return Equalised(
         residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius, blurs.even), blurs.limited

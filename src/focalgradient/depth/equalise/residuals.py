@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import noise_passed
 from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, Image, Spectra
 
-__all__ = ["Residuals"]
+__all__ = ["Residuals", "mixed_residuals"]
 
 BAND = 4_000_000
 """Pixels of residual images that are held at a time."""
@@ -118,11 +119,36 @@ class Residuals:
             sums.append(numerics.block_squares(residuals, weight[y : y + band], step).astype(np.float32))
         return np.concatenate(sums, axis=1)
 
+    def by_level(self) -> Image:
+        """The residual image of every level: L x H x W."""
+        if self.coefficients is None:
+            return self.images
+        flat = self.images.reshape(len(self.images), -1)
+        return numerics.product(self.coefficients.astype(np.float32), flat).reshape(-1, *self.images.shape[1:])
+
     def at(self, level: Image) -> tuple[Image, Image]:
         """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
         if self.coefficients is None:
             return numerics.select_levels(self.images, level)
         return numerics.combine_levels(self.images, self.coefficients.astype(np.float32), level)
+
+
+def mixed_residuals(parts: Sequence[Residuals], shares: NDArray[np.floating]) -> Residuals:
+    """Residuals of blur that is at each pixel a mixture of those of the `parts`, by `shares` (C x H x W)."""
+    weights = shares.astype(np.float32)
+    mean = weights.mean(axis=(1, 2)).astype(float)
+    known = [part.coefficients for part in parts if part.coefficients is not None]
+    if len(known) == len(parts) and sum(part.images.shape[0] for part in parts) <= MOST:
+        images = np.concatenate([weight * part.images for weight, part in zip(weights, parts, strict=True)])
+        coefficients: FloatArray | None = np.concatenate(known, axis=1)
+    else:  # an image a level
+        images = sum(weight * part.by_level() for weight, part in zip(weights, parts, strict=True))
+        coefficients = None
+    averaged = {
+        name: sum(share * getattr(part, name) for share, part in zip(mean, parts, strict=True))
+        for name in ("noise", "noise_slope", "gains", "change", "noise_derivative")
+    }
+    return replace(parts[0], images=images, coefficients=coefficients, **averaged)
 
 
 def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tuple[FloatArray, FloatArray]:

@@ -65,8 +65,7 @@ class Tile:
 
     def of(self, views: RegisteredViews) -> RegisteredViews:
         """The tile of registered views, with its overlap."""
-        images = [np.ascontiguousarray(image[self.outer]) for image in views.images]
-        return RegisteredViews(images, views.usable[self.outer], views.gains, views.placements)
+        return views.part(*self.outer)
 
     def inward(self, shape: tuple[int, int]) -> FloatArray:
         """Pixels from each of the tile's pixels to the border of the whole frame of `shape`."""

@@ -139,7 +139,9 @@ def estimate_band_gains(
     def compare(blurs: Blurs, own: FloatArray) -> tuple[Filters, Equalised, Nodes]:
         shared = SharedPower(band, gain, own, floors)
         filters = comparing_filters(blurs, sd, power, shared)
-        equalised = equalise(spectra, blurs, sd.tolist(), window=window, shared=shared, filters=filters)
+        equalised = equalise(
+            spectra, blurs, sd.tolist(), window=window, shared=shared, power=power, filters=filters, shares=part.shares
+        )
         return filters, equalised, equalised.read(weight)
 
     def improve(blurs: Blurs, own: FloatArray) -> float:

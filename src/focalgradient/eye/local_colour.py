@@ -1,0 +1,328 @@
+"""The spectrum of a texture at each place, as an eye's own cones show it; and cones that see it.
+
+The focus of a band moves with the colour that a texture varies in, which is not that of its mean: light and shade of a
+photograph of brown wood are nearly grey. So the spectrum of the local *contrast* is estimated: how what L, M and S
+cones catch varies with what L and M catch together. Their blurs differ, which changes these ratios by depth: at each
+candidate depth the spectrum is the one that gives the ratios seen through the blurs there. Over the frame the blur is a
+mixture of that of a few colours (`focalgradient.optics.Mixture`), evenly along the focus of the L and M cones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
+
+from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.retina import Cones
+from focalgradient.eye.spectral import SpectralBasis
+from focalgradient.optics import Mixture
+
+__all__ = ["ColouredCones", "KnownSpectrum", "LocalColours", "SeenContrast", "estimate_colours"]
+
+CLASSES = ("L", "M", "S")
+"""Classes of cones."""
+
+SCALES = ((3.0, 12.0), (3.0, 12.0), (6.0, 20.0))
+"""Standard deviations (pixels) of the Gaussians between which detail of L, M and S images is compared: the light of
+S cones is blurred more, and compared in coarser detail. Our choice."""
+
+WINDOW = 10.0
+"""Standard deviation of the window (pixels) in which contrasts are compared: about that of depth. Our choice."""
+
+PRIOR = 0.1
+"""Contrast of the frame's own colour, over that of the median place, which is added to every place's. Our choice."""
+
+STEP_D, MOST = 0.06, 6
+"""Focus (D) from one colour of the mixture to the next, and the greatest number of them: a focus between two is met to
+0.03 D, and by interpolation to far less. Our choice."""
+
+EXTREME = 0.02
+"""Share of the texture's contrast whose colour may lie beyond each end of the mixture's. Our choice."""
+
+ROUNDS = 3
+"""Times that the spectrum at a depth is solved for, with the blur of the last one."""
+
+FREQUENCIES = np.linspace(0.004, 0.25, 40)
+"""Cycles per pixel at which the blur of compared detail is averaged."""
+
+
+class Spectrum(Protocol):
+    """The spectrum of a texture, which may be the likelier one at each candidate depth."""
+
+    def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Amounts of the components of a basis if the texture lies at each vergence (D): L x K."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownSpectrum:
+    """A spectrum that is known: the amounts of the components (K)."""
+
+    amount: tuple[float, ...]
+
+    def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same amounts at every vergence (D)."""
+        return np.broadcast_to(np.asarray(self.amount, float), (len(vergences), basis.components))
+
+
+@dataclass(frozen=True, slots=True)
+class SeenContrast:
+    """A spectrum of which is known what is seen of it: contrast of L, M and S cones, over that of L and M together.
+
+    Parameters
+    ----------
+    slopes
+        The three ratios, each at its scale (`SCALES`).
+    eye
+        The eye that saw them.
+    pixel_angle
+        Angle in radians of a pixel.
+    """
+
+    slopes: tuple[float, float, float]
+    eye: Eye
+    pixel_angle: float
+
+    def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Amounts that are seen as these ratios through the blur at each vergence (D)."""
+        classes, both = _blurs(basis, self.eye, self.pixel_angle, tuple(vergences.tolist()))
+        catch, whole = np.stack([basis.catch(band) for band in CLASSES]), basis.catch("L+M")
+        weight = np.stack([_passed(*scale) for scale in SCALES])  # class x F
+        found = np.broadcast_to(_amounts(basis, np.asarray(self.slopes)), (len(vergences), basis.components))
+        for _ in range(ROUNDS):
+            seen = np.einsum("lk,k,klf->lf", found, whole, both)
+            size = np.einsum("cf,lf->lc", weight, seen**2)
+            ratio = np.einsum("cf,cklf,lf->lck", weight, classes, seen) / np.maximum(size, 1e-9)[..., None]
+            # Towards no difference of blur where next to nothing passes.
+            ratio = np.clip(ratio, 0.3, 3.0)
+            found = np.stack([_solved(catch * one, self.slopes, whole) for one in ratio])
+        return found
+
+
+@lru_cache(maxsize=8)
+def _blurs(
+    basis: SpectralBasis, eye: Eye, pixel_angle: float, vergences: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Transfer at FREQUENCIES of what each class catches of each component (3 x K x L x F), and L+M (K x L x F)."""
+    levels = np.asarray(vergences)
+
+    def of(band: str) -> NDArray[np.float64]:
+        parts = [Cones.in_light(eye, band, basis.light(band, one)) for one in range(basis.components)]
+        at = FREQUENCIES / pixel_angle
+        return np.stack([part.through_focus(np.zeros_like(at), at, levels).real for part in parts])
+
+    return np.stack([of(band) for band in CLASSES]), of("L+M")
+
+
+def _passed(fine: float, coarse: float) -> NDArray[np.float64]:
+    """Power of natural texture between two scales, at FREQUENCIES."""
+    passed = np.exp(-2 * (np.pi * FREQUENCIES * fine) ** 2) - np.exp(-2 * (np.pi * FREQUENCIES * coarse) ** 2)
+    power = passed**2 / FREQUENCIES  # 1 / f^2 over rings of area f
+    return np.asarray(power / power.sum())
+
+
+def _amounts(basis: SpectralBasis, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Amounts of components (... x K) whose contrast has these ratios (... x 3) without blur."""
+    catch = np.stack([basis.catch(band) for band in CLASSES])
+    return _normed(slopes @ np.linalg.pinv(catch).T, basis.catch("L+M"))
+
+
+def _solved(matrix: NDArray[np.float64], slopes: ArrayLike, whole: NDArray[np.float64]) -> NDArray[np.float64]:
+    return _normed(np.linalg.pinv(matrix) @ np.asarray(slopes), whole)
+
+
+def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Amounts of 0 or more that L and M cones catch 1 of."""
+    positive = np.clip(amounts, 0, None)
+    return positive / np.maximum(positive @ whole, 1e-9)[..., None]
+
+
+@dataclass(frozen=True, slots=True)
+class LitCones:
+    """Cones before a texture of one spectrum: their blur is the mean over its components, by their catch of each."""
+
+    whole: Cones
+    basis: SpectralBasis
+    spectrum: Spectrum
+
+    @property
+    def aperture_diameter(self) -> float:
+        """Diameter of the pupil in metres."""
+        return self.whole.aperture_diameter
+
+    @property
+    def focus_vergence(self) -> float:
+        """Vergence in dioptres of the plane in focus in the mean colour of the field."""
+        return self.whole.focus_vergence
+
+    @property
+    def light(self) -> str:
+        """Name of the band."""
+        return self.whole.light
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether blur is alike in all directions."""
+        return self.whole.isotropic
+
+    def through_focus(
+        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Transfer at frequencies (cycles per radian) for a list of vergences (D): L x the frequencies' shape."""
+        levels = np.atleast_1d(np.asarray(vergences, float))
+        caught = self.spectrum.amounts(self.basis, levels) * self.basis.catch(self.light)
+        shares = caught / np.maximum(caught.sum(axis=1, keepdims=True), 1e-9)
+        total: NDArray[np.float64] | NDArray[np.complex128] = np.zeros(())
+        for number, share in enumerate(shares.T):
+            light = self.basis.light(self.light, number)
+            cones = Cones.in_light(
+                self.whole.eye, self.light, light, finest_cpd=self.whole.finest_cpd, model=self.whole.model
+            )
+            seen = cones.through_focus(frequency_y, frequency_x, levels)
+            total = total + share.reshape(-1, *(1,) * (seen.ndim - 1)) * seen
+        return total
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocalColours:
+    """Spectra of the texture over the field: C of them, their shares of each pixel, and how well they are known.
+
+    Parameters
+    ----------
+    basis
+        The light of which spectra are mixes.
+    spectra
+        The spectra, each a `KnownSpectrum` or a `SeenContrast`.
+    mean
+        Amounts of the components on average over the field (K).
+    shares
+        Share of each spectrum at each pixel, C x H x W, in sum 1.
+    focus_sd
+        Standard deviation of the focus of the L and M cones at each pixel (D, H x W).
+    """
+
+    basis: SpectralBasis
+    spectra: tuple[Spectrum, ...]
+    mean: NDArray[np.float64]
+    shares: NDArray[np.float64]
+    focus_sd: NDArray[np.float64]
+
+    @classmethod
+    def known(cls, basis: SpectralBasis, amounts: Sequence[float], shape: tuple[int, int]) -> LocalColours:
+        """Return one colour all over a field of `shape` (H, W), of which the spectrum is known.
+
+        >>> red = LocalColours.known(SpectralBasis.of_srgb(), [0.8, 0.1, 0.1], (48, 64))
+        >>> red.shares.shape, float(red.focus_sd.max())
+        ((1, 48, 64), 0.0)
+        """
+        amount = np.asarray(amounts, float)
+        return cls(basis, (KnownSpectrum(tuple(amount.tolist())),), amount, np.ones((1, *shape)), np.zeros(shape))
+
+    def seen_by(self, cones: Cones) -> ColouredCones:
+        """Return the cones with the blur of these colours."""
+        light = self.basis.mixed(cones.light, self.mean)
+        whole = Cones.in_light(cones.eye, cones.light, light, finest_cpd=cones.finest_cpd, model=cones.model)
+        base = whole.eye, whole.light, whole.wavelengths_nm, whole.finest_cpd, whole.model, whole.weights
+        return ColouredCones(*base, self)
+
+
+@dataclass(frozen=True, slots=True)
+class ColouredCones(Cones):
+    """Cones before surfaces of several colours: at each pixel they have the blur of the light that it sends.
+
+    As `Cones` they have that of the mean colour.
+
+    Parameters
+    ----------
+    colours
+        The colours, and where they are.
+
+    Examples
+    --------
+    >>> red = LocalColours.known(SpectralBasis.of_srgb(), [1, 0, 0], (48, 64))
+    >>> cones = Cones.of(Eye(0.004, 1.0), "L+M")
+    >>> round(red.seen_by(cones).focus_vergence - cones.focus_vergence, 2)
+    -0.3
+    """
+
+    colours: LocalColours | None = None
+
+    @property
+    def mixture(self) -> Mixture | None:
+        """How the blur varies over the field."""
+        if self.colours is None:
+            return None
+        plain = Cones(self.eye, self.light, self.wavelengths_nm, self.finest_cpd, self.model, self.weights)
+        parts = tuple(LitCones(plain, self.colours.basis, one) for one in self.colours.spectra)
+        return Mixture(parts, self.colours.shares, self.colours.focus_sd)
+
+
+def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye, pixel_angle: float) -> LocalColours:
+    """Estimate the spectra of a texture from what L, M and S cones catch of it (H x W x 3, of white 1) through an eye.
+
+    Examples
+    --------
+    A red texture, in focus.
+
+    >>> texture = 1 + 0.2 * np.random.default_rng(1).standard_normal((64, 64, 1))
+    >>> basis = SpectralBasis.of_srgb()
+    >>> catch = np.stack([basis.catch(band) for band in "LMS"])
+    >>> colours = estimate_colours(texture * (catch @ [0.8, 0.1, 0.1]), basis, Eye(0.002, 1.0), 3e-4)
+    >>> (colours.mean / colours.mean.sum()).round(2).tolist()
+    [0.8, 0.1, 0.1]
+    """
+    catch = np.stack([basis.catch(band) for band in CLASSES])  # class x component
+    both = basis.catch("L+M")
+    # What L and M cones catch together is this mix of either's.
+    mix = np.append(np.linalg.lstsq(catch[:2].T, both, rcond=None)[0], 0.0)
+    found, variance, power = [], [], np.zeros(cones.shape[:2])
+    for number, (fine, coarse) in enumerate(SCALES):
+        own, whole = (_between(image, fine, coarse) for image in (cones[..., number], cones @ mix))
+        square, product, rest = (_local(image) for image in (whole**2, own * whole, own**2))
+        little = PRIOR * float(np.median(square))
+        frame = float(product.mean() / max(square.mean(), 1e-30))
+        slope = (product + little * frame) / (square + little)
+        left = np.maximum(rest - 2 * slope * product + slope**2 * square, 0)
+        samples = WINDOW**2 / fine**2 / 2
+        found.append(slope)
+        variance.append(left / np.maximum(square + little, 1e-30) / samples)
+        power = power if number else square
+    slopes = np.stack(found, axis=-1)
+    amounts = _amounts(basis, slopes)
+    differences = np.array([basis.mixed("L+M", one).difference() for one in np.eye(basis.components)])
+    focus = eye.chromatic_scale * (amounts @ (both * differences))
+    by_class = eye.chromatic_scale * (both * (differences - differences @ both)) @ np.linalg.pinv(catch)
+    focus_sd = np.sqrt(sum(one * weight**2 for one, weight in zip(variance, by_class, strict=True)))
+    weights, shares = _parted(focus, power)
+    own = np.einsum("chw,hwk->ck", weights, slopes) / weights.sum(axis=(1, 2))[:, None]
+    spectra = tuple(SeenContrast((float(r), float(g), float(b)), eye, pixel_angle) for r, g, b in own)
+    return LocalColours(basis, spectra, np.average(amounts.reshape(-1, len(both)), 0, power.ravel()), shares, focus_sd)
+
+
+def _parted(focus: NDArray[np.float64], power: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Power and share (C x H x W) at each pixel of a few colours that lie evenly along the `focus` (D, H x W)."""
+    order = np.argsort(focus, axis=None)
+    reached = np.cumsum(power.ravel()[order])
+    low, high = np.interp((EXTREME, 1 - EXTREME), reached / reached[-1], focus.ravel()[order])
+    count = int(np.clip(1 + np.ceil((high - low) / STEP_D), 1, MOST)) if high - low > STEP_D / 2 else 1
+    place = np.clip((focus - low) / max(high - low, 1e-9), 0, 1) * (count - 1)
+    shares = np.stack([np.clip(1 - np.abs(place - one), 0, 1) for one in range(count)])
+    weights = shares * power
+    some = weights.sum(axis=(1, 2)) > 1e-6 * power.sum()
+    shares = shares[some]
+    shares[0] += 1 - shares.sum(axis=0)
+    return weights[some], shares
+
+
+def _between(image: NDArray[np.floating], fine: float, coarse: float) -> NDArray[np.float64]:
+    """Detail between two scales."""
+    return np.asarray(ndimage.gaussian_filter(image, fine) - ndimage.gaussian_filter(image, coarse), float)
+
+
+def _local(image: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(ndimage.gaussian_filter(image, WINDOW), float)

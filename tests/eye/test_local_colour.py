@@ -1,0 +1,127 @@
+"""Depth of coloured textures: the spectrum is estimated with the depth, or known; one that is not known misleads."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError, recover_depth
+from focalgradient.eye import (
+    ColouredCones,
+    Cones,
+    Eye,
+    KnownSpectrum,
+    LocalColours,
+    Oscillation,
+    SeenContrast,
+    SpectralBasis,
+    SpectralPicture,
+    accommodation_views,
+    band_views,
+    cone_catches,
+    estimate_colours,
+)
+from focalgradient.optics import Mixture
+
+PIXEL = np.radians(1 / 60)
+EYE = Eye(0.004, 1.0)
+BASIS = SpectralBasis.of_srgb()
+RED, BLUE, VERGENCE = (0.7, 0.1, 0.08), (0.08, 0.12, 0.6), 1.6
+
+
+def texture(side: int = 128, seed: int = 0) -> np.ndarray:
+    """A natural texture of mean 1 (side x side x 1)."""
+    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
+    frequency[0, 0] = np.inf
+    spectrum = np.fft.rfft2(np.random.default_rng(seed).standard_normal((side, side)))
+    field = np.fft.irfft2(np.where(frequency < 0.5, spectrum, 0) / frequency, (side, side))
+    return (1 + 0.2 * field / field.std())[..., None]
+
+
+def wall(colour, side: int = 128) -> tuple[SpectralPicture, np.ndarray]:
+    return SpectralPicture(texture(side) * np.array(colour), BASIS), np.full((side, side), 1 / VERGENCE)
+
+
+@pytest.mark.parametrize("colour", [RED, BLUE, (0.5, 0.5, 0.5)])
+@pytest.mark.parametrize("vergence", [0.4, 1.0, 2.0])
+def test_the_spectrum_is_found_through_blur_where_depth_is_known(colour, vergence: float) -> None:
+    """The focus of the L and M cones in its light, to 0.025 D."""
+    picture, _ = wall(colour)
+    catches = cone_catches(picture, np.full((128, 128), 1 / vergence), EYE, PIXEL)
+    colours = estimate_colours(catches, BASIS, EYE, PIXEL)
+    assert len(colours.spectra) <= 2
+    for spectrum in colours.spectra:
+        focus = BASIS.mixed("L+M", spectrum.amounts(BASIS, np.array([vergence]))[0]).difference()
+        assert focus == pytest.approx(BASIS.mixed("L+M", colour).difference(), abs=0.025)
+
+
+@pytest.mark.parametrize("colour", [RED, BLUE])
+def test_depth_of_coloured_walls_by_moments(colour) -> None:
+    rendered = accommodation_views(wall(colour), EYE, (0.125, 0.375), Oscillation(), (128, 128), PIXEL, noise=0.005)
+    views = [one.view for one in rendered]
+    depth = recover_depth(views)
+    error = depth.vergence[depth.valid] - VERGENCE
+    assert depth.valid.mean() > 0.6
+    assert abs(np.median(error)) < 0.03
+    assert np.mean(np.abs(error) <= 2 * depth.vergence_sd[depth.valid]) > 0.85
+    # As white, the focus of the L and M cones is 0.3 D (red) or 0.45 D (blue) off.
+    white = [replace(view, optics=Cones.of(view.optics.eye, "L+M")) for view in views]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of views that contradict their optics
+        plain = recover_depth(white)
+    assert abs(np.median(plain.vergence[plain.valid]) - VERGENCE) > 0.1
+
+
+def test_depth_of_a_red_wall_by_bands() -> None:
+    views = [one.view for one in band_views(wall(RED), EYE, (128, 128), PIXEL, noise=0.005)]
+    assert all(isinstance(view.optics, ColouredCones) for view in views)
+    depth = recover_depth(views)
+    assert depth.valid.mean() > 0.6
+    assert abs(np.median(depth.vergence[depth.valid]) - VERGENCE) < 0.03
+
+
+def test_two_colours_side_by_side_lie_at_one_depth() -> None:
+    """Red and blue, whose foci differ by 0.6 D and more: a mixture of colours over the field."""
+    colour = np.where((np.arange(160) < 80)[None, :, None], np.array(RED), np.array(BLUE) * 1.3)
+    scene = SpectralPicture(texture(160) * colour, BASIS), np.full((160, 160), 1 / VERGENCE)
+    views = [
+        one.view
+        for one in accommodation_views(scene, EYE, (0.125, 0.375), Oscillation(), (160, 160), PIXEL, noise=0.005)
+    ]
+    assert len(views[0].optics.mixture.optics) > 2
+    depth = recover_depth(views)
+    for columns in (np.s_[:, 24:56], np.s_[:, 104:136]):
+        valid = depth.valid[columns]
+        assert valid.mean() > 0.5
+        assert np.median(depth.vergence[columns][valid]) == pytest.approx(VERGENCE, abs=0.03)
+
+
+def test_a_known_spectrum_is_handed_in() -> None:
+    known = LocalColours.known(BASIS, RED, (128, 128))
+    views = band_views(wall(RED), EYE, (128, 128), PIXEL, colours=known)
+    assert views[0].view.optics.colours is known
+    assert known.spectra == (KnownSpectrum(RED),)
+
+
+def test_without_chromatic_aberration_colour_moves_nothing() -> None:
+    eye = replace(EYE, chromatic_scale=0.0)
+    seen = SeenContrast((1.4, 0.9, 0.1), eye, PIXEL)
+    colours = LocalColours(BASIS, (seen,), np.array([0.8, 0.1, 0.1]), np.ones((1, 40, 40)), np.zeros((40, 40)))
+    frequency = np.degrees(np.array([2.0, 8.0, 16.0]))
+    cones = colours.seen_by(Cones.of(eye, "L+M"))
+    lit = cones.mixture.optics[0].through_focus(0 * frequency, frequency, [1.3])
+    assert lit[0] == pytest.approx(Cones.of(eye, "L+M").transfer(frequency, 1.3), abs=0.02)
+
+
+def test_shares_of_a_mixture_add_up_and_fit_the_views() -> None:
+    with pytest.raises(InputError, match="add up to 1"):
+        Mixture((EYE,), np.full((1, 8, 8), 0.5), np.zeros((8, 8)))
+    with pytest.raises(InputError, match="C x H x W"):
+        Mixture((EYE, EYE), np.ones((1, 8, 8)), np.zeros((8, 8)))
+    known = LocalColours.known(BASIS, RED, (64, 64))
+    views = [one.view for one in band_views(wall(RED), EYE, (128, 128), PIXEL, colours=known)]
+    with pytest.raises(InputError, match="at the views' pixels"):
+        recover_depth(views)
