@@ -139,7 +139,8 @@ def capabilities(optics: Any) -> Capabilities:
     if not (mixture is None or isinstance(mixture, Mixture)):
         raise InputError(f"mixture of {type(optics).__name__} is {described(mixture)}, but must be a Mixture or None.")
     sides, uniform = _flag(optics, "tells_side", False), _flag(optics, "uniform", True)
-    stated = Capabilities(blur, sides, uniform, waveband, residual, *tolerances, mixture)
+    own = dict(zip(TOLERANCES, tolerances, strict=True))
+    stated = Capabilities(blur, sides, uniform, waveband, residual, mixture=mixture, **own)
     if stated.tells_side and stated.blur is None:
         raise InputError(
             f"{type(optics).__name__} states tells_side = True, but offers no blur of its own that could: add "
