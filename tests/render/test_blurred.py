@@ -159,6 +159,8 @@ def test_blur_then_depth_gives_the_distance_back() -> None:
         ({"picture": np.full((8, 8), np.nan)}, "NaN or infinite"),
         ({"picture": np.full((8, 8), 1e39)}, "32 bits"),
         ({"picture": np.full((8, 8), "a")}, "real numbers"),
+        ({"picture": np.ones((8, 8), np.uint8)}, "type uint8, but must be .*: decode and convert it first"),
+        ({"picture": np.ones((8, 8, 3), np.uint8)}, "type uint8, but must be"),
         ({"pixel_angle": 0.0}, "pixel_angle"),
         ({"pixel_angle": 1e-7}, "reduce the picture"),
         ({"optics": "a lens"}, "optics"),

@@ -286,6 +286,7 @@ def _map(
     letters = int(25.4 * ax.get_window_extent().height / ax.figure.dpi / LETTER)
     bar.set_label(fill(label, letters) if 2 * letters > len(label) else label)  # there is no room for three lines
     bar.ax.spines["outline"].set_linewidth(0.4)
+    bar.ax.set_visible(bool(drawn.any()))  # without values a scale would be made up
     return bar
 
 

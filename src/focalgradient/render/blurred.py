@@ -106,9 +106,9 @@ def blur(
     ([0, 5, 5, 5, 5, 5, 0], 1.0)
     """
     image = np.asarray(picture)
-    if image.ndim == 3 and image.shape[2] == 3:
-        image = image @ np.asarray(LUMINANCE, image.dtype if image.dtype.kind == "f" else float)
-    if image.ndim != 2:
+    if image.ndim == 3 and image.shape[2] == 3 and image.dtype.kind == "f":
+        image = image @ np.asarray(LUMINANCE, image.dtype)
+    if image.ndim != 2 and image.dtype.kind == "f":
         raise InputError(f"picture has shape {np.shape(picture)}, but must be H x W, or H x W x 3 (red, green, blue).")
     return View(
         blur_picture(image, distance, optics, pixel_angle=pixel_angle, psf=psf, progress=progress), optics, pixel_angle
@@ -282,6 +282,11 @@ def _checked(
     image, far = np.asarray(picture), np.asarray(distance)
     if image.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
         raise InputError(f"picture and distance are of types {image.dtype} and {far.dtype}, but must be real numbers.")
+    if image.dtype.kind != "f":
+        raise InputError(
+            f"picture is of type {image.dtype}, but must be an array of floating-point linear radiance: decode and "
+            "convert it first."
+        )
     if image.ndim not in (2, 3) or 0 in image.shape:
         raise InputError(f"picture has shape {image.shape}, but must be H x W, or H x W x channels.")
     if far.shape != image.shape[:2]:
