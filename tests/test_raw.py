@@ -133,3 +133,36 @@ def test_without_rawpy_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rawpy", None)
     with pytest.raises(InputError, match=r"a\.dng is a camera raw file: it needs rawpy, .* 'focalgradient\[raw\]'\.$"):
         read_photograph(dng(tmp_path / "a.dng", mosaic(GREEN)))
+
+
+class _Shots:
+    """Stands in for rawpy: a file whose second picture is one half of the first."""
+
+    LibRawError, NotSupportedError = OSError, KeyError
+
+    def __init__(self, *pictures):
+        self.pictures = pictures
+
+    def imread(self, path, shot_select=0):
+        import contextlib
+
+        if shot_select >= len(self.pictures):
+            raise OSError("no such shot")
+        return contextlib.nullcontext(self.pictures[shot_select])
+
+
+def test_the_halves_of_a_dual_pixel_raw_add_up_to_the_picture(monkeypatch):
+    from focalgradient.photographs import raw, read_dual_pixel_raw
+
+    left = np.full((4, 6), 1000, np.uint16)
+    monkeypatch.setattr(raw, "_green", lambda path, picture: picture)
+    monkeypatch.setitem(sys.modules, "rawpy", _Shots(left + 500, left))
+    one, other = read_dual_pixel_raw(Path("a.cr3"))
+    assert (one == 1000).all()
+    assert (other == 2000).all()  # the picture is the mean of the two
+    monkeypatch.setitem(sys.modules, "rawpy", _Shots(left))
+    with pytest.raises(InputError, match="not a dual-pixel raw file"):
+        read_dual_pixel_raw(Path("a.cr3"))
+    monkeypatch.setitem(sys.modules, "rawpy", _Shots(left, left))
+    with pytest.raises(InputError, match="one picture only"):
+        read_dual_pixel_raw(Path("a.cr3"))

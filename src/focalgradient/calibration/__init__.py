@@ -12,6 +12,7 @@ share of each prior's variance that the views removed.
 """
 
 from focalgradient.calibration.camera import Calibration, Field, Prediction, Reading, disc_radius
+from focalgradient.calibration.dual_pixel import DualPixelFit, calibrate_dual_pixel
 from focalgradient.calibration.field import FieldFit, apply_calibration, fit_field
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
 from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur, pair_priors, shape_k
@@ -30,6 +31,7 @@ __all__ = [
     "EDGE_K",
     "LEAST_SCENE_SHARE",
     "Calibration",
+    "DualPixelFit",
     "Field",
     "FieldFit",
     "KnownScene",
@@ -43,6 +45,7 @@ __all__ = [
     "TargetBlur",
     "apply_calibration",
     "calibrate",
+    "calibrate_dual_pixel",
     "calibrate_pairs",
     "cross_validate",
     "disc_radius",

@@ -63,6 +63,8 @@ def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool
         tolerance = max(one.focus_tolerance for one in stated)
         return {"focus": tolerance * at[None]} if tolerance > 0 else {}
     aperture = np.array([one.aperture_diameter for one in optics], float)
+    if len(set(zip(focus.tolist(), aperture.tolist(), strict=True))) == 1:  # halves of one pupil: displacement is blur
+        focus, aperture, stated = focus[:1], aperture[:1], stated[:1]
     square = _column(aperture**2, at.ndim)
     defocus = _column(focus, at.ndim) - at
     if len(set(focus)) == 1:  # where blur does not change to first order, what follows beside it is taken

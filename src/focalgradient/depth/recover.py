@@ -12,6 +12,7 @@ import numpy as np
 
 from focalgradient.depth.common_error import common_modes, stated_parts
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.dual_pixel.halves import halves_of
 from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.settings import BlurSource, MethodName, OpticsBlur, RecoverySettings, blur_source
 from focalgradient.errors import FocalGradientWarning, InputError
@@ -71,6 +72,12 @@ class Method:
 
 def _equalise() -> Estimator:
     from focalgradient.depth.equalise.estimate import estimate
+
+    return Estimator(estimate)
+
+
+def _halves() -> Estimator:
+    from focalgradient.depth.dual_pixel.estimate import estimate
 
     return Estimator(estimate)
 
@@ -155,7 +162,9 @@ def recover_depth(
         Two or more views of one scene, of one size, that differ in aperture, in focus, or in both. Depth comes on
         the first view's pixels. Views whose pixel angles differ (focusing changes magnification) are brought to the
         first view's; exposures may differ by an unknown gain. Pixels outside a view's mask are left out; of a view
-        without a mask, pixels at its highest value, where many share it, are taken for saturated.
+        without a mask, pixels at its highest value, where many share it, are taken for saturated. The left and right
+        view of dual pixels (`focalgradient.optics.DualPixel`) are compared by what displaces them: signed depth from
+        one shot, by ``"equalise"`` only.
     method
         How blur is measured.
 
@@ -262,7 +271,7 @@ def recover_depth(
     optics = [view.optics for view in views]
     settings = settings.resolved(optics)
     check_blur(method, settings.psf)
-    estimator = METHODS[method].load()
+    estimator = METHODS[method].load() if halves_of(views) is None else _halves()
     estimator.check(views)
     search = Search.over(optics, views[0].pixel_angle, near, far, settings.psf)
     say(0.0, "registering the views")
@@ -379,7 +388,7 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
     optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
     stated = [capabilities(view.optics) for view in views]
     for view, one in zip(views, stated, strict=True):
-        if not one.uniform:
+        if not one.uniform and halves_of(views) is None:
             raise InputError(
                 f"the blur of {type(view.optics).__name__} varies over the field (uniform = False), which no method "
                 "can use: crop the views to a part of the field, and give the optics of that part."

@@ -3,12 +3,14 @@
 Distances are in metres in front of the lens, positive; vergence V = 1/distance in dioptres, 0 at infinity.
 """
 
+from focalgradient.optics.dual_pixel import DualPixel
 from focalgradient.optics.lens import Lens, Side, defocus_at, distance_of_blur
 from focalgradient.optics.own_blur import OwnBlur, own_blur
 from focalgradient.optics.protocol import Capabilities, Mixture, Optics, capabilities, check_optics, refocused
 
 __all__ = [
     "Capabilities",
+    "DualPixel",
     "Lens",
     "Mixture",
     "Optics",

@@ -8,6 +8,7 @@ from focalgradient.photographs.exif import from_exif
 from focalgradient.photographs.images import Photograph, read_photograph, read_photographs
 from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
 from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
+from focalgradient.photographs.raw import read_dual_pixel_raw
 from focalgradient.photographs.settings import Camera, Settings, Shot, load_settings, make_views, read_views
 from focalgradient.photographs.targets import Targets, load_targets
 from focalgradient.srgb import srgb_to_linear
@@ -33,6 +34,7 @@ __all__ = [
     "names_depth",
     "picture_of",
     "read_distances",
+    "read_dual_pixel_raw",
     "read_photograph",
     "read_photographs",
     "read_picture",

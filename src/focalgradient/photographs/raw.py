@@ -19,7 +19,7 @@ from focalgradient.errors import InputError, check_installed
 if TYPE_CHECKING:
     import rawpy
 
-__all__ = ["CELL", "is_raw", "read_raw"]
+__all__ = ["CELL", "is_raw", "read_dual_pixel_raw", "read_raw"]
 
 CELL = 2
 """Sensor pixels to one of the image, in each direction."""
@@ -71,6 +71,37 @@ def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
             f"{path} cannot be read as a camera raw file ({str(error).strip('. ')}): give an intact one of a known "
             "camera, or develop it into a linear 16-bit TIFF."
         ) from error
+
+
+def read_dual_pixel_raw(path: Path) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+    """Return the halves of a dual-pixel raw file (Canon's "DPRAW"), as `read_raw` returns a picture: left, right.
+
+    Such a file holds the sum of both halves, and one half, which is taken for the left; the right is what is left of
+    the sum. Where it is the right one, near and far are exchanged: exchange the two.
+
+    Raises
+    ------
+    InputError
+        As `read_raw`, or if the file holds one picture only.
+    """
+    check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
+    import rawpy
+
+    try:
+        with rawpy.imread(str(path)) as raw:
+            both = _green(path, raw)
+        with rawpy.imread(str(path), shot_select=1) as raw:
+            one = _green(path, raw)
+    except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
+        raise InputError(
+            f"{path} is not a dual-pixel raw file that can be read ({str(error).strip('. ')}): let the camera store "
+            "dual-pixel raw, or give the halves as two pictures."
+        ) from error
+    if one.shape != both.shape or np.array_equal(one, both):
+        raise InputError(f"{path} holds one picture only, no halves: let the camera store dual-pixel raw.")
+    top = np.iinfo(np.uint16).max
+    other = 2.0 * both - one  # means of the two halves, as black is 0 and white the top in each
+    return one, np.where(both == top, top, np.clip(other, 0, top)).astype(np.uint16)
 
 
 def _green(path: Path, raw: rawpy.RawPy) -> NDArray[np.uint16]:

@@ -7,14 +7,15 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, InstanceOf, PrivateAttr
 
 from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
-from focalgradient.optics import Lens
+from focalgradient.optics import DualPixel, Lens
+from focalgradient.optics.dual_pixel import ASYMMETRY
 from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import Photograph, read_photographs
 from focalgradient.photographs.planes import Plane, plane_name
@@ -49,6 +50,14 @@ class Camera(Sensor):
     """Relative standard deviation of the focus distances, as marked."""
     f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = F_NUMBER_TOLERANCE
     """Relative standard deviation of a factor of all f-numbers, as marked."""
+    dual_pixel_asymmetry: Annotated[float, Field(gt=0, le=1, description="a share above 0 and up to 1, like 0.315")] = (
+        ASYMMETRY
+    )
+    dual_pixel_field: Annotated[
+        list[Annotated[float, Field(allow_inf_nan=False)]],
+        Field(min_length=5, max_length=5, description="five numbers"),
+    ] = [0.0] * 5
+    """Asymmetry of dual pixels' halves, and how it varies over the field: see `focalgradient.optics.DualPixel`."""
 
 
 class Shot(Table):
@@ -59,6 +68,8 @@ class Shot(Table):
         float, Field(ge=0.1, description="a positive number of 0.1 or more, like 5.6, or inf for a pinhole")
     ]
     focus_distance_m: Annotated[float, Field(ge=1e-3, description="a positive number of metres, like 0.85, or inf")]
+    half: Annotated[Literal["left", "right"] | None, Field(description="'left' or 'right'")] = None
+    """The half of dual pixels that saw it."""
     flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
     """Picture of a blank, evenly lit surface at the same aperture: vignetting, divided out."""
 
@@ -165,6 +176,15 @@ class Settings(Table):
                 raise InputError(f"view {number} ({shot.image.name}): {error}") from error
         return lenses
 
+    def optics(self) -> list[Lens | DualPixel]:
+        """Give the optics of each shot: its lens, or one half of its pupil."""
+        camera = self.camera
+        found: list[Lens | DualPixel] = []
+        for shot, lens in zip(self.shots, self.lenses(), strict=True):
+            left, right = DualPixel.pair(lens, camera.dual_pixel_asymmetry, tuple(camera.dual_pixel_field))
+            found.append(lens if shot.half is None else left if shot.half == "left" else right)
+        return found
+
     def pixel_angles(self) -> list[float]:
         """Give the angle in radians that a pixel of each shot subtends on the axis: pixel pitch / sensor distance.
 
@@ -265,10 +285,8 @@ def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[Vi
     >>> views[0].shape, round(1e6 * views[0].pixel_angle, 1)  # 5 um at 1/19 m
     ((8, 9), 95.0)
     """
-    shots = zip(photographs, settings.lenses(), settings.pixel_angles(), strict=True)
-    return even_out(
-        [View(photo.luminance, lens, angle * photo.binning, mask=photo.mask) for photo, lens, angle in shots]
-    )
+    shots = zip(photographs, settings.optics(), settings.pixel_angles(), strict=True)
+    return even_out([View(photo.luminance, one, angle * photo.binning, mask=photo.mask) for photo, one, angle in shots])
 
 
 def read_views(path: str | os.PathLike[str]) -> list[View]:

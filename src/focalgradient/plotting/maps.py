@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError, check_list
-from focalgradient.optics import Lens, Optics
+from focalgradient.optics import DualPixel, Lens, Optics
 from focalgradient.plotting.figures import MM, new_figure, shortened, style
 from focalgradient.view import View
 
@@ -241,6 +241,9 @@ def describe_optics(optics: Optics) -> str:
     >>> describe_optics(Lens(focal_length=0.025, f_number=5.6, focus_distance=0.85))
     'f/5.6, focus 0.85 m'
     """
+    if isinstance(optics, DualPixel):
+        half = "mean of halves" if optics.asymmetry == 0 else "left half" if optics.asymmetry > 0 else "right half"
+        return f"{half}, {describe_optics(optics.lens)}"
     if not isinstance(optics, Lens):
         return f"{1e3 * optics.aperture_diameter:.3g} mm, focus {optics.focus_vergence:.3g} D"
     aperture = "pinhole" if math.isinf(optics.f_number) else f"f/{optics.f_number:.3g}"

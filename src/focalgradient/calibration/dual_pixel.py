@@ -1,0 +1,120 @@
+"""The asymmetry of a dual-pixel sensor's halves, from one photograph of a flat sheet at a known distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth.dual_pixel.halves import half_asymmetry, halves_of
+from focalgradient.errors import InputError, check_number
+from focalgradient.optics import DualPixel
+from focalgradient.view import View
+
+__all__ = ["DualPixelFit", "calibrate_dual_pixel"]
+
+CANDIDATES = np.arange(0.02, 0.9, 0.02)
+"""Asymmetries that are compared."""
+
+WINDOW = 16.0
+"""Window in pixels: a sheet's asymmetry varies slowly."""
+
+LEAST_RADIUS = 1.5
+"""Blur radius (pixels) that the sheet must have: below, asymmetry hardly shows."""
+
+LEAST_SHARE = 0.25
+"""Share of the sheet that must show its asymmetry."""
+
+LEFT_ERROR = 0.05
+"""Relative standard deviation of asymmetry times aperture at another distance than the sheet's: prior, as lenses do
+not blur quite as discs."""
+
+
+@dataclass(frozen=True, slots=True)
+class DualPixelFit:
+    """What a sheet shows of a dual-pixel sensor.
+
+    Parameters
+    ----------
+    left, right
+        Optics of the halves, with the asymmetry and the field that were found.
+    scatter
+        Robust scatter of the sheet's asymmetry about the field, as a share of it.
+    radius
+        Blur radius of the sheet, in pixels, signed: positive nearer than focus.
+    """
+
+    left: DualPixel
+    right: DualPixel
+    scatter: float
+    radius: float
+
+
+def calibrate_dual_pixel(views: Sequence[View], distance: float) -> DualPixelFit:
+    """Calibrate the halves of dual pixels from the left and right view of a flat sheet that faces the camera.
+
+    Parameters
+    ----------
+    views
+        Left and right, with `DualPixel` optics whose lens is right and whose asymmetry is any guess.
+    distance
+        From the entrance pupil to the sheet, in metres. An error of the lens's focus acts on the asymmetry: it is best
+        measured at about the distance of later scenes.
+
+    Raises
+    ------
+    InputError
+        If the views are no pair of halves, or the sheet is in focus or without texture.
+
+    Examples
+    --------
+    >>> from focalgradient.optics import Lens
+    >>> import numpy as np
+    >>> left, right = DualPixel.pair(Lens(0.05, 4, 1.0), 0.25)
+    >>> rng = np.random.default_rng(0)
+    >>> down, across = np.fft.fftfreq(160)[:, None], np.fft.rfftfreq(160)
+    >>> texture = np.fft.rfft2(rng.standard_normal((160, 160))) / np.maximum(np.hypot(down, across), 1 / 160)
+    >>> pixel = 1e-3
+    >>> blurs = [one.optical_transfer(down / pixel, across / pixel, 1.6) for one in (left, right)]
+    >>> blurred = [np.fft.irfft2(texture * blur) for blur in blurs]
+    >>> views = [View(60 + image, one, pixel) for image, one in zip(blurred, DualPixel.pair(Lens(0.05, 4, 1.0)))]
+    >>> round(calibrate_dual_pixel(views, 1 / 1.6).left.asymmetry, 2)
+    0.25
+    """
+    check_number("distance", distance, "metres", positive=True)
+    pair = halves_of(views)
+    if pair is None:
+        raise InputError(
+            "dual pixels are calibrated from a left and a right view: give DualPixel.pair(lens) as optics."
+        )
+    left, right = (views[place] for place in pair)
+    optics = left.optics
+    assert isinstance(optics, DualPixel)
+    radius = (1 / distance - optics.focus_vergence) * optics.aperture_diameter / 2 / left.pixel_angle
+    if not abs(radius) >= LEAST_RADIUS:
+        raise InputError(
+            f"the sheet's blur has a radius of {abs(radius):.2g} pixels, but {LEAST_RADIUS:g} are needed to show the "
+            "halves' asymmetry: photograph it farther from the plane of focus."
+        )
+    found, sd, clear = half_asymmetry(left.image, right.image, radius, CANDIDATES, WINDOW)
+    if clear.mean() < LEAST_SHARE:
+        raise InputError(
+            f"only {clear.mean():.0%} of the sheet shows the halves' asymmetry: check that left and right are not "
+            "exchanged, the distances of the sheet and of the focus, and that the sheet has texture all over."
+        )
+    y, x = ((2 * np.arange(n) + 1 - n) / max(found.shape) for n in found.shape)
+    x, y = np.broadcast_arrays(x[None], y[:, None])
+    terms = np.stack([np.ones_like(x), x, y, x**2, x * y, y**2])[:, clear].T
+    values, weight = found[clear], 1 / np.hypot(sd[clear], 0.02)
+    fitted: NDArray[np.floating] = np.zeros(6)
+    for _ in range(8):
+        fitted = np.linalg.lstsq(terms * weight[:, None], values * weight, rcond=None)[0]
+        off = np.abs(values - terms @ fitted)
+        scale = 1.48 * float(np.median(off)) + 1e-9
+        weight = 1 / np.hypot(sd[clear], 0.02) / np.sqrt(1 + (off / (2 * scale)) ** 2)
+    field = tuple(float(value) for value in fitted[1:] / fitted[0])
+    lens = replace(optics.lens, aperture_tolerance=max(optics.lens.aperture_tolerance, LEFT_ERROR))
+    pair_optics = DualPixel.pair(lens, float(fitted[0]), field)
+    return DualPixelFit(*pair_optics, scale / float(fitted[0]), float(radius))

@@ -1,0 +1,89 @@
+"""Depth from dual-pixel halves, for `focalgradient.recover_depth`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth.dual_pixel.halves import BLOCK, half_radius, halves_of
+from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.validity import blur_is_known
+from focalgradient.errors import InputError
+from focalgradient.optics import DualPixel
+
+__all__ = ["MODEL_ERROR", "estimate"]
+
+MODEL_ERROR = 0.05
+"""Error of the radius beyond noise, as a share of it: scatter of a photographed sheet about a smooth field."""
+
+VARIES = 1.5
+"""Standard deviation of the Gaussian, in windows, within which the variation of the radius is part of its error."""
+
+STEADY = 0.25
+"""Share of the radius up to which it may vary there."""
+
+LEAST_ERROR = 0.06
+"""The same in pixels, near focus."""
+
+
+def estimate(problem: Problem) -> Estimate:
+    """Return depth from the left and the right half of one lens' dual pixels; both sides of focus are told apart."""
+    pair = halves_of(problem.views)
+    if pair is None:
+        raise InputError("dual pixels need the left and the right view of one lens: give DualPixel.pair(lens).")
+    optics = problem.views[pair[0]].optics
+    assert isinstance(optics, DualPixel)
+    search, settings, registered = problem.search, problem.settings, problem.registered
+    settings.progress(0.2, "comparing the halves")
+    slope = optics.aperture_diameter / 2 / problem.views[0].pixel_angle  # pixels of radius for a dioptre
+    focus = optics.focus_vergence
+    limits = (slope * (search.lowest - focus), slope * (search.highest - focus))
+    found = half_radius(
+        registered.images[pair[0]],
+        registered.images[pair[1]],
+        optics.asymmetry * optics.over(registered.shape),
+        limits,
+        settings.window,
+        registered.usable,
+    )
+    model = np.maximum(MODEL_ERROR * np.abs(found.radius), LEAST_ERROR)
+    # Where a window reaches over an outline its depth is that of either side.
+    varies = _local_spread(found.radius, VARIES * settings.window / BLOCK)
+    sd = np.hypot(np.hypot(found.sd, varies), model)
+    valid = found.clear & blur_is_known(np.hypot(found.sd, varies), found.radius, STEADY)
+    shape = registered.shape
+    vergence = focus + _enlarged(found.radius, shape) / slope
+    return Estimate(
+        np.clip(vergence, search.lowest, search.highest).astype(np.float32),
+        (_enlarged(sd, shape) / slope).astype(np.float32),
+        (_enlarged(valid.astype(float), shape) > 0.5) & registered.usable,
+        noise=[found.noise * float(image.mean()) for image in registered.images],
+        details={
+            "halves": {
+                "asymmetry": optics.asymmetry,
+                "field": list(optics.field),
+                "model_error": MODEL_ERROR,
+            }
+        },
+    )
+
+
+def _local_spread(values: NDArray[np.floating], window: float) -> NDArray[np.float64]:
+    """Standard deviation of values within a Gaussian window, in blocks."""
+    from scipy.ndimage import gaussian_filter
+
+    middle = np.asarray(values, float) - float(np.median(values))
+    square = gaussian_filter(middle**2, window) - gaussian_filter(middle, window) ** 2
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)), float)
+
+
+def _enlarged(values: NDArray[np.floating], shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Values of blocks at every pixel, linear between the blocks' middles."""
+    out = np.asarray(values, float)
+    for axis, size in enumerate(shape):
+        at = np.clip((np.arange(size) + 0.5) / BLOCK - 0.5, 0, out.shape[axis] - 1)
+        low = np.minimum(at.astype(int), max(out.shape[axis] - 2, 0))
+        part = (at - low).reshape([-1 if n == axis else 1 for n in range(2)])
+        high = np.minimum(low + 1, out.shape[axis] - 1)
+        out = (1 - part) * np.take(out, low, axis) + part * np.take(out, high, axis)
+    return out

@@ -1,0 +1,264 @@
+"""Signed blur radius from two halves: each is filtered with the other's transfer, and their difference is least.
+
+With L = H_l T and R = H_r T of an unknown texture T, H_r L - H_l R vanishes at the true radius; divided by
+sqrt(|H_l|^2 + |H_r|^2) its noise is white in every frequency and alike at all radii. Its local energy is a likelihood
+over the radius. Both sides of focus are searched: the phase of the halves, of tangent a (f_x / f) J2 / J1, has the sign
+of the defocus.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.optics import DualPixel
+from focalgradient.optics.dual_pixel import half_transfer
+from focalgradient.view import View
+
+__all__ = ["HalfRadius", "half_asymmetry", "half_radius", "halves_of"]
+
+FloatArray = NDArray[np.floating]
+
+FINE, COARSE = 1.2, 12.0
+"""Standard deviations (pixels) of the Gaussians between which detail is compared: finer than the first the halves'
+pixels alias, and coarser than the second their brightness differs."""
+
+EVEN = 24.0
+"""Standard deviation (pixels) over which the halves' ratio of brightness is taken, which varies smoothly."""
+
+BLOCK = 4
+"""Pixels, each way, whose energies are summed to one: a window is larger."""
+
+STEP = 0.25
+"""Step of the radii that are compared, in pixels."""
+
+WINDOWS = 4
+"""Windows that are tried, each twice as wide as the one before: the narrowest that knows the blur is taken."""
+
+KNOWN = 0.15
+"""Standard deviation of the radius (pixels) from which on no wider window is needed: half of what is valid at most."""
+
+SETS = 3
+"""Asymmetries at which the likelihood is computed where it varies over the field, and between which it is interpolated
+by the square: the energy is a quadratic form in it."""
+
+PADDED = 16
+"""Pixels by which the halves are continued beyond their borders."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HalfRadius:
+    """Signed blur radius at blocks of pixels: positive nearer than focus.
+
+    Parameters
+    ----------
+    radius, sd
+        In pixels, h x w blocks; `sd` is that of noise and of what the model leaves.
+    clear
+        Whether the likelihood has one minimum, away from the ends of the search.
+    noise
+        Standard deviation of the halves' noise.
+    """
+
+    radius: FloatArray
+    sd: FloatArray
+    clear: NDArray[np.bool_]
+    noise: float
+
+
+def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
+    """Return which views are left and right halves of one lens, None where they are no such pair.
+
+    A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
+    """
+    optics = [view.optics for view in views]
+    if not optics or not all(isinstance(one, DualPixel) for one in optics):
+        return None
+    halves = [one for one in optics if isinstance(one, DualPixel)]
+    signs = [float(np.sign(one.asymmetry)) for one in halves]
+    alike = {(one.lens, abs(one.asymmetry), one.field) for one in halves if one.asymmetry}
+    if signs.count(1.0) != 1 or signs.count(-1.0) != 1 or len(alike) != 1:
+        return None
+    return signs.index(1.0), signs.index(-1.0)
+
+
+def half_radius(
+    left: NDArray[np.floating],
+    right: NDArray[np.floating],
+    asymmetry: NDArray[np.floating],
+    limits: tuple[float, float],
+    window: float,
+    usable: NDArray[np.bool_] | None = None,
+) -> HalfRadius:
+    """Estimate the signed blur radius of two halves.
+
+    Parameters
+    ----------
+    left, right
+        H x W, of one exposure but for a ratio that varies smoothly.
+    asymmetry
+        H x W, positive: of the left half.
+    limits
+        Least and largest radius, in pixels.
+    window
+        Standard deviation of the narrowest window, in pixels.
+    usable
+        H x W; None: all.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    compared = _Compared.of(left, right, usable)
+    radii = np.arange(np.floor(limits[0] / STEP), np.ceil(limits[1] / STEP) + 1) * STEP
+    blocks = _blocks(asymmetry.astype(np.float32))
+    low, high = float(blocks.min()), float(blocks.max())
+    sets = np.linspace(low, high, SETS) if high - low > 0.02 * high else np.array([(low + high) / 2])
+    place = np.zeros(blocks.shape) if len(sets) == 1 else (blocks - low) / (sets[1] - sets[0])
+    lower = np.clip(place.astype(int), 0, max(len(sets) - 2, 0))
+    part = np.clip(place - lower, 0, 1).astype(np.float32)
+    energies = np.empty((len(radii), *blocks.shape), np.float32)
+    for level, radius in enumerate(radii):
+        each = compared.energies(radius, sets)
+        if len(each) == 1:
+            energies[level] = each[0]
+        else:
+            first, second = (np.take_along_axis(each, (lower + n)[None], 0)[0] for n in (0, 1))
+            energies[level] = (1 - part) * first + part * second
+    count = compared.count
+    found: list[NDArray[np.floating]] = []
+    for wider in range(WINDOWS):
+        size = window * 2**wider
+        if wider and size > min(left.shape) / 4:
+            break
+        smooth = np.stack([gaussian_filter(one * count, size / BLOCK) for one in energies])
+        smooth /= np.maximum(gaussian_filter(count, size / BLOCK), 1e-3)
+        now = _minimum(smooth, radii, 4 * np.pi * size**2 * compared.share)
+        if not found:
+            found = list(now)
+        else:
+            take = (found[1] > KNOWN) | (found[2] < 1)
+            found = [*(np.where(take, new, old) for new, old in zip(now[:3], found, strict=False)), found[3]]
+    noise = float(np.sqrt(np.median(found[3]) / compared.power))
+    return HalfRadius(found[0], found[1], found[2] > 0, noise)
+
+
+def half_asymmetry(
+    left: NDArray[np.floating],
+    right: NDArray[np.floating],
+    radius: float,
+    candidates: FloatArray,
+    window: float,
+    usable: NDArray[np.bool_] | None = None,
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Estimate the asymmetry of two halves of a flat sheet whose blur `radius` (pixels, signed) is known.
+
+    Returns
+    -------
+    tuple
+        The asymmetry and its standard deviation at h x w blocks, and whether the likelihood has one clear minimum among
+        the evenly spaced `candidates`.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    compared = _Compared.of(left, right, usable)
+    energies = compared.energies(radius, candidates)
+    smooth = np.stack([gaussian_filter(one * compared.count, window / BLOCK) for one in energies])
+    smooth /= np.maximum(gaussian_filter(compared.count, window / BLOCK), 1e-3)
+    found, sd, clear, _ = _minimum(smooth, candidates, 4 * np.pi * window**2 * compared.share)
+    return found, sd, clear > 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Compared:
+    """Two halves' spectra in the band that is compared."""
+
+    spectra: tuple[NDArray[np.complex64], NDArray[np.complex64]]
+    frequencies: tuple[FloatArray, FloatArray]
+    shape: tuple[int, int]
+    weight: NDArray[np.float32]
+    count: NDArray[np.float32]
+    share: float  # independent values in a pixel of what is filtered so
+    power: float  # of white noise that the band passes
+
+    @classmethod
+    def of(cls, left: NDArray[np.floating], right: NDArray[np.floating], usable: NDArray[np.bool_] | None) -> _Compared:
+        from scipy.fft import rfft2
+
+        weight = np.ones(left.shape, np.float32) if usable is None else usable.astype(np.float32)
+        padded = [
+            np.pad(_flattened(np.asarray(half, np.float32), weight), PADDED, mode="reflect") for half in (left, right)
+        ]
+        rows, columns = padded[0].shape
+        down, across = np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns)[None]
+        square = (2 * np.pi) ** 2 * (down**2 + across**2)
+        band = (np.exp(-square * FINE**2 / 2) - np.exp(-square * COARSE**2 / 2)).astype(np.float32)
+        first, second = ((rfft2(half) * band).astype(np.complex64) for half in padded)
+        whole = np.concatenate([band, band[:, 1:-1]], axis=1) ** 2
+        height, width = left.shape
+        return cls(
+            (first, second),
+            (down, across),
+            (height, width),
+            weight,
+            np.maximum(_blocks(weight), 1e-3),
+            float(whole.mean() ** 2 / (whole**2).mean()),
+            float(whole.mean()),
+        )
+
+    def energies(self, radius: float, asymmetries: FloatArray) -> NDArray[np.float32]:
+        """Mean energy in each block of what the halves differ by at one radius and each of some asymmetries."""
+        from scipy.fft import irfft2
+
+        height, width = self.shape
+        even, odd = (part.astype(np.float32) for part in half_transfer(*self.frequencies, radius))
+        each = []
+        for one in asymmetries:
+            norm = np.sqrt(2 * (even**2 + np.float32(one) ** 2 * odd**2) + np.float32(1e-3))
+            here = ((even + np.complex64(1j * one) * odd) / norm).astype(np.complex64)
+            off = irfft2(
+                self.spectra[0] * here - self.spectra[1] * here.conj(), s=(height + 2 * PADDED, width + 2 * PADDED)
+            )
+            off = off[PADDED : PADDED + height, PADDED : PADDED + width]
+            each.append(_blocks(off**2 * self.weight) / self.count)
+        return np.stack(each)
+
+
+def _minimum(
+    cost: NDArray[np.floating], radii: FloatArray, independent: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Where the mean energies are least, with its standard deviation; 1 where that is clear; and the least."""
+    step = radii[1] - radii[0]
+    best = np.clip(cost.argmin(axis=0), 1, len(radii) - 2)
+    before, here, after = (np.take_along_axis(cost, (best + way)[None], 0)[0].astype(float) for way in (-1, 0, 1))
+    bend = np.maximum(before - 2 * here + after, 1e-30)
+    shift = np.clip((before - after) / (2 * bend), -1, 1)
+    least = np.maximum(here - (before - after) ** 2 / (8 * bend), 1e-30)
+    sd = step * np.sqrt(2 * least / (independent * bend))
+    radius = radii[best] + step * shift
+    # The best of what lies farther off than the minimum itself reaches must be clearly worse.
+    away = np.abs(radii[:, None, None] - radius) > np.maximum(4 * sd, 6 * step)
+    second = np.where(away, cost, np.inf).min(axis=0)
+    clear = (independent / 2 * (second / least - 1) > SECOND) & (best > 1) & (best < len(radii) - 2)
+    return radius, sd, clear.astype(float), least
+
+
+SECOND = 4.5
+"""Difference of log-likelihood by which any other radius must be worse: three standard deviations."""
+
+
+def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """An image over its local mean: the halves' ratio of brightness, which varies smoothly, is so divided out."""
+    from scipy.ndimage import gaussian_filter
+
+    mean = gaussian_filter(image * weight, EVEN) / np.maximum(gaussian_filter(weight, EVEN), 1e-3)
+    return np.where(weight > 0, image / np.maximum(mean, 1e-12), 1.0).astype(np.float32)
+
+
+def _blocks(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Means of blocks of `BLOCK` x `BLOCK` pixels; what is left over at the ends goes to the last."""
+    height, width = values.shape
+    rows, columns = height // BLOCK, width // BLOCK
+    cut = values[: rows * BLOCK, : columns * BLOCK].reshape(rows, BLOCK, columns, BLOCK)
+    return np.asarray(cut.mean(axis=(1, 3)), np.float32)
