@@ -1,16 +1,21 @@
 """Experiment 1, to copy and change: how three-dimensional a picture looks, by its aperture and by what is fixated.
 
-Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked as a
-ratio to the standard, a pinhole picture that counts as 1. As it stands it is `focalgradient run depth-rating`.
+Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as a
+ratio to the standard, a pinhole picture that counts as 1, or on another scale of the design. Each step is below;
+conditions, order, pages and checks are the design's (`--print-design`). As it stands it is `focalgradient run
+depth-rating`.
 """
 
 import sys
 from dataclasses import replace
 
+import numpy as np
+
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthTrial
-from focalgradient.lab import EXPERIMENTS, Sitting, run
-from focalgradient.lab.depth_rating import ask_confidence, ask_depth, gaze_fields, show_picture, show_standard
+from focalgradient.design.rating_pages import standard_text
+from focalgradient.lab import EXPERIMENTS, Given, Scale, Sitting, ask, pages, run
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
@@ -31,5 +36,104 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
     )
 
 
+def show_standard(sitting: Sitting) -> None:
+    """Show the picture that counts as 1, after a page that says so."""
+    design, screen = sitting.design, sitting.screen
+    _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
+    pages(screen, [standard_text(design, sitting.words)], "ready")
+    screen.play(lambda since: image.draw(), design.standard_s, "standard")
+    screen.on_event("off", screen.blank())
+
+
+def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None]:
+    """Show all intervals of a trial: when the first that counts appeared (s of the sitting), and the picture's file."""
+    design, screen, recorder = sitting.design, sitting.screen, sitting.recorder
+    intervals = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s)]
+    two = design.response_scale.intervals > 1  # a choice: the picture and what it is compared with, in random order
+    if two:
+        intervals.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s))
+    elif design.reference == "same-scene":  # the same scene through a pinhole comes first
+        intervals.insert(0, ("reference", design.reference_of(trial), design.reference_s))
+    ready = {}
+
+    def prepare() -> None:  # while the screen is empty: loading pictures must not delay a frame
+        for event, which, _ in intervals:
+            ready[event] = prepared(sitting, which, dict(trial.factors))
+            screen.warm(*(part for part in ready[event][:3] if part is not None))
+
+    screen.empty(design.pause_s, "pause", prepare)
+    if recorder is not None:
+        recorder.begin()
+    try:
+        onsets = {event: interval(sitting, *ready[event][:4], seconds, event) for event, _, seconds in intervals}
+    finally:
+        sitting.taken = None if recorder is None else recorder.end()
+    return min(onsets.values()) if two else onsets["picture"], ready["picture"][4]
+
+
+def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, str]) -> tuple:
+    """Return what draws a picture, its mark and its mask, the place of the mark (px), and the picture's file."""
+    scene, aperture, fixation = which
+    if scene in DRAWINGS:  # of catch trials: nobody doubts how deep they are
+        picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
+        image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]), recorded=False)
+    else:
+        picture, image = sitting.picture(scene, aperture, fixation, factors)
+    mask = noise(sitting, sitting.pixels(picture).shape[:2]) if sitting.design.mask == "noise" else None
+    file = None if scene in DRAWINGS else picture.png
+    return image, sitting.mark(picture), mask, sitting.place(picture), file
+
+
+def noise(sitting: Sitting, shape: tuple[int, int]):
+    """Return a mask: squares of 0.1 degrees, each of another grey."""
+    side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
+    small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
+    return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
+
+
+def interval(sitting: Sitting, image, mark, mask, place, seconds: float, event: str) -> float:
+    """Show mark, picture, mask and blank: when the picture appeared (s of the sitting)."""
+    design, screen = sitting.design, sitting.screen
+
+    def draw(since: float) -> None:
+        image.draw()
+        if design.mark == "kept":
+            mark.draw()
+
+    screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
+    onset = screen.play(draw, seconds, event)
+    if sitting.recorder is not None:
+        sitting.recorder.shown(onset, onset + seconds, place)
+    if mask is not None and design.mask_s:
+        screen.play(lambda since: mask.draw(), design.mask_s, "mask", lit=False)
+    screen.empty(design.blank_s, "off")
+    return sitting.since_start(onset)
+
+
+def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
+    """Ask how three-dimensional it looked, on the scale of the design."""
+    scale = sitting.design.response_scale
+    given = ask(sitting.screen, scale.control(sitting.words))
+    return replace(given, value=scale.answer_in(given.value, trial.interval))
+
+
+def ask_confidence(sitting: Sitting) -> float | None:
+    """Ask how sure the participant is, from 0 to 1, where the design wants to know."""
+    if not sitting.design.confidence:
+        return None
+    words = sitting.words
+    ends = (words("scale.not_sure"), words("scale.quite_sure"))
+    return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
+
+
+def gaze_fields(sitting: Sitting) -> dict[str, float | bool | None]:
+    """Return how far (degrees) the gaze was from the mark, and whether too far; nothing where it was not recorded."""
+    taken = sitting.taken
+    if taken is None:
+        return {}
+    left = taken.away is None or taken.away > sitting.design.gaze_within_deg
+    return {"gaze_away": taken.away, "gaze_left": left}
+
+
 if __name__ == "__main__":
-    sys.exit(run(replace(EXPERIMENTS["depth-rating"], about=__doc__, trial=trial)))
+    sys.exit(run(replace(EXPERIMENTS["depth-rating"], about=__doc__, trial=trial, standard=show_standard)))

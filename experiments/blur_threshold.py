@@ -1,0 +1,94 @@
+"""Threshold of blur, to copy and change: how much blur is just noticed, or just makes a picture look deeper.
+
+Each trial shows one scene twice, blurred further in one of two intervals, and asks in which. How much is chosen by
+QUEST+ from all answers so far, while the screen is grey. Each step is below; scenes, levels, order and pages are the
+design's (`--print-design`). As it stands it is `focalgradient run blur-threshold`.
+"""
+
+import math
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from focalgradient import Lens
+from focalgradient.dataset import Chosen
+from focalgradient.design import BlurTrial, Procedure, answers_of
+from focalgradient.lab import EXPERIMENTS, Sitting, ask_which, run
+from focalgradient.render import blur_picture
+
+
+def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
+    """Show a scene in two intervals, and ask which was the more blurred, or the deeper, one."""
+    design, screen, words = sitting.design, sitting.screen, sitting.words
+    picture = sitting.stimuli.picture(trial.scene, "pinhole", design.fixation)
+    mark = sitting.mark(picture)
+    intervals, level = [], 0.0
+
+    def prepare() -> None:  # while the screen is grey: blurring takes longer than a frame
+        nonlocal level
+        level = next_level(sitting, trial)
+        for number in (1, 2):
+            event, added = ("picture", level) if number == trial.interval else ("reference", 0.0)
+            intervals.append((event, screen.picture(blurred(sitting, trial.scene, design.pedestal + added))))
+        screen.warm(mark, *(image for _, image in intervals))
+
+    screen.empty(design.pause_s, "pause", prepare)
+    screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
+    onsets = []
+    for event, image in intervals:
+        onsets.append(screen.play(lambda since, image=image: image.draw(), design.picture_s, event))
+        screen.empty(design.blank_s, "off")
+    given = ask_which(screen, words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
+    chosen = int(given.value)
+    return Chosen(
+        onset=sitting.since_start(onsets[0]),
+        level=level,
+        answer=chosen,
+        correct=chosen == trial.interval,
+        response_time=given.seconds,
+        stimulus=picture.png,
+    )
+
+
+def next_level(sitting: Sitting, trial: BlurTrial) -> float:
+    """Return how much blur is added: the most in practice and to check attention, else what QUEST+ learns most from."""
+    if trial.phase == "practice" or trial.catch:
+        return sitting.design.levels[-1]
+    sitting.procedure.learn(answers_of(sitting.recorded))
+    return sitting.procedure.level()
+
+
+def blurred(sitting: Sitting, scene: str, amount: float) -> np.ndarray:
+    """Blur a scene's pinhole picture, evenly by dioptres, or by its depth through so many millimetres of aperture."""
+    design, stimuli = sitting.design, sitting.stimuli
+    picture = stimuli.picture(scene, "pinhole", design.fixation)
+    light = stimuli.linear(picture)
+    if amount > 0:
+        if design.judged == "blur":  # focused 1 / amount away, and all lies at infinity
+            eye, distance = lens(design.pupil_mm, 1 / amount), np.full(light.shape[:2], math.inf)
+        else:  # focused on the object that is fixated
+            distance = stimuli.depth(scene).astype(float)
+            x, y = stimuli.scene(scene).target(design.fixation).position_px
+            eye = lens(amount, float(distance[int(y), int(x)]))
+        angle = math.radians(1 / stimuli.display.pixels_per_degree)
+        light = blur_picture(light, distance, eye, pixel_angle=angle)
+    return stimuli.display.encode(light)
+
+
+def lens(aperture_mm: float, focus_distance: float) -> Lens:
+    """Return a lens of that aperture; its focal length does not matter to blur as an angle."""
+    focal_length = min(0.01, focus_distance / 2)
+    return Lens(focal_length, 1e3 * focal_length / aperture_mm, focus_distance)
+
+
+def before(sitting: Sitting) -> None:
+    """Make the procedure, and blur one picture: what is compiled on its first use must not delay a trial."""
+    sitting.screen.text(sitting.words("common.moment")).draw()
+    sitting.screen.frame()
+    sitting.procedure = Procedure(sitting.design)
+    blurred(sitting, sitting.design.scenes[0], sitting.design.levels[-1])
+
+
+if __name__ == "__main__":
+    sys.exit(run(replace(EXPERIMENTS["blur-threshold"], about=__doc__, trial=trial, before=before)))
