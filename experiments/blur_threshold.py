@@ -8,6 +8,8 @@ design's (`--print-design`). As it stands it is `focalgradient run blur-threshol
 import math
 import sys
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +23,7 @@ from focalgradient.render import blur_picture
 def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
     """Show a scene in two intervals, and ask which was the more blurred, or the deeper, one."""
     design, screen, words = sitting.design, sitting.screen, sitting.words
-    picture = sitting.stimuli.picture(trial.scene, "pinhole", design.fixation)
+    picture, _ = sitting.picture(trial.scene, "pinhole", design.fixation)
     mark = sitting.mark(picture)
     intervals, level = [], 0.0
 
@@ -37,7 +39,7 @@ def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
     screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
     onsets = []
     for event, image in intervals:
-        onsets.append(screen.play(lambda since, image=image: image.draw(), design.picture_s, event))
+        onsets.append(screen.play(partial(draw, image), design.picture_s, event))
         screen.empty(design.blank_s, "off")
     given = ask_which(screen, words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
     chosen = int(given.value)
@@ -51,17 +53,23 @@ def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
     )
 
 
+def draw(image: Any, since: float) -> None:
+    """Draw a frame: the picture stands."""
+    image.draw()
+
+
 def next_level(sitting: Sitting, trial: BlurTrial) -> float:
     """Return how much blur is added: the most in practice and to check attention, else what QUEST+ learns most from."""
     if trial.phase == "practice" or trial.catch:
-        return sitting.design.levels[-1]
+        return float(sitting.design.levels[-1])
     sitting.procedure.learn(answers_of(sitting.recorded))
-    return sitting.procedure.level()
+    return float(sitting.procedure.level())
 
 
-def blurred(sitting: Sitting, scene: str, amount: float) -> np.ndarray:
+def blurred(sitting: Sitting, scene: str, amount: float) -> Any:
     """Blur a scene's pinhole picture, evenly by dioptres, or by its depth through so many millimetres of aperture."""
     design, stimuli = sitting.design, sitting.stimuli
+    assert stimuli is not None, "--stimuli is asked for before the window opens"
     picture = stimuli.picture(scene, "pinhole", design.fixation)
     light = stimuli.linear(picture)
     if amount > 0:

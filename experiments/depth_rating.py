@@ -8,6 +8,7 @@ depth-rating`.
 
 import sys
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,46 +55,56 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
         intervals.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s))
     elif design.reference == "same-scene":  # the same scene through a pinhole comes first
         intervals.insert(0, ("reference", design.reference_of(trial), design.reference_s))
-    ready = {}
+    ready: dict[str, Part] = {}
 
     def prepare() -> None:  # while the screen is empty: loading pictures must not delay a frame
         for event, which, _ in intervals:
             ready[event] = prepared(sitting, which, dict(trial.factors))
-            screen.warm(*(part for part in ready[event][:3] if part is not None))
+            screen.warm(*(one for one in ready[event].drawn if one is not None))
 
     screen.empty(design.pause_s, "pause", prepare)
     if recorder is not None:
         recorder.begin()
     try:
-        onsets = {event: interval(sitting, *ready[event][:4], seconds, event) for event, _, seconds in intervals}
+        onsets = {event: interval(sitting, ready[event], seconds, event) for event, _, seconds in intervals}
     finally:
         sitting.taken = None if recorder is None else recorder.end()
-    return min(onsets.values()) if two else onsets["picture"], ready["picture"][4]
+    return min(onsets.values()) if two else onsets["picture"], ready["picture"].file
 
 
-def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, str]) -> tuple:
-    """Return what draws a picture, its mark and its mask, the place of the mark (px), and the picture's file."""
+class Part(NamedTuple):
+    """What an interval draws, the place of its mark (px from the middle), and the picture's file, if it has one."""
+
+    drawn: tuple[Any, Any, Any]
+    """Picture, mark and mask; None where there is no mask."""
+    place: tuple[float, float]
+    file: str | None
+
+
+def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, str]) -> Part:
+    """Load a picture; a drawing of a catch trial, whose depth nobody doubts, has the mark of the standard."""
     scene, aperture, fixation = which
-    if scene in DRAWINGS:  # of catch trials: nobody doubts how deep they are
+    if scene in DRAWINGS:
         picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
         image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]), recorded=False)
     else:
         picture, image = sitting.picture(scene, aperture, fixation, factors)
     mask = noise(sitting, sitting.pixels(picture).shape[:2]) if sitting.design.mask == "noise" else None
     file = None if scene in DRAWINGS else picture.png
-    return image, sitting.mark(picture), mask, sitting.place(picture), file
+    return Part((image, sitting.mark(picture), mask), sitting.place(picture), file)
 
 
-def noise(sitting: Sitting, shape: tuple[int, int]):
+def noise(sitting: Sitting, shape: tuple[int, ...]) -> Any:
     """Return a mask: squares of 0.1 degrees, each of another grey."""
     side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
     small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
     return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
 
 
-def interval(sitting: Sitting, image, mark, mask, place, seconds: float, event: str) -> float:
+def interval(sitting: Sitting, part: Part, seconds: float, event: str) -> float:
     """Show mark, picture, mask and blank: when the picture appeared (s of the sitting)."""
     design, screen = sitting.design, sitting.screen
+    image, mark, mask = part.drawn
 
     def draw(since: float) -> None:
         image.draw()
@@ -103,7 +114,7 @@ def interval(sitting: Sitting, image, mark, mask, place, seconds: float, event: 
     screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
     onset = screen.play(draw, seconds, event)
     if sitting.recorder is not None:
-        sitting.recorder.shown(onset, onset + seconds, place)
+        sitting.recorder.shown(onset, onset + seconds, part.place)
     if mask is not None and design.mask_s:
         screen.play(lambda since: mask.draw(), design.mask_s, "mask", lit=False)
     screen.empty(design.blank_s, "off")
@@ -126,7 +137,7 @@ def ask_confidence(sitting: Sitting) -> float | None:
     return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
 
 
-def gaze_fields(sitting: Sitting) -> dict[str, float | bool | None]:
+def gaze_fields(sitting: Sitting) -> dict[str, Any]:
     """Return how far (degrees) the gaze was from the mark, and whether too far; nothing where it was not recorded."""
     taken = sitting.taken
     if taken is None:

@@ -7,8 +7,9 @@ necker`.
 
 import sys
 from dataclasses import replace
+from typing import Any
 
-from focalgradient.dataset import Watched, percepts
+from focalgradient.dataset import Press, Watched, percepts
 from focalgradient.design import NeckerTrial
 from focalgradient.design.cube_pages import CubePages
 from focalgradient.lab import EXPERIMENTS, Sitting, pages, run
@@ -25,7 +26,7 @@ def trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
     return watched
 
 
-def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list:
+def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
     """Return what draws each frame of a quarter turn, after which the cube looks the same again."""
     screen = sitting.screen
     pixel_angle = screen.display.pixel_pitch / screen.display.distance
@@ -43,7 +44,7 @@ def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list:
     return loop
 
 
-def reminder(sitting: Sitting) -> list:
+def reminder(sitting: Sitting) -> list[Any]:
     """Return the names of the two percepts, each with its key, on the side where the key lies."""
     design = sitting.design
     of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
@@ -68,7 +69,7 @@ def ready(sitting: Sitting, trial: NeckerTrial) -> None:
     screen.wait(lambda: [part.draw() for part in parts], ["space"], "ready")
 
 
-def show_cube(sitting: Sitting, trial: NeckerTrial, loop: list) -> Watched:
+def show_cube(sitting: Sitting, trial: NeckerTrial, loop: list[Any]) -> Watched:
     """Show the cube for as long as the trial says, and keep each press and release of the two keys."""
     screen, below = sitting.screen, reminder(sitting)
     keys = sitting.design.keys_of(sitting.participant).values()
@@ -78,7 +79,7 @@ def show_cube(sitting: Sitting, trial: NeckerTrial, loop: list) -> Watched:
         for part in below:
             part.draw()
 
-    found = []
+    found: list[Press] = []
     onset = screen.play(draw, trial.trial_s, "cube", presses=found)
     end = screen.blank()
     screen.on_event("off", end)

@@ -8,6 +8,7 @@ and the tube show the same round field. Each step is below; forms, scenes, order
 import math
 import sys
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -74,7 +75,7 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
     return sitting.since_start(onset), picture.png
 
 
-def through_tube(sitting: Sitting, picture) -> np.ndarray:
+def through_tube(sitting: Sitting, picture: Any) -> Any:
     """Return a picture, black outside the round field of the tube, which lies whole in it, near what is in focus."""
     pixels, display = sitting.pixels(picture), sitting.screen.display
     wide = 2 * display.distance * math.tan(math.radians(sitting.design.field_deg) / 2) / display.pixel_pitch

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SERVER, STORE
+from focalgradient.cli.options import SERVER, STORE, task_file_option
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError, check_installed
 
@@ -24,6 +24,7 @@ __all__ = ["collect"]
     help="Folder of the pictures that the study was made with, for depth rating.",
 )
 @click.option("--store", metavar="URL", help="In place of FILES: the database of 'focalgradient serve --store'.")
+@task_file_option
 @json_option
 def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: str | None) -> None:
     """Bring the answers of a study that 'serve --export' made into a data set: the journals and tables of 'serve'.

@@ -46,6 +46,7 @@ __all__ = [
     "screen_size",
     "shared_options",
     "shared_work",
+    "task_file_option",
 ]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -235,6 +236,33 @@ def added(command: Command, options: Sequence[Callable[[Any], Any]]) -> Command:
     for option in reversed(options):
         command = option(command)
     return command
+
+
+def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> None:
+    """Load the files of tasks; before other options, so that these may name them."""
+    from focalgradient.tasks.registry import load_file
+
+    for file in files:
+        load_file(file)
+
+
+_TASK_FILE: list[Callable[[Any], Any]] = [
+    click.option(
+        "--task-file",
+        multiple=True,
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        is_eager=True,
+        expose_value=False,
+        callback=_load,
+        help="Python file of a task of your own, that data or design are of. Repeatable.",
+    )
+]
+
+
+def task_file_option(command: Command) -> Command:
+    """Add ``--task-file``, by which a command knows tasks of one's own."""
+    return added(command, _TASK_FILE)
 
 
 def shared_options(command: Command) -> Command:

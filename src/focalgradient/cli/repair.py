@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.options import task_file_option
 from focalgradient.cli.program import json_option, show
 
 __all__ = ["repair"]
@@ -13,6 +14,7 @@ __all__ = ["repair"]
 
 @click.command(short_help="Make damaged sessions of a data set readable.")
 @click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
+@task_file_option
 @json_option
 def repair(folder: Path) -> None:
     """Make the damaged sessions of the data set in DATASET readable.

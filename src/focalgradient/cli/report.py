@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work
+from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work, task_file_option
 from focalgradient.cli.program import force_option, json_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -59,6 +59,13 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.",
 )
 @click.option(
+    "--guess-rate",
+    type=float,
+    metavar="RATE",
+    help="Share of right answers without a stimulus, of a table of thresholds: 0.25 for four alternatives, 0 for yes "
+    "and no.  [default: of its column alternatives, else 0.5]",
+)
+@click.option(
     "--focal-length",
     type=float,
     metavar="MM",
@@ -81,6 +88,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     callback=positive(),
     help="With --preregister: the same with the farthest object in focus, 1 is none.  [default: 1]",
 )
+@task_file_option
 @shared_options
 @force_option
 @json_option
@@ -93,6 +101,7 @@ def report(
     rules: Path | None,
     columns: dict[str, str],
     conditions: dict[str, str],
+    guess_rate: float | None,
     focal_length: float | None,
     preregister: bool,
     effect: float | None,
@@ -113,7 +122,8 @@ def report(
     report with the columns participant, trial, gradient (none, rigid, nonrigid), percept (rigid, nonrigid, none, both)
     and duration in seconds, and may have onset, strength, trial_duration, censored and catch. A table of answers at
     levels, for thresholds, has a row for each trial with the columns participant, level (above 0) and correct (1 or 0),
-    or interval and response, and may have condition, session and catch.
+    or interval and response, and may have condition, session, catch and alternatives (how many there were to choose
+    from, for the guess rate).
 
     Several data sets of one design are pooled: a meta-analysis with random effects of the main results of each, with a
     forest plot of each result. The report of each data set is written by a command of its own.
@@ -143,6 +153,7 @@ def report(
         from focalgradient.report.preregister import preregistration
 
         analysing = {"--bayes": bayes, "--columns": columns, "--conditions": conditions, "--focal-length": focal_length}
+        analysing["--guess-rate"] = guess_rate is not None
         if wrong := [option for option, value in analysing.items() if value]:
             raise InputError(
                 f"{wrong[0]} is of an analysis, but --preregister writes a text without data: leave it out."
@@ -167,7 +178,9 @@ def report(
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,
-        options_named({"equivalence_bound is": "--bound is"}),
+        options_named(
+            {"equivalence_bound is": "--bound is", "guess_rate is": "--guess-rate is", "guess is": "--guess-rate is"}
+        ),
         shared_work(workers, scheduler, seconds) as executor,
     ):
         reports = [
@@ -178,6 +191,7 @@ def report(
                 stated=stated,
                 columns=columns,
                 conditions=conditions,
+                guess_rate=guess_rate,
                 focal_length_mm=focal_length,
                 bayes=bayes,
                 executor=executor,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.options import SERVER, STORE, trials_option, with_trials
+from focalgradient.cli.options import SERVER, STORE, task_file_option, trials_option, with_trials
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import refuse_overwriting
 
@@ -87,6 +87,7 @@ __all__ = ["serve"]
     help="With --export: trial lists for participants 1 to N, or for A-B, as 101-150.",
 )
 @click.option("--datapipe", metavar="ID", help="With --export: experiment ID of DataPipe, for its page.")
+@task_file_option
 def serve(
     design: Path,
     data: Path | None,

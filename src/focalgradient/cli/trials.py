@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from focalgradient.cli.options import task_file_option
 from focalgradient.errors import InputError
 from focalgradient.files import printable, write_whole
 
@@ -35,6 +36,7 @@ __all__ = ["trials"]
     show_default=True,
     help="Of the screen, for --files.",
 )
+@task_file_option
 def trials(
     design: str,
     participant: str,

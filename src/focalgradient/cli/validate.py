@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SESSION_S, shared_options, shared_work
+from focalgradient.cli.options import SESSION_S, shared_options, shared_work, task_file_option
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError
 
@@ -19,6 +19,7 @@ __all__ = ["validate"]
     "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures shown, to check them too."
 )
 @click.option("--export", is_flag=True, help="First make the tables of sessions that were cut off, of their journals.")
+@task_file_option
 @shared_options
 @json_option
 def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | None, scheduler: str | None) -> None:

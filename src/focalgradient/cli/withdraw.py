@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import STORE
+from focalgradient.cli.options import STORE, task_file_option
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import check_installed
 
@@ -25,6 +25,7 @@ __all__ = ["withdraw"]
     help="Links of 'focalgradient serve'. Default: beside the data, DATASET-links.jsonl, where there is one.",
 )
 @click.option("--store", metavar="URL", help="PostgreSQL database of 'focalgradient serve --store', too.")
+@task_file_option
 @json_option
 def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, store: str | None) -> None:
     """Remove all data of PARTICIPANT, as sub-07, from the data set in DATASET; they cannot be brought back.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -21,7 +21,7 @@ COLUMNS = 3
 
 
 def condition_figure(
-    table: pd.DataFrame, factor: str, answers: Sequence[tuple[str, bool]], *, simulated: bool
+    table: pd.DataFrame, factor: str, answers: Sequence[tuple[str, bool]], *, units: Mapping[str, str], simulated: bool
 ) -> Figure:
     """Draw the answers by the levels of one factor.
 
@@ -33,6 +33,8 @@ def condition_figure(
         Column of the condition.
     answers
         Columns of answers, each with whether it is a ratio, whose means are geometric.
+    units
+        Of factor and answers, by column, where they have one.
     simulated
         Whether observers were.
     """
@@ -42,7 +44,7 @@ def condition_figure(
         figure = new_figure(30 + 60 * max(columns, 1), 70 * rows, layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False).flat
         for ax, (answer, ratio) in zip(axes, answers, strict=False):
-            draw_condition(ax, table, factor, answer, ratio=ratio)
+            draw_condition(ax, table, factor, answer, ratio=ratio, units=units)
         for ax in list(axes)[len(answers) :]:
             ax.set_visible(False)
         if simulated:
@@ -52,7 +54,9 @@ def condition_figure(
     return figure
 
 
-def draw_condition(ax: Axes, table: pd.DataFrame, factor: str, answer: str, *, ratio: bool) -> Axes:
+def draw_condition(
+    ax: Axes, table: pd.DataFrame, factor: str, answer: str, *, ratio: bool, units: Mapping[str, str]
+) -> Axes:
     """Draw the means of one answer by the levels of a factor: on its axis where they are numbers, else side by side."""
     values = table[answer].astype(float)
     logs = pd.Series(np.log(values), values.index) if ratio else values
@@ -69,8 +73,19 @@ def draw_condition(ax: Axes, table: pd.DataFrame, factor: str, answer: str, *, r
         if mean.low is not None and mean.high is not None:
             ends = [[back(mean.estimate) - back(mean.low)], [back(mean.high) - back(mean.estimate)]]
             ax.errorbar(place, back(mean.estimate), ends, color=BLUE, linewidth=2, capsize=3, zorder=3)
-    ax.set(xlabel=factor, ylabel=f"{answer}{' (geometric mean)' if ratio else ''}")
+    averaged = ["geometric mean"] if ratio else []
+    ax.set(xlabel=_named(factor, units), ylabel=_named(answer, units, *averaged))
     if not numbers:
         ax.set_xticks(places, [str(level) for level in levels])
         ax.set_xlim(-0.4, len(levels) - 0.6)
     return ax
+
+
+def _named(column: str, units: Mapping[str, str], *more: str) -> str:
+    """Label of an axis: the column, its unit, and what else is to be said of it.
+
+    >>> _named("matched", {"matched": "D"}), _named("blur", {}), _named("seen", {"seen": "m"}, "geometric mean")
+    ('matched (D)', 'blur', 'seen (m, geometric mean)')
+    """
+    about = [*filter(None, [units.get(column, "")]), *more]
+    return f"{column} ({', '.join(about)})" if about else column

@@ -82,6 +82,7 @@ def make_report(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     focal_length_mm: float | None = None,
+    guess_rate: float | None = None,
     bayes: bool = False,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -102,8 +103,8 @@ def make_report(
         are 0 or 1, else ratios.
     stated
         Rules of exclusion: see `load_rules`.
-    columns, conditions, focal_length_mm
-        Of a table of one's own.
+    columns, conditions, focal_length_mm, guess_rate
+        Of a table of one's own; the last of answers at levels, see `focalgradient.statistics.read_thresholds`.
     bayes
         Whether the ratings are analysed by Bayesian models, too: see `focalgradient.statistics.bayes`.
     executor
@@ -120,6 +121,8 @@ def make_report(
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
         check_installed(*NEEDED)
+    if guess_rate is not None and not (root.is_file() and other_than_ratings(root, columns) == LEVELS):
+        raise InputError(f"guess_rate is of a table of answers at levels, but {root.name} holds none: leave it out.")
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
@@ -127,7 +130,7 @@ def make_report(
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
             raise InputError(f"{given[0]} is of depth ratings, but {root.name} holds {other}: leave it out.")
-        found = _of_table(root, asked, columns, conditions)
+        found = _of_table(root, asked, columns, conditions, guess_rate)
     else:
         whole = scale is not None and analysis_named(scale).whole
         own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm, steps=whole)
@@ -175,22 +178,30 @@ class _Analysed:
     notices: list[str] = field(default_factory=list)
 
 
+LEVELS = "answers at levels"
+"""What a table of thresholds holds, in words."""
+
+
 def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> str | None:
     """What a table of one's own holds where it is not of ratings, in words; else None."""
     if holds_reports(path, columns):
         return "reports on the cube"
-    return "answers at levels" if holds_thresholds(path, columns) else None
+    return LEVELS if holds_thresholds(path, columns) else None
 
 
 def _of_table(
-    path: Path, asked: Asked, columns: Mapping[str, str] | None, conditions: Mapping[str, str] | None
+    path: Path,
+    asked: Asked,
+    columns: Mapping[str, str] | None,
+    conditions: Mapping[str, str] | None,
+    guess: float | None,
 ) -> _Analysed:
     """The reports on the cube, or the answers at levels, of a table of one's own."""
     if holds_reports(path, columns):
         read = read_reports(path, columns, conditions)
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
         return _Analysed(path.stem, [cube], notes=[*read.notes], notices=[*read.notices])
-    own = read_thresholds(path, columns, conditions)
+    own = read_thresholds(path, columns, conditions, guess)
     part = OwnThresholdPart.of(own, asked.progress)
     return _Analysed(path.stem, [part], notes=[*own.notes], notices=[*own.notices])
 

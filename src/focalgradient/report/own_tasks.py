@@ -88,6 +88,11 @@ class OwnTask(Part):
         measures = self.task.measures(self.settings)
         return [*measures.items(), *([("response_time", "s")] if "response_time" in self.table else [])]
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns that have one, as the sidecar states them."""
+        return {one.name: one.units for one in self.task.columns(self.settings) if one.units}
+
     def findings(self, output: Output) -> Iterator[Block]:
         people = "simulated observer" if self.simulated else "subject"
         subjects = self.rows["participant_id"].nunique()
@@ -97,7 +102,7 @@ class OwnTask(Part):
             yield Notice(f"{test.name}: {test.effect.reason}") if isinstance(test.effect, NotComputed) else _told(test)
         for number, factor in enumerate(dict.fromkeys(test.factor for test in self.tests)):
             answers = list(dict.fromkeys((test.answer, test.log) for test in self.tests))
-            figure = condition_figure(self.rows, factor, answers, simulated=self.simulated)
+            figure = condition_figure(self.rows, factor, answers, units=self.units, simulated=self.simulated)
             name = self.name if number == 0 else f"{self.name}_{factor}"
             caption = f"Answers by {factor}: each subject thin, mean and its 95 % interval over subjects bold."
             yield output.figure(name, figure, caption)

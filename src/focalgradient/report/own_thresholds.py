@@ -67,7 +67,7 @@ class OwnThresholdPart(Part):
         table = own.table
         least, most = float(table["level"].min()), float(table["level"].max())
         results = {
-            str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit)
+            str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit, guess=own.guess)
             for name, rows in table.groupby("condition", sort=True)
         }
         counted = table[~table["catch"]]
@@ -77,7 +77,7 @@ class OwnThresholdPart(Part):
         elif counted["level"].nunique() < 2:
             groups = NotComputed("Beside catch trials there is one level only.")
         else:
-            groups = fit_psychometric_groups(counted, unit=own.unit, progress=progress)
+            groups = fit_psychometric_groups(counted, unit=own.unit, guess=own.guess, progress=progress)
         return cls(own, results, groups, bool((table["kind"] == "simulated").any()))
 
     @property
@@ -176,12 +176,14 @@ class OwnThresholdPart(Part):
         return listed("thresholds.csv", f"Each person’s threshold{unit} with its 95 % interval", head, rows)
 
     def methods(self, output: Output) -> Iterator[Block]:
+        guess = self.own.guess
         yield Paragraph(
             "Each person’s answers in each condition were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, "
-            "2016) as those of two alternatives: Weibull’s function of the logarithm of the level, from one half "
-            "upwards, threshold evenly distributed over the levels shown, slope log-normal about 3.5 (0.5), lapse rate "
-            "beta (1, 20) up to 10 %, no overdispersion. Given are the median of the posterior and its central 95 %. "
-            "At threshold 75 % are right, without lapses. The mean is geometric, its interval by Student’s t over "
+            f"2016): Weibull’s function of the logarithm of the level, from the guess rate of {guess:.3g} upwards, "
+            "threshold evenly distributed over the levels shown, slope log-normal about 3.5 (0.5), lapse rate beta (1, "
+            "20) up to 10 %, no overdispersion. Given are the median of the posterior and its central 95 %. At "
+            f"threshold {guess + (1 - guess) / 2:.3g} of the answers are right, without lapses. The mean is geometric, "
+            "its interval by Student’s t over "
             "people. Catch trials do not count."
         )
         if isinstance(self.groups, PsychometricGroups):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -40,6 +41,7 @@ ROLES = {
     "interval": ("target_interval", "signal_interval", "test_interval", "target", "correct_interval", "correct_answer"),
     "response": ("answer", "chosen", "choice", "resp", "chosen_interval", "response_interval"),
     "trials": ("n", "n_trials", "ntrials", "num_trials", "shown", "total"),
+    "alternatives": ("intervals", "n_alternatives", "n_intervals", "nafc", "mafc", "n_afc"),
     "condition": ("group", "cond"),
     "session": (),
     "catch": (),
@@ -56,6 +58,13 @@ WORDS = {
 
 UNIT = re.compile(r"(?:[\s_(\[]|^)(dioptres?|diopters?|D|mm|deg|arcmin|arcsec|px|pixels?|%|cpd|ms|s)[\s)\]]*$")
 """A unit at the end of a column's name."""
+
+IMPROBABLE = 0.001
+"""Probability, times the number of levels, of as few right answers by guessing among two; below, the rate is another.
+Our choice: one table in a thousand of two alternatives is refused."""
+
+RATE_NEAR = 0.005
+"""Difference between a guess rate and 1 / m that rounding explains: 0.33 for a third."""
 
 MOST_TRIALS = 1_000_000
 """Trials that counts may stand for."""
@@ -76,12 +85,15 @@ class OwnThresholds:
         What was assumed, left out or changed, a sentence each.
     notices
         What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
+    guess
+        Share of right answers without a stimulus.
     """
 
     table: pd.DataFrame
     unit: str
     notes: tuple[str, ...]
     notices: tuple[str, ...] = ()
+    guess: float = 0.5
 
 
 def holds_thresholds(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
@@ -103,6 +115,7 @@ def read_thresholds(
     path: str | os.PathLike[str],
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
+    guess: float | None = None,
 ) -> OwnThresholds:
     r"""Read answers at levels from a CSV, TSV or XLSX file, a row a trial or a row for each level's counts.
 
@@ -116,11 +129,14 @@ def read_thresholds(
         session and catch; and trials, the number of trials of which `correct` counts the right ones.
     conditions
         Our word for each of the file's in correct, interval and response: {"richtig": "1", "links": "first"}.
+    guess
+        Share of right answers without a stimulus, from 0 to below 1. None: 1 / m of a column `alternatives` with m in
+        each row, else one half, unless the answers contradict it.
 
     Raises
     ------
     InputError
-        If a column is missing or a cell cannot be understood: it is named.
+        If a column is missing or a cell cannot be understood: it is named. Or if the guess rate is not known.
 
     Examples
     --------
@@ -146,7 +162,49 @@ def read_thresholds(
     for role, plain in (("session", ""), ("condition", ""), ("kind", "human")):
         table[role] = table[role].str.strip() if role in table else plain
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
-    return OwnThresholds(table[kept].copy(), _unit(theirs["level"]), tuple(notes), tuple(notices))
+    rate = _guess(path, table, guess, notes)
+    return OwnThresholds(table[kept].copy(), _unit(theirs["level"]), tuple(notes), tuple(notices), rate)
+
+
+def _guess(path: Path, table: pd.DataFrame, given: float | None, notes: list[str]) -> float:
+    """The guess rate that was given, that of the alternatives, or one half where the answers allow it."""
+    if given is not None and not 0 <= given < 1:
+        raise InputError(f"guess is {given:g}, but must be a rate from 0 to below 1, like 0.25 for four alternatives.")
+    stated = 0.5 if "interval" in table and "response" in table else None
+    if "alternatives" in table:
+        counts = numbers(table, "alternatives", table["alternatives"].str.strip())
+        if counts.nunique() != 1 or counts.iloc[0] < 2 or counts.iloc[0] % 1:
+            raise InputError(
+                f"{printable(path)} has the alternatives {few(sorted(map(str, counts.unique())))}, but must have one "
+                "whole number of 2 or more in all rows: analyse each by itself."
+            )
+        stated = 1 / float(counts.iloc[0])
+    if given is not None and stated is not None and abs(given - stated) > RATE_NEAR:
+        raise InputError(f"guess is {given:g}, but the table's alternatives give {stated:.3g}: leave one of them out.")
+    if given is not None:
+        return given
+    if stated is not None:
+        return stated
+    below = _below_half(table)
+    if below is not None:
+        level, right, shown = below
+        raise InputError(
+            f"{printable(path)}: at level {level:g} {right} of {shown} answers are right, fewer than guessing among "
+            "two gives, so the guess rate is not known: give it, like 0.25 for four alternatives and 0 for yes and no, "
+            "or a column alternatives."
+        )
+    notes.append("The guess rate was taken to be one half, as of two alternatives.")
+    return 0.5
+
+
+def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
+    """Level, right answers and answers where guessing among two is improbable; None where it is nowhere."""
+    counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
+    p = np.atleast_1d(binom.cdf(counted["sum"].to_numpy(), counted["count"].to_numpy(), 0.5)) * len(counted)
+    at = int(np.argmin(p)) if len(p) else 0
+    if not len(p) or p[at] >= IMPROBABLE:
+        return None
+    return float(counted.index[at]), int(counted["sum"].iloc[at]), int(counted["count"].iloc[at])
 
 
 def _columns(path: Path, table: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, str]:

@@ -7,6 +7,7 @@ lapse rate on a grid. The function is Weibull's over the logarithm of the level,
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -190,9 +191,16 @@ class ThresholdResult:
 
 
 def fit_threshold(
-    levels: ArrayLike, right: ArrayLike, *, least: float, most: float, lapse: float = LAPSE, slope: float = SLOPE
+    levels: ArrayLike,
+    right: ArrayLike,
+    *,
+    least: float,
+    most: float,
+    lapse: float = LAPSE,
+    slope: float = SLOPE,
+    guess: float = 0.5,
 ) -> ThresholdFit:
-    """Fit the psychometric function of two alternatives.
+    """Fit the psychometric function of two alternatives, or of another guess rate.
 
     Parameters
     ----------
@@ -208,6 +216,8 @@ def fit_threshold(
     slope
         Median of the prior of Weibull's slope, from 1 to 10, the standard deviation of whose logarithm is 0.5. It, too,
         biases the threshold of sixty adaptive trials where the true slope is another: see `docs/thresholds.md`.
+    guess
+        Share of right answers without a stimulus, from 0 to below 1: 1 / m of m alternatives.
 
     Raises
     ------
@@ -235,6 +245,8 @@ def fit_threshold(
         raise InputError(f"lapse is {lapse}, but must be a mean rate from 0 to {LARGEST_LAPSE:g}.")
     if not SLOPE_RANGE[0] <= slope <= SLOPE_RANGE[1]:
         raise InputError(f"slope is {slope}, but must be from {SLOPE_RANGE[0]:g} to {SLOPE_RANGE[1]:g}.")
+    if not 0 <= guess < 1:
+        raise InputError(f"guess is {guess}, but must be a rate from 0 to below 1.")
     there, place = np.unique(level, return_inverse=True)
     shown = np.bincount(place)
     hits = np.bincount(place, weights=answered).astype(int)
@@ -243,7 +255,7 @@ def fit_threshold(
         wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit's search may leave the bounds
         return np.asarray(np.exp(-0.5 * (np.log(WIDTH / wide / slope) / SLOPES) ** 2) / wide)
 
-    fixed = {"eta": STEADY}
+    fixed = {"eta": STEADY, "gamma": guess}
     bounds = {"width": (WIDTH / SLOPE_RANGE[1], WIDTH / SLOPE_RANGE[0])}
     priors: dict[str, Any] = {"width": width_prior}
     if lapse:
@@ -253,10 +265,12 @@ def fit_threshold(
     else:
         fixed["lambda"] = 0.0
     ends = (math.log10(least), math.log10(most))
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        # Of "yes/no" psignifit takes a guess rate above .2 for unusual; of alternatives it is right.
+        warnings.filterwarnings("ignore", "You have fixed the guess rate", UserWarning)
         found = psignifit.psignifit(
             np.column_stack([np.log10(there), hits, shown]),
-            experiment_type="2AFC",
+            experiment_type="yes/no",  # whose guess rate is fixed here
             sigmoid="gumbel",  # Weibull's, on a logarithmic scale
             stimulus_range=ends,
             bounds={"threshold": ends, **bounds},
@@ -294,6 +308,7 @@ def blur_thresholds(
     known: Mapping[str, float] | None = None,
     lapse: float = LAPSE,
     slope: float = SLOPE,
+    guess: float = 0.5,
 ) -> ThresholdResult:
     """Fit each participant's threshold, and average them.
 
@@ -306,8 +321,8 @@ def blur_thresholds(
         Of the design's levels.
     known
         The thresholds that simulated observers were given, by participant.
-    lapse, slope
-        Mean and median of the priors of the lapse rate and the slope, as in `fit_threshold`.
+    lapse, slope, guess
+        Mean and median of the priors of the lapse rate and the slope, and the guess rate, as in `fit_threshold`.
 
     Raises
     ------
@@ -326,7 +341,7 @@ def blur_thresholds(
         )
         if counted >= LEAST_TRIALS:
             level = rows["level"].to_numpy(float)[~catch]
-            fit = fit_threshold(level, right[~catch], least=least, most=most, lapse=lapse, slope=slope)
+            fit = fit_threshold(level, right[~catch], least=least, most=most, lapse=lapse, slope=slope, guess=guess)
         kept = not catches or caught >= ATTENDING * catches
         name = str(participant)
         subjects.append(SubjectThreshold(name, str(session), caught, catches, kept, fit, (known or {}).get(name)))

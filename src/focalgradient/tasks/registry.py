@@ -145,9 +145,13 @@ def unknown_task(name: str) -> str:
     """Say what to do about a task of recorded data that is not known here, after "a task".
 
     >>> unknown_task("mine")
-    "'mine' that is not known here: install its package, or name its Python file in FOCALGRADIENT_TASKS."
+    "'mine' that is not known here: install its package, or name its file as in 'focalgradient report data --task-file \
+my_task.py'."
     """
-    return f"{name!r} that is not known here: install its package, or name its Python file in {FILES}."
+    return (
+        f"{name!r} that is not known here: install its package, or name its file as in 'focalgradient report data "
+        "--task-file my_task.py'."
+    )
 
 
 def task_named(name: str) -> Task:

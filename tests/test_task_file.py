@@ -1,0 +1,121 @@
+"""Tasks of one's own by --task-file, their units in figures, and guess rates of tables of one's own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.errors import InputError
+from focalgradient.plotting.conditions import condition_figure
+from focalgradient.report import make_report
+from focalgradient.statistics import fit_threshold, read_thresholds
+
+EXPERIMENTS = Path(__file__).parents[1] / "experiments"
+
+
+def command(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a process that knows no task of one's own."""
+    program = "from focalgradient.cli import main; main()"
+    there = {name: value for name, value in os.environ.items() if name != "FOCALGRADIENT_TASKS"}
+    given = [sys.executable, "-c", program, *map(str, words)]
+    return subprocess.run(given, cwd=folder, env=there, capture_output=True, text=True)
+
+
+@pytest.mark.slow
+def test_a_report_knows_the_task_by_its_file(tmp_path: Path) -> None:
+    file = EXPERIMENTS / "slant_from_blur.py"
+    done = command("simulate", file, "--observers", 3, "--seed", 1, "--out", "data", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    unknown = command("report", "data", "--out", "report", folder=tmp_path)
+    assert unknown.returncode == 2
+    assert "--task-file my_task.py" in unknown.stderr
+    known = command("report", "data", "--out", "report", "--task-file", file, folder=tmp_path)
+    assert known.returncode == 0, known.stderr
+    assert "Slant from blur" in (tmp_path / "report" / "report.md").read_text()
+    assert command("validate", "data", "--task-file", file, folder=tmp_path).returncode == 0
+    missing = command("report", "data", "--out", "report", "--task-file", "none.py", folder=tmp_path)
+    assert (missing.returncode, missing.stderr.count("\n")) == (2, 1)
+
+
+def test_figures_of_own_tasks_have_units_on_their_axes() -> None:
+    table = pd.DataFrame({"participant_id": list("aabb"), "slant": [20.0, 40.0] * 2, "seen": [1.0, 2.0, 1.5, 2.5]})
+    units = {"slant": "degree", "seen": "m"}
+    figure = condition_figure(table, "slant", [("seen", True), ("seen", False)], units=units, simulated=False)
+    assert [ax.get_ylabel() for ax in figure.axes] == ["seen (m, geometric mean)", "seen (m)"]
+    assert {ax.get_xlabel() for ax in figure.axes} == {"slant (degree)"}
+
+
+def of_alternatives(guess: float, repeats: int = 40) -> pd.DataFrame:
+    """Answers of four people of one known threshold, 0.2, and slope 3, without lapses."""
+    chance = np.random.default_rng(3)
+    level = np.repeat([0.05, 0.1, 0.15, 0.2, 0.3, 0.5], repeats)
+    right = [chance.random(len(level)) < guess + (1 - guess) * (1 - 0.5 ** ((level / 0.2) ** 3)) for _ in range(4)]
+    return pd.DataFrame(
+        {"subject": np.repeat(list("abcd"), len(level)), "level": [*level] * 4, "correct": np.ravel(right)}
+    )
+
+
+def written(folder: Path, table: pd.DataFrame) -> Path:
+    table.assign(correct=table["correct"].astype(int)).to_csv(folder / "own.csv", index=False)
+    return folder / "own.csv"
+
+
+@pytest.mark.parametrize("guess", [0.0, 0.25, 1 / 3, 0.5])
+def test_the_threshold_is_found_at_its_guess_rate(guess: float) -> None:
+    pytest.importorskip("psignifit")
+    table = of_alternatives(guess, repeats=120)
+    fit = fit_threshold(table["level"], table["correct"], least=0.05, most=0.5, guess=guess)
+    assert fit.low < 0.2 < fit.high
+    assert fit.threshold == pytest.approx(0.2, rel=0.06)
+
+
+def test_a_guess_rate_that_the_answers_contradict_is_asked_for(tmp_path: Path) -> None:
+    own = written(tmp_path, of_alternatives(0.25))
+    with pytest.raises(InputError, match=r"guess rate is not known.*alternatives"):
+        read_thresholds(own)
+    assert read_thresholds(own, guess=0.25).guess == 0.25
+    assert read_thresholds(written(tmp_path, of_alternatives(0.25).assign(alternatives=4))).guess == 0.25
+    with pytest.raises(InputError, match=r"0\.5.*alternatives give 0\.25"):
+        read_thresholds(own, guess=0.5)
+    with pytest.raises(InputError, match="alternatives"):
+        read_thresholds(written(tmp_path, of_alternatives(0.5).assign(alternatives=[2, 4] * 480)))
+    with pytest.raises(InputError, match="guess is 1"):
+        read_thresholds(written(tmp_path, of_alternatives(0.5)), guess=1.0)
+    found = read_thresholds(written(tmp_path, of_alternatives(0.5)))
+    assert found.guess == 0.5
+    assert any("one half" in note for note in found.notes)
+
+
+def test_few_tables_of_two_alternatives_are_refused(tmp_path: Path) -> None:
+    """By chance one in a thousand would be; of pure guessing, the hardest case, at six levels."""
+    chance = np.random.default_rng(5)
+    refused = 0
+    for _ in range(20):
+        table = of_alternatives(0.5).assign(correct=chance.random(960) < 0.5)
+        try:
+            read_thresholds(written(tmp_path, table))
+        except InputError:
+            refused += 1
+    assert refused == 0
+
+
+@pytest.mark.slow
+def test_the_report_takes_the_guess_rate(tmp_path: Path) -> None:
+    pytest.importorskip("psignifit")
+    own = written(tmp_path, of_alternatives(0.25))
+    made = make_report(own, guess_rate=0.25)
+    (row,) = json.loads(made.files["results.json"])["results"]
+    assert row["value_low"] < 0.2 < row["value_high"] or row["value"] == pytest.approx(0.2, rel=0.05)
+    assert "0.25 upwards" in made.files["report.md"].decode()
+    assert "0.625 of the answers" in made.files["report.md"].decode()
+    ratings = tmp_path / "ratings.csv"
+    ratings.write_text("participant,aperture,fixation,rating\n")
+    with pytest.raises(InputError, match="guess_rate"):
+        make_report(ratings, guess_rate=0.25)
