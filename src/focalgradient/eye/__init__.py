@@ -42,6 +42,7 @@ from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
+from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.score import score
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.eye.target import Target
@@ -78,6 +79,7 @@ __all__ = [
     "Plant",
     "Predictor",
     "Refraction",
+    "Scatter",
     "SeenContrast",
     "SpectralBasis",
     "SpectralPicture",

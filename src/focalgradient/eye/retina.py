@@ -21,6 +21,7 @@ from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest, parts_of_band
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import wavelengths as visible
+from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.through_focus import through_focus
 from focalgradient.eye.transfer import BlurName, blur_transfer, geometric_shape
 from focalgradient.eye.wavefront import Pupil
@@ -53,6 +54,8 @@ class Cones:
         How each wavelength is blurred: ``"wave"``, or by geometric optics ``"disc"`` or its stand-in ``"gaussian"``.
     weights
         How much each wavelength counts, in any unit; empty: all alike.
+    scatter
+        Light scattered within the eye (`Scatter`), alike in all wavelengths; None: nothing is.
 
     Raises
     ------
@@ -77,6 +80,7 @@ class Cones:
     finest_cpd: float = np.inf
     model: BlurName = "wave"
     weights: tuple[float, ...] = ()
+    scatter: Scatter | None = None
 
     def __post_init__(self) -> None:
         check_number("finest_cpd", self.finest_cpd, "cycles per degree", positive=True, finite=False)
@@ -163,7 +167,7 @@ class Cones:
     @property
     def isotropic(self) -> bool:
         """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""
-        return self._shape is not None or all(m == 0 for _, m, _ in self.eye.aberrations)
+        return self._shape is not None or self.eye.isotropic
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
@@ -187,7 +191,7 @@ class Cones:
                 total += share * _wave_transfer(frequency, defocus, eye.pupil_diameter, eye.wavelength_nm)
             else:
                 total += share * shape.transfer(frequency, defocus * eye.pupil_diameter / 2)
-        return total * sampling(frequency, self.finest_cpd)
+        return total * self._seen(frequency)
 
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
@@ -205,7 +209,7 @@ class Cones:
         seen = np.zeros(np.broadcast_shapes(down.shape, right.shape), np.complex128)
         for eye, share in zip(self.eyes(), self.shares, strict=True):
             seen += share * blur_transfer(down, right, eye, vergence)
-        seen *= sampling(np.hypot(down, right), self.finest_cpd)
+        seen *= self._seen(np.hypot(down, right))
         return seen
 
     def through_focus(
@@ -222,11 +226,11 @@ class Cones:
         radial = np.hypot(down, right)
         if self._shape is not None or self._clear:
             return self.transfer(radial, levels.reshape(-1, *(1,) * radial.ndim))
-        resolved = sampling(radial, self.finest_cpd)
+        resolved = self._seen(radial)
         some = resolved > 0
         total = np.zeros((len(levels), *radial.shape), np.complex128)
         for eye, share in zip(self.eyes(), self.shares, strict=True):
-            pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.aberrations, eye.stiles_crawford)
+            pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.wavefront, eye.stiles_crawford)
             total[:, some] += share * through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
         total *= resolved
         return total
@@ -242,7 +246,12 @@ class Cones:
 
     @property
     def _clear(self) -> bool:
-        return not (self.eye.aberrations or self.eye.stiles_crawford)
+        return not (self.eye.aberrations or self.eye.stiles_crawford or any(self.eye.pupil_offset))
+
+    def _seen(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Contrast left by scatter and by what the cones resolve at `frequency` (cycles per radian)."""
+        resolved = sampling(frequency, self.finest_cpd)
+        return resolved if self.scatter is None else resolved * self.scatter.transfer(frequency)
 
     def _radial(self, frequency: NDArray[np.float64], vergence: NDArray[np.float64]) -> NDArray[np.float64]:
         """Isotropic transfer of a pupil that is not clear, at each frequency and vergence that there is; broadcasts."""
