@@ -13,7 +13,7 @@ from focalgradient.eye import Cones, Eye, Scatter
 
 @pytest.mark.parametrize(("age", "log_s"), [(20, 0.87), (70, 1.24)])
 def test_straylight_of_van_den_berg_et_al(age, log_s):
-    """log10(theta^2 L / E) at 7 degrees, from 0.87 at 20 years by 1 + (age / 65)^4 (2007, Am. J. Ophthalmol. 144, 358)."""
+    """log10(theta^2 L / E) at 7 degrees, from 0.87 at 20 years by 1 + (age / 65)^4 (2007, Am. J. Ophth. 144, 358)."""
     found = float(np.log10(49 * Scatter(age, 0.5).veil(7.0)))
     assert found == pytest.approx(log_s, abs=0.08)
 

@@ -19,6 +19,7 @@ from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
 from focalgradient.eye.gaussian import GaussianFit, best_gaussian
+from focalgradient.eye.isetbio import SpectralImage, read_isetbio, save_isetbio
 from focalgradient.eye.light import (
     Band,
     Light,
@@ -82,6 +83,7 @@ __all__ = [
     "Scatter",
     "SeenContrast",
     "SpectralBasis",
+    "SpectralImage",
     "SpectralPicture",
     "Stimulus",
     "Target",
@@ -130,10 +132,12 @@ __all__ = [
     "point_spread",
     "pupil_transfer",
     "push_up_amplitude",
+    "read_isetbio",
     "read_zernike",
     "resized_zernike",
     "resolved_cpd",
     "retinal_image",
+    "save_isetbio",
     "score",
     "target_course",
     "track",

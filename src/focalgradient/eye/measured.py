@@ -30,6 +30,13 @@ LARGEST_UM = {True: 100.0, False: 20.0}
 """Micrometres that no eye's coefficient exceeds, of defocus and astigmatism, and of higher orders: 20 D over 8 mm are
 46 um, and keratoconic eyes' coma stays below 10 um. Choices, which keep out tables in nanometres."""
 
+NAMED = re.compile(
+    r"\s*[ZC]\s*[\[(_{]?\s*(\d+)(?:\s*[,;^\s_]\s*([+-]?\d+))?\s*[\])}]?\s*(?:[:=,;\s]\s*)([+-]?\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)"
+    r"\s*(?:[uµμ]m|microns?)?\s*$",
+    re.IGNORECASE,
+)
+"""A line of an aberrometer's table: the term's name, of n and m or of the OSA's index, and its coefficient."""
+
 OTHER_TABLES = {
     "noll": "in Noll's order",
     "fringe": "in the order of the University of Arizona's fringe polynomials",
@@ -116,8 +123,10 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     r"""Read a table of Zernike coefficients.
 
     Lines of one number (the coefficients in the OSA's order, from piston on), of two (OSA index, coefficient) or of
-    three (n, m, coefficient); separated by commas, semicolons, tabs or spaces. A heading, empty lines and lines that
-    begin with # are left out. Coefficients are in micrometres, of normalised polynomials.
+    three (n, m, coefficient); separated by commas, semicolons, tabs or spaces. Terms may be named as aberrometers name
+    them, such as Z(2,-2), Z[4,0], C2,0 or Z12 (OSA index), and then all other lines are left out. Otherwise a heading,
+    empty lines and lines that begin with # are. Coefficients are in micrometres, of normalised polynomials. Of a MATLAB
+    file (.mat), as ISETBio saves it, the vector ``zcoeffs`` is read, of a struct or by itself.
 
     Returns
     -------
@@ -139,8 +148,15 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     >>> coefficients[4], coefficients[12]
     (0.3, 0.05)
     """
+    if str(path).lower().endswith(".mat"):
+        return _of_matlab(path)
     lines = [line.strip() for line in read_text(path, "a table of Zernike coefficients", LARGEST_LIST).splitlines()]
     rows: list[list[float]] = []
+    named = [_named(line) for line in lines]
+    if any(row is not None for row in named):
+        for line in lines:
+            _refuse_other_table(path, line)
+        lines, rows = [], [row for row in named if row is not None]
     for number, line in enumerate(lines, start=1):
         if not line or line.startswith("#"):
             _refuse_other_table(path, line)
@@ -175,6 +191,35 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     if max(found) >= MOST:
         raise InputError(f"{printable(path)} has more than {MOST} coefficients, which radial order 20 has.")
     return tuple(found.get(index, 0.0) for index in range(max(found) + 1))
+
+
+def _named(line: str) -> list[float] | None:
+    """The row of a line that names its term: index and coefficient, or n, m and coefficient."""
+    found = NAMED.match(line)
+    return None if found is None else [float(part.replace(",", ".")) for part in found.groups() if part is not None]
+
+
+def _of_matlab(path: str | os.PathLike[str]) -> tuple[float, ...]:
+    """Coefficients of the vector ``zcoeffs`` of a MATLAB file."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
+        raise InputError(
+            f"{printable(path)} cannot be read as a MATLAB file of version 7 or before: save it with -v7."
+        ) from error
+    structs = [value for name, value in content.items() if hasattr(value, "zcoeffs") and not name.startswith("__")]
+    found = content.get("zcoeffs", structs[0].zcoeffs if structs else None)
+    values = np.atleast_1d(np.asarray(found, dtype=object))
+    try:
+        numbers = values.astype(float)
+    except (TypeError, ValueError):
+        numbers = np.array([np.nan])
+    if numbers.ndim != 1 or not np.isfinite(numbers).all() or numbers.size > MOST:
+        raise InputError(f"{printable(path)} has no vector zcoeffs of one eye, in micrometres: save one.")
+    return tuple(float(value) for value in numbers)
 
 
 def _refuse_other_table(path: str | os.PathLike[str], line: str) -> None:

@@ -1,6 +1,6 @@
 """Light scattered within the eye: the CIE's general equation of disability glare, and what it does to contrast.
 
-A point of light at an angle theta gives, for each lux at the eye, a veil of L cd/m^2, which is the point spread in 1/sr:
+A point of light at an angle theta gives, for each lux at the eye, a veil of L cd/m^2, the point spread in 1/sr:
 
     L / E = 10 / theta^3 + (5 / theta^2 + 0.1 p / theta) (1 + (age / 62.5)^4) + 0.0025 p,
 
@@ -24,8 +24,9 @@ __all__ = ["Scatter"]
 FloatArray = NDArray[np.float64]
 
 NEAREST, FARTHEST = 0.1, 90.0
-"""Degrees between which light counts as scattered: below, the equation does not hold, and the waves of the pupil give the
-spread; it holds to 100, beyond what the eye sees."""
+"""Degrees between which light counts as scattered: nearer, the equation does not hold, and the waves of the pupil give
+the spread. Up to about a degree it includes the tail of an average eye's aberrations, which an eye with aberrations of
+its own then has twice."""
 
 AGE_DOUBLED = 62.5
 """Years at which scatter at the angles that age affects is twice that of the young (CIE 146:2002)."""
@@ -73,13 +74,11 @@ class Scatter:
         """Veiling luminance (cd/m^2) for each lux of a glare source at `angle_deg`, 0.1 to 100 (any shape): 1/sr.
 
         >>> Scatter(25, 0.5).veil([1.0, 10.0]).round(4).tolist()
-        [15.1803, 0.0676]
+        [15.1805, 0.0677]
         """
         theta = check_finite("angle_deg", angle_deg, "degrees")
         if not np.all((theta >= NEAREST) & (theta <= 100)):
-            raise InputError(
-                f"angle_deg lies between {theta.min():g} and {theta.max():g}, but must be from 0.1 to 100."
-            )
+            raise InputError(f"angle_deg goes from {theta.min():g} to {theta.max():g}, but must be from 0.1 to 100.")
         aged = 1 + (self.age / AGE_DOUBLED) ** 4
         return np.asarray(10 / theta**3 + (5 / theta**2 + 0.1 * self.pigment / theta) * aged + 0.0025 * self.pigment)
 
@@ -92,7 +91,7 @@ class Scatter:
         """Contrast left by scatter at `frequency` (cycles per radian, any shape): 1 at 0, and 1 - `share` soon after.
 
         >>> Scatter(70).transfer(np.degrees([0.0, 0.1, 1.0, 10.0])).round(2).tolist()
-        [1.0, 0.74, 0.64, 0.6]
+        [1.0, 0.87, 0.72, 0.63]
         """
         cpd, scattered = _table(self.age, self.pigment)
         f = np.abs(np.radians(check_finite("frequency", frequency, "cycles per radian")))

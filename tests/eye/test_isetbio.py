@@ -1,0 +1,86 @@
+"""Files for and from others: ISETBio's structures, and aberrometers' tables."""
+
+import numpy as np
+import pytest
+from scipy.io import loadmat, savemat
+
+from focalgradient import InputError
+from focalgradient.eye import SpectralImage, read_isetbio, read_zernike, save_isetbio
+
+
+def image(**changes) -> SpectralImage:
+    energy = np.random.default_rng(1).random((4, 6, 3))
+    given = {"energy": energy, "wavelength_nm": np.array([450.0, 550.0, 650.0]), "field_deg": 2.0, "distance": 0.57}
+    return SpectralImage(**{**given, **changes})
+
+
+@pytest.mark.parametrize("is_retinal", [False, True])
+def test_there_and_back(tmp_path, is_retinal):
+    save_isetbio(tmp_path / "one.mat", image(is_retinal=is_retinal))
+    back = read_isetbio(tmp_path / "one.mat")
+    assert back.energy == pytest.approx(image().energy)
+    assert back.wavelength_nm.tolist() == [450.0, 550.0, 650.0]
+    assert (back.field_deg, back.distance, back.is_retinal) == (2.0, 0.57, is_retinal)
+
+
+def test_the_file_has_the_structure_of_isetbio(tmp_path):
+    """Photons of 1 W/sr/m^2/nm at 555 nm: 2.794e18; wave a column; the type of each structure."""
+    save_isetbio(tmp_path / "scene.mat", image(energy=np.ones((2, 2, 1)), wavelength_nm=np.array([555.0])))
+    scene = loadmat(tmp_path / "scene.mat", squeeze_me=True, struct_as_record=False)["scene"]
+    assert scene.type == "scene"
+    assert scene.data.photons == pytest.approx(np.full((2, 2), 2.794e18), rel=1e-3)
+    save_isetbio(tmp_path / "oi.mat", image(is_retinal=True))
+    raw = loadmat(tmp_path / "oi.mat")["oi"]
+    assert raw["spectrum"][0, 0]["wave"][0, 0].shape == (3, 1)
+    assert str(raw["type"][0, 0][0]) == "opticalimage"
+    focal_length = raw["optics"][0, 0]["focalLength"][0, 0].item()
+    assert focal_length * np.radians(1) == pytest.approx(300e-6, rel=1e-3)  # ISETBio's human optics
+
+
+def test_what_is_no_scene_is_refused(tmp_path):
+    savemat(tmp_path / "other.mat", {"x": 1.0})
+    with pytest.raises(InputError, match="no scene or oi"):
+        read_isetbio(tmp_path / "other.mat")
+    (tmp_path / "text.mat").write_text("scene")
+    with pytest.raises(InputError, match="MATLAB file"):
+        read_isetbio(tmp_path / "text.mat")
+    for change, sentence in (
+        ({"energy": -np.ones((2, 2, 3))}, "negative"),
+        ({"field_deg": 200.0}, "below 180"),
+        ({"wavelength_nm": np.array([450.0, 550.0])}, "H x W x N"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            image(**change)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Patient: 17\nPupil diameter: 6.0 mm\nZ(2,0) = 0.30 µm\nZ(4,0) = 0.05 µm\nRMS: 0.304\n",
+        "Z[2, 0]; 0.30\nZ[4, 0]; 0.05\n",
+        "C4\t0.30\nC12\t0.05\n",
+        "Z 2 0 0.30\nZ 4 0 0.05\n",
+        "Z_2^0: 0,30\nZ_4^0: 0,05\n",
+    ],
+)
+def test_tables_as_aberrometers_name_terms(tmp_path, text):
+    (tmp_path / "eye.txt").write_text(text, encoding="utf-8")
+    found = read_zernike(tmp_path / "eye.txt")
+    assert (found[4], found[12], len(found)) == (0.3, 0.05, 13)
+
+
+def test_named_tables_of_other_orders_are_refused(tmp_path):
+    (tmp_path / "eye.txt").write_text("Zernike fringe coefficients\nZ4 0.3\n")
+    with pytest.raises(InputError, match="fringe"):
+        read_zernike(tmp_path / "eye.txt")
+
+
+def test_coefficients_of_matlab_files(tmp_path):
+    values = [0.0, 0.0, 0.0, 0.1, 0.3]
+    savemat(tmp_path / "vector.mat", {"zcoeffs": values})
+    savemat(tmp_path / "wvf.mat", {"wvf": {"zcoeffs": values, "measpupil": 8.0}})
+    for name in ("vector", "wvf"):
+        assert read_zernike(tmp_path / f"{name}.mat") == pytest.approx(values)
+    savemat(tmp_path / "none.mat", {"x": 1.0})
+    with pytest.raises(InputError, match="no vector zcoeffs"):
+        read_zernike(tmp_path / "none.mat")
