@@ -227,7 +227,7 @@ class LocalColours:
         """Return the cones with the blur of these colours."""
         light = self.basis.mixed(cones.light, self.mean)
         whole = Cones.in_light(cones.eye, cones.light, light, finest_cpd=cones.finest_cpd, model=cones.model)
-        base = whole.eye, whole.light, whole.wavelengths_nm, whole.finest_cpd, whole.model, whole.weights
+        base = whole.eye, whole.light, whole.wavelengths_nm, whole.finest_cpd, whole.model, whole.weights, cones.scatter
         return ColouredCones(*base, self)
 
 
@@ -257,7 +257,8 @@ class ColouredCones(Cones):
         """How the blur varies over the field."""
         if self.colours is None:
             return None
-        plain = Cones(self.eye, self.light, self.wavelengths_nm, self.finest_cpd, self.model, self.weights)
+        base = self.eye, self.light, self.wavelengths_nm, self.finest_cpd, self.model, self.weights, self.scatter
+        plain = Cones(*base)
         parts = tuple(LitCones(plain, self.colours.basis, one) for one in self.colours.spectra)
         return Mixture(parts, self.colours.shares, self.colours.focus_sd)
 
