@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import shutil
 import sys
-import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -43,7 +43,9 @@ from claims import answers
 from report import Progress, Shown, images, numbers_json, report_html
 from tqdm import tqdm
 
+import focalgradient
 from focalgradient import InputError
+from focalgradient.plotting import new_figure
 from focalgradient.report import make_report
 
 FIGURES: tuple[
@@ -93,8 +95,15 @@ REMARK = (
 )
 
 
+FIRST = "fig3"
+"""The figure that is made first, as most readers look for it; the report keeps its own order."""
+
+UNFINISHED = "unfinished"
+"""Folder within the results of what is made so far: a run that was stopped goes on from it."""
+
+
 def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
-    """Make all figures and move them into `out` together, or not at all.
+    """Make all figures and move them into `out` together, or not at all; go on where a run was stopped.
 
     Parameters
     ----------
@@ -106,59 +115,100 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
     quiet
         No progress bar.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".partial-", dir=out) as folder:
-        figures: dict[str, Shown] = {}
-        bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
-        of_dataset = any(name in OF_DATASET for name, _, _ in FIGURES)
-        wanted = [one for one in FIGURES if full or one[0] not in ONLY_FULL]
-        taking_part = simulated.seconds(full=full)
-        whole = sum(seconds for _, _, seconds in wanted) + of_dataset * taking_part
-        with tqdm(total=whole, bar_format=bar_format, smoothing=0, disable=quiet) as bar:
-            done = 0.0
+    folder = out / UNFINISHED
+    _begin(folder, full)
+    bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
+    of_dataset = any(name in OF_DATASET for name, _, _ in FIGURES)
+    wanted = [one for one in FIGURES if full or one[0] not in ONLY_FULL]
+    taking_part = simulated.seconds(full=full)
+    whole = sum(seconds for _, _, seconds in wanted) + of_dataset * taking_part
+    with tqdm(total=whole, bar_format=bar_format, smoothing=0, disable=quiet) as bar:
+        done = 0.0
 
-            def run(name: str, seconds: float, make: Callable[[Progress], Any]) -> Any:
-                """Make one thing, and move the bar by its seconds."""
-                nonlocal done
-                bar.set_description(name.ljust(15))
-                made = make(lambda share: bar.update(done + share * seconds - bar.n))
+        def run(name: str, seconds: float, make: Callable[[Progress], Any]) -> Any:
+            """Make one thing, and move the bar by its seconds."""
+            nonlocal done
+            bar.set_description(name.ljust(15))
+            made = make(lambda share: bar.update(done + share * seconds - bar.n))
+            done += seconds
+            bar.update(done - bar.n)
+            return made
+
+        dataset, answering = folder / "simulated", folder / "answering"
+        for name, make, seconds in sorted(wanted, key=lambda one: one[0] != FIRST):
+            if (folder / f"{name}.json").exists():
+                run(name, seconds, lambda progress: None)
+                continue
+            if name in OF_DATASET and not dataset.exists():
+                run(
+                    "observers",
+                    taking_part,
+                    lambda progress: simulated.take_part(answering, full=full, progress=progress),
+                )
+                answering.replace(dataset)
+            try:
+                drawn = partial(make, dataset) if name in OF_DATASET else make
+                _keep(folder, name, run(name, seconds, partial(_made, drawn, full=full)))
+            except InputError as error:
+                if name not in NEED_MITSUBA:
+                    raise
+                bar.write(f"{name} is left out: {error}", file=sys.stderr)
                 done += seconds
-                bar.update(done - bar.n)
-                return made
+            else:
+                if name == FIRST and not quiet:
+                    bar.write(f"{name} is made: {folder / name}.png. The others follow.", file=sys.stderr)
+        if dataset.exists():
+            (folder / "simulated_report").mkdir(exist_ok=True)
+            for name, content in make_report(dataset).files.items():
+                (folder / "simulated_report" / name).write_bytes(content)
+    figures = {name: shown for name, _, _ in wanted if (shown := _kept(folder, name)) is not None}
+    pngs = {name: (folder / f"{name}.png").read_bytes() for name in figures}
+    numbers = numbers_json(figures)
+    (folder / "numbers.json").write_text(numbers, encoding="utf-8")
+    report = report_html(figures, pngs, REMARK, answers(json.loads(numbers)))
+    (folder / "report.html").write_text(report, encoding="utf-8")
+    for name in (KEY, *(f"{name}.json" for name in figures)):
+        (folder / name).unlink()
+    for made in folder.iterdir():
+        if made.is_dir():
+            shutil.rmtree(out / made.name, ignore_errors=True)
+        made.replace(out / made.name)
+    folder.rmdir()
 
-            dataset = Path(folder, "simulated")
-            for name, make, seconds in wanted:
-                if name in OF_DATASET and not dataset.exists():
-                    run(
-                        "observers",
-                        taking_part,
-                        lambda progress: simulated.take_part(dataset, full=full, progress=progress),
-                    )
-                try:
-                    drawn = partial(make, dataset) if name in OF_DATASET else make
-                    figures[name] = run(name, seconds, partial(_made, drawn, full=full))
-                except InputError as error:
-                    if name not in NEED_MITSUBA:
-                        raise
-                    bar.write(f"{name} is left out: {error}", file=sys.stderr)
-                    done += seconds
-            if dataset.exists():
-                Path(folder, "simulated_report").mkdir()
-                for name, content in make_report(dataset).files.items():
-                    Path(folder, "simulated_report", name).write_bytes(content)
-        contents = {name: images(shown) for name, shown in figures.items()}
-        for name, kinds in contents.items():
-            for kind, content in kinds.items():
-                Path(folder, f"{name}.{kind}").write_bytes(content)
-        pngs = {name: kinds["png"] for name, kinds in contents.items()}
-        numbers = numbers_json(figures)
-        Path(folder, "numbers.json").write_text(numbers, encoding="utf-8")
-        report = report_html(figures, pngs, REMARK, answers(json.loads(numbers)))
-        Path(folder, "report.html").write_text(report, encoding="utf-8")
-        for made in Path(folder).iterdir():
-            if made.is_dir():
-                shutil.rmtree(out / made.name, ignore_errors=True)
-            made.replace(out / made.name)
+
+KEY = "made-by"
+"""File that identifies the program that made the unfinished results."""
+
+
+def _begin(folder: Path, full: bool) -> None:
+    """Make the folder of unfinished results; those of another program or amount of data are removed."""
+    own = hashlib.sha256(f"{full} {sys.version} {focalgradient.__version__}".encode())
+    for root in (Path(focalgradient.__file__).parent, Path(__file__).parent):
+        for file in sorted(root.rglob("*.py")):
+            own.update(file.read_bytes())
+    key = folder / KEY
+    if not key.exists() or key.read_text(encoding="utf-8") != own.hexdigest():
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        key.write_text(own.hexdigest(), encoding="utf-8")
+
+
+def _keep(folder: Path, name: str, shown: Shown) -> None:
+    """Write a figure's pictures, then its words and numbers: it is made when these are there."""
+    for kind, content in images(shown).items():
+        (folder / f"{name}.{kind}").write_bytes(content)
+    words = folder / f"{name}.json.part"
+    words.write_text(numbers_json({name: shown}), encoding="utf-8")
+    words.replace(folder / f"{name}.json")
+
+
+def _kept(folder: Path, name: str) -> Shown | None:
+    """Read a figure's words and numbers; None where it was left out."""
+    path = folder / f"{name}.json"
+    if not path.exists():
+        return None
+    about = json.loads(path.read_text(encoding="utf-8"))[name]
+    return Shown(about["title"], tuple(about["caption"]), new_figure(), about["summary"], about["plotted"])
 
 
 def _made(make: Callable[..., Shown], progress: Progress, *, full: bool) -> Shown:
@@ -173,7 +223,11 @@ def main() -> int:
     try:
         reproduce(options.out, full=options.full)
     except KeyboardInterrupt:
-        print(f"\nInterrupted: {options.out} is as it was.", file=sys.stderr)
+        print(
+            f"\nInterrupted: earlier results in {options.out} are as they were; the same command goes on from "
+            f"{options.out / UNFINISHED}.",
+            file=sys.stderr,
+        )
         return 130
     except OSError as error:
         print(f"The results cannot be written to {options.out}: {error.strerror}.", file=sys.stderr)

@@ -73,17 +73,55 @@ def test_the_same_run_gives_the_same_files(results, tmp_path, monkeypatch):
         assert (tmp_path / file.name).read_bytes() == file.read_bytes(), file.name
 
 
-def test_an_interrupted_run_leaves_the_results_as_they_were(tmp_path, monkeypatch, capsys):
+def test_a_stopped_run_leaves_the_results_and_goes_on_where_it_was(results, tmp_path, monkeypatch, capsys):
+    made = []
+
+    def counted(**options):
+        made.append("fig6")
+        return fig6.make(**options)
+
     def interrupted(**options):
         raise KeyboardInterrupt
 
     (tmp_path / "report.html").write_text("earlier")
-    monkeypatch.setattr(reproduce, "FIGURES", (QUICK[0], ("broken", interrupted, 1.0)))
+    monkeypatch.setattr(reproduce, "FIGURES", (("fig6", counted, 1.0), ("fig2", interrupted, 1.0)))
     monkeypatch.setattr("sys.argv", ["reproduce.py", "--out", str(tmp_path)])
     assert reproduce.main() == 130
-    assert [file.name for file in tmp_path.iterdir()] == ["report.html"]
+    assert {file.name for file in tmp_path.iterdir()} == {"report.html", "unfinished"}
     assert (tmp_path / "report.html").read_text() == "earlier"
-    assert "as it was" in capsys.readouterr().err
+    assert "goes on from" in capsys.readouterr().err
+
+    monkeypatch.setattr(reproduce, "FIGURES", (("fig6", counted, 1.0), QUICK[1]))
+    assert reproduce.main() == 0
+    assert made == ["fig6"]
+    for file in results.iterdir():  # the same as of a run that was not stopped
+        assert (tmp_path / file.name).read_bytes() == file.read_bytes(), file.name
+
+
+def test_unfinished_results_of_another_program_are_not_used(tmp_path, monkeypatch):
+    (tmp_path / "unfinished").mkdir()
+    (tmp_path / "unfinished" / "made-by").write_text("another")
+    (tmp_path / "unfinished" / "fig6.json").write_text("{}")
+    monkeypatch.setattr(reproduce, "FIGURES", QUICK)
+    reproduce.reproduce(tmp_path, quiet=True)
+    assert (tmp_path / "fig6.png").exists()
+
+
+def test_fig_3_is_made_first(tmp_path, monkeypatch):
+    made = []
+
+    def noted(name):
+        def make(**options):
+            made.append(name)
+            return fig6.make(**options)
+
+        return make
+
+    monkeypatch.setattr(reproduce, "OF_DATASET", set())
+    monkeypatch.setattr(reproduce, "FIGURES", tuple((name, noted(name), 1.0) for name in ("fig1", "fig3", "fig6")))
+    reproduce.reproduce(tmp_path, quiet=True)
+    assert made == ["fig3", "fig1", "fig6"]
+    assert list(json.loads((tmp_path / "numbers.json").read_text("utf-8"))) == ["fig1", "fig3", "fig6"]
 
 
 def test_a_folder_that_cannot_be_written_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
