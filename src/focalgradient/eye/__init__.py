@@ -39,6 +39,7 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
+from focalgradient.eye.prior import EyePrior, learn_chromatic_scale, recover_eye_depth
 from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones
@@ -67,6 +68,7 @@ __all__ = [
     "Correction",
     "Course",
     "Eye",
+    "EyePrior",
     "GaussianFit",
     "KnownSpectrum",
     "Light",
@@ -118,6 +120,7 @@ __all__ = [
     "growth",
     "illuminant",
     "image_quality",
+    "learn_chromatic_scale",
     "lens_density",
     "lommel_point_spread",
     "luminosity",
@@ -134,6 +137,7 @@ __all__ = [
     "push_up_amplitude",
     "read_isetbio",
     "read_zernike",
+    "recover_eye_depth",
     "resized_zernike",
     "resolved_cpd",
     "retinal_image",

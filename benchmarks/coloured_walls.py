@@ -1,0 +1,254 @@
+"""Depth of coloured walls, as people's eyes see them: bias, coverage and side of focus, by texture, light and person.
+
+    python benchmarks/coloured_walls.py [--kinds bands moments both] [--pupils MM ...] [--foci D ...]
+        [--vergences D ...] [--textures NAME ...] [--files PICTURE ...] [--lights NAME ...] [--people SCALE ...]
+        [--knowledge exact learnt people none] [--shapes wall step sphere] [--side PIXELS] [--out FILE.csv]
+
+A surface stands before an eye; its reflectance at each pixel is a spectrum (grey; linear sRGB by the basis of Mallett
+and Yuksel 2019), in the light of an illuminant. Its views have the photon noise of 200 cd/m^2. Bands: what the L and M,
+and the S cones see. Moments: two views of the L and M cones, 0.5 D apart in focus. Both: two bands at two moments.
+Textures are simulated (natural, in one colour, or of colours that vary) or photographs (scikit-image's, decoded); your
+own pictures are added with --files. People's chromatic aberration is a multiple of the mean.
+
+What the estimator knows of the eye: "exact", its chromatic aberration; "learnt", what three fixations of a grey surface
+by both cues show of it; "people", that of people in general (SD 25 %), marginalised; "none": the mean eye before white
+surfaces, as if nothing were coloured. The light is known.
+
+A line states, over all distances, pupils and foci of a texture, light and person: the share of valid pixels; of these
+the median error (D) over walls that are valid in 5 % or more, the median stated standard deviation (D), the share
+within 2 standard deviations and the share on the right side of the focus (of surfaces 0.1 D and more away from it).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import itertools
+import warnings
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage import data, io
+
+from focalgradient import DepthMap, FocalGradientWarning, View, recover_depth
+from focalgradient.eye import (
+    Cones,
+    Eye,
+    EyePrior,
+    Oscillation,
+    Photons,
+    SpectralPicture,
+    eye_views,
+    learn_chromatic_scale,
+    recover_eye_depth,
+)
+from focalgradient.eye.retina import S_FINEST_CPD
+
+PIXEL, LIGHT = np.radians(1 / 60), 200.0
+PAIR = (0.125, 0.375)
+"""Seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
+
+KINDS = ("bands", "moments", "both")
+LIGHTS = ("D65", "A", "LED-B1")
+PEOPLE = (0.8, 1.0, 1.25)
+COLOURS = {
+    "grey": ((0.5, 0.5, 0.5), 0.0),
+    "red": ((0.7, 0.1, 0.08), 0.0),
+    "green": ((0.1, 0.4, 0.1), 0.0),
+    "blue": ((0.08, 0.12, 0.6), 0.0),
+    "brown": ((0.3, 0.15, 0.06), 0.1),
+    "skin": ((0.6, 0.35, 0.25), 0.1),
+    "foliage": ((0.15, 0.25, 0.05), 0.2),
+    "sky": ((0.2, 0.4, 0.7), 0.1),
+    "random": ((0.4, 0.4, 0.4), 0.5),
+}
+"""Reflectance in linear sRGB, and the contrast of a texture of each component's own over the common one."""
+
+PHOTOGRAPHS = ("coffee", "chelsea", "retina", "rocket")
+FIXATIONS = (0.6, -0.5, 1.0)
+"""Dioptres of the grey surfaces that a person's aberration is learnt from, nearer than the focus."""
+
+CLAIMED = 0.05
+"""Share of valid pixels from which a surface counts as claimed."""
+
+COLUMNS = ("kind", "texture", "light", "person", "knowledge", "shape", "pupil_mm", "focus_D", "vergence_D")
+MEASURES = ("valid", "error_D", "sd_D", "in2", "side")
+Row = dict[str, float | str]
+
+
+def natural(side: int, seed: int) -> NDArray[np.float64]:
+    """A texture of 1 / f amplitude, of standard deviation 1."""
+    radial = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
+    radial[0, 0] = np.inf
+    white = np.fft.rfft2(np.random.default_rng(seed).standard_normal((side, side)))
+    field = np.fft.irfft2(np.where(radial < 0.5, white, 0) / radial, (side, side))
+    return np.asarray(field / field.std())
+
+
+def photograph(image: NDArray[np.uint8], side: int) -> NDArray[np.float64]:
+    """The middle of a picture, decoded (sRGB), reduced to about `side` pixels."""
+    encoded = image[..., :3] / 255.0
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    factor = max(1, int(min(linear.shape[:2]) / (1.3 * side)))
+    rows, columns = (n // factor for n in linear.shape[:2])
+    small = linear[: rows * factor, : columns * factor].reshape(rows, factor, columns, factor, 3).mean(axis=(1, 3))
+    if min(small.shape[:2]) < side:
+        raise SystemExit(f"a picture has {min(image.shape[:2])} pixels at its smaller side, but needs {side} or more.")
+    top, left = ((n - side) // 2 for n in small.shape[:2])
+    return np.asarray(small[top : top + side, left : left + side])
+
+
+@lru_cache(maxsize=64)
+def texture(name: str, side: int) -> NDArray[np.float64]:
+    """Reflectance in linear sRGB, side x side x 3."""
+    if name in COLOURS:
+        colour, own = COLOURS[name]
+        seed = list(COLOURS).index(name)
+        common = natural(side, seed)[..., None]
+        others = np.stack([natural(side, 1000 + 10 * seed + one) for one in range(3)], axis=-1)
+        return np.clip(np.array(colour) * (1 + 0.2 * (common + own * others)), 0.005, None)
+    image = io.imread(name) if Path(name).exists() else getattr(data, name)()
+    return photograph(image, side)
+
+
+def vergences(shape: str, vergence: float, side: int) -> NDArray[np.float64]:
+    """Vergence at each pixel: a wall, two walls half a dioptre apart, or a ball half a dioptre before a wall."""
+    whole = np.full((side, side), vergence)
+    if shape == "step":
+        whole[:, side // 2 :] += 0.5
+    if shape == "sphere":
+        radius = np.hypot(*(np.mgrid[:side, :side] - (side - 1) / 2)) / (0.35 * side)
+        whole += np.where(radius < 1, 0.25 + 0.25 * np.sqrt(np.clip(1 - radius**2, 0, None)), 0)
+    return whole
+
+
+def cones_of(eye: Eye, kind: str) -> list[Cones]:
+    moments = [eye] if kind == "bands" else eye.through(PAIR, Oscillation())
+    cones = [Cones.of(one, "L+M") for one in moments]
+    if kind != "moments":
+        cones += [Cones.of(one, "S", finest_cpd=S_FINEST_CPD) for one in moments]
+    return cones
+
+
+def views_of(eye: Eye, kind: str, picture: SpectralPicture, vergence: NDArray[np.float64], seed: int) -> list[View]:
+    with np.errstate(divide="ignore"):
+        distance = 1 / vergence
+    seen = eye_views((picture, distance), cones_of(eye, kind), picture.shape, PIXEL, noise=Photons(LIGHT), seed=seed)
+    return [one.view for one in seen]
+
+
+@lru_cache(maxsize=256)
+def learnt(person: float, mm: float, focus: float, light: str, side: int) -> EyePrior:
+    """What three fixations of a grey surface show of a person's chromatic aberration."""
+    picture = SpectralPicture.of_srgb(texture("grey", side)[::-1].copy(), light)
+    eye = Eye(1e-3 * mm, focus, chromatic_scale=person)
+    series = [
+        views_of(eye, "both", picture, np.full((side, side), max(0.0, focus + more)), seed)
+        for seed, more in enumerate(FIXATIONS)
+    ]
+    return learn_chromatic_scale(series)
+
+
+def depth_of(views: list[View], knowledge: str, known: EyePrior) -> DepthMap:
+    if knowledge == "none":
+        return recover_depth([replace(view, optics=_mean_eye(view.optics)) for view in views])
+    return recover_eye_depth(views, known)
+
+
+def _mean_eye(cones: Any) -> Cones:
+    """The cones of the mean eye before white surfaces."""
+    eye = replace(cones.eye, chromatic_scale=1.0)
+    return Cones.of(eye, cones.light, finest_cpd=cones.finest_cpd)
+
+
+def measured(
+    kind: str, name: str, light: str, person: float, knowledge: str, cell: tuple[str, float, float, float], side: int
+) -> Row:
+    """One surface: shares and medians over its valid pixels."""
+    shape, mm, focus, vergence = cell
+    eye = Eye(1e-3 * mm, focus, chromatic_scale=person)
+    true = vergences(shape, vergence, side)
+    picture = SpectralPicture.of_srgb(texture(name, side), light)
+    views = views_of(eye, kind, picture, true, seed=int(1000 * vergence + 10 * mm))
+    known = EyePrior(person, 0.0)
+    if knowledge == "people":
+        known = EyePrior()
+    elif knowledge == "learnt":
+        known = learnt(person, mm, focus, light, side)
+    row: Row = dict(zip(COLUMNS, (kind, name, light, person, knowledge, shape, mm, focus, vergence), strict=True))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FocalGradientWarning)
+        depth = depth_of(views, knowledge, known)
+    valid = float(depth.valid.mean())
+    row["valid"] = valid
+    if valid >= CLAIMED:
+        error, sd = (depth.vergence - true)[depth.valid], depth.vergence_sd[depth.valid]
+        away = (np.abs(true - focus) > 0.1)[depth.valid]
+        right = (np.sign(depth.vergence - focus) == np.sign(true - focus))[depth.valid]
+        row |= {"error_D": float(np.median(error)), "sd_D": float(np.median(sd))}
+        row["in2"] = float(np.mean(np.abs(error) <= 2 * sd))
+        if away.any():
+            row["side"] = float(right[away].mean())
+    return row
+
+
+def table(rows: list[Row]) -> list[str]:
+    """A line for each kind, knowledge, texture, light and person."""
+    lines = ["kind     knows   texture   light   person  valid %    bias D     sd D  in 2 %  side %  claimed"]
+    for cell in dict.fromkeys(
+        tuple(row[n] for n in ("kind", "knowledge", "texture", "light", "person")) for row in rows
+    ):
+        some = [
+            row for row in rows if tuple(row[n] for n in ("kind", "knowledge", "texture", "light", "person")) == cell
+        ]
+        claimed = [row for row in some if "sd_D" in row]
+        weight = np.array([float(row["valid"]) for row in claimed])
+        errors, sds = ([float(row[n]) for row in claimed] or [np.nan] for n in ("error_D", "sd_D"))
+        inside = 100 * np.average([float(r["in2"]) for r in claimed], weights=weight) if claimed else np.nan
+        sides = [float(row["side"]) for row in claimed if "side" in row] or [np.nan]
+        kind, knows, name, light, person = cell
+        valid = 100 * np.mean([float(row["valid"]) for row in some])
+        lines.append(
+            f"{kind:8} {knows:7} {Path(str(name)).stem:9} {light:7} {person:6g} "
+            f"{valid:8.1f} {np.median(errors):+9.3f} {np.median(sds):8.3f} "
+            f"{inside:7.1f} {100 * np.mean(sides):7.1f}  {len(claimed)} of {len(some)}"
+        )
+    return lines
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
+    parser.add_argument("--pupils", nargs="+", type=float, default=(2.0, 3.0, 4.0, 5.0, 7.0))
+    parser.add_argument("--foci", nargs="+", type=float, default=(0.5, 1.5, 4.0))
+    parser.add_argument("--vergences", nargs="+", type=float, default=tuple(np.arange(0, 6.5, 0.5).tolist()))
+    parser.add_argument("--textures", nargs="*", default=(*COLOURS, *PHOTOGRAPHS))
+    parser.add_argument("--files", nargs="*", default=(), help="pictures of your own, beside the textures")
+    parser.add_argument("--lights", nargs="+", default=LIGHTS)
+    parser.add_argument("--people", nargs="+", type=float, default=PEOPLE, help="scales of chromatic aberration")
+    parser.add_argument("--knowledge", nargs="+", default=("learnt",), choices=("exact", "learnt", "people", "none"))
+    parser.add_argument("--shapes", nargs="+", default=("wall",), choices=("wall", "step", "sphere"))
+    parser.add_argument("--side", type=int, default=160)
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
+    rows: list[Row] = []
+    whole = itertools.product(given.kinds, given.knowledge, (*given.textures, *given.files), given.lights, given.people)
+    print(table([])[0], flush=True)
+    for kind, knowledge, name, light, person in whole:
+        cells = itertools.product(given.shapes, given.pupils, given.foci, given.vergences)
+        here = [measured(kind, name, light, person, knowledge, cell, given.side) for cell in cells]
+        print(table(here)[1], flush=True)
+        rows += here
+    if given.out is not None:
+        with given.out.open("w", newline="") as file:
+            writer = csv.DictWriter(file, (*COLUMNS, *MEASURES))
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
