@@ -1,13 +1,13 @@
 """Are thresholds recovered, and do their intervals cover? Simulated observers whose threshold is known.
 
     python benchmarks/blur_thresholds.py [--runs 1000] [--slope 3.5] [--processes 2]
-        [--lapse 0.015] [--prior-slope 3.5]
+        [--lapse 0.015] [--prior-slope 3]
 
 Each run is a session of 60 trials: QUEST+ chooses the levels, an observer with a Weibull function answers (its
 threshold drawn evenly on a logarithmic scale from 0.06 to 0.7 D, 2 % lapses), psignifit fits. Printed: the bias of the
 threshold, its spread over runs, the share of runs in which the 95 % interval holds the true one, and the least spread
 that any unbiased estimate can have from these trials when slope and lapse rate are known (Cramer and Rao). The fit's
-priors of lapse rate and slope are `--lapse` (mean) and `--prior-slope` (median).
+priors of lapse rate and slope are `--lapse` (mean) and `--prior-slope` (median; without it every slope is as likely).
 psignifit's search for the mode of the posterior, whose result is not used, is left out: it changes neither median nor
 interval, and takes longest. A run takes about 1.3 s of processor time.
 """
@@ -27,13 +27,13 @@ import numpy as np
 from focalgradient.design import BlurThresholdDesign
 from focalgradient.observers import OBSERVERS, choose, right_share
 from focalgradient.statistics import fit_threshold
-from focalgradient.statistics.thresholds import LAPSE, SLOPE
+from focalgradient.statistics.thresholds import LAPSE
 
 LAPSES = 0.02
 RANGE = (0.06, 0.7)  # dioptres
 
 
-def session(job: tuple[int, float, float, float]) -> tuple[float, float, float, float, float]:
+def session(job: tuple[int, float, float, float | None]) -> tuple[float, float, float, float, float]:
     """Log10 of the true threshold, the estimate and the ends of its interval; and Fisher's information."""
     seed, slope, lapse, prior = job
     warnings.simplefilter("ignore")
@@ -59,7 +59,7 @@ def main() -> None:
     options.add_argument("--runs", type=int, default=1000)
     options.add_argument("--slope", type=float, default=3.5)
     options.add_argument("--lapse", type=float, default=LAPSE, help="mean of the prior of the lapse rate")
-    options.add_argument("--prior-slope", type=float, default=SLOPE, help="median of the prior of the slope")
+    options.add_argument("--prior-slope", type=float, help="median of the prior of the slope; default: none")
     options.add_argument("--first", type=int, default=1, help="the first seed")
     options.add_argument("--processes", type=int, default=2)
     given = options.parse_args()

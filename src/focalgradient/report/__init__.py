@@ -24,6 +24,7 @@ from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
+from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
@@ -31,8 +32,9 @@ from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tidy import tidy_results
 from focalgradient.scales import Analysis, Choices, analysis_named
-from focalgradient.statistics import Rules, read_ratings, read_reports, read_thresholds
+from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
+from focalgradient.statistics.own_detection import holds_detection
 from focalgradient.statistics.own_reports import holds_reports
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
@@ -94,7 +96,8 @@ def make_report(
     root
         The data set's folder; or a CSV or TSV file, read by `focalgradient.statistics.read_ratings` with `columns`,
         `conditions` and `focal_length_mm`; with a column of percepts by `focalgradient.statistics.read_reports`, with
-        one of levels and one of right answers by `focalgradient.statistics.read_thresholds`.
+        one of levels and one of right answers by `focalgradient.statistics.read_thresholds`, with one of signals and
+        one of answers by `focalgradient.statistics.read_detection`.
     bound
         Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
         says so.
@@ -115,8 +118,8 @@ def make_report(
     Raises
     ------
     InputError
-        If nothing can be analysed, for the first reason; or if a table of reports on the cube or of answers at levels
-        is given with `bound`, `scale`, `bayes` or `focal_length_mm`, which are of ratings.
+        If nothing can be analysed, for the first reason; or if a table of reports on the cube, of answers at levels
+        or of answers to signals is given with `bound`, `scale`, `bayes` or `focal_length_mm`, which are of ratings.
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
@@ -186,6 +189,8 @@ def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> 
     """What a table of one's own holds where it is not of ratings, in words; else None."""
     if holds_reports(path, columns):
         return "reports on the cube"
+    if holds_detection(path, columns):
+        return "answers to signal and noise"
     return LEVELS if holds_thresholds(path, columns) else None
 
 
@@ -196,11 +201,15 @@ def _of_table(
     conditions: Mapping[str, str] | None,
     guess: float | None,
 ) -> _Analysed:
-    """The reports on the cube, or the answers at levels, of a table of one's own."""
+    """The reports on the cube, the answers to signals, or the answers at levels, of a table of one's own."""
     if holds_reports(path, columns):
         read = read_reports(path, columns, conditions)
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
         return _Analysed(path.stem, [cube], notes=[*read.notes], notices=[*read.notices])
+    if holds_detection(path, columns):
+        found = read_detection(path, columns, conditions)
+        detected = DetectionPart.of(found)
+        return _Analysed(path.stem, [detected], notes=[*found.notes], notices=[*found.notices])
     own = read_thresholds(path, columns, conditions, guess)
     part = OwnThresholdPart.of(own, asked.progress)
     return _Analysed(path.stem, [part], notes=[*own.notes], notices=[*own.notices])

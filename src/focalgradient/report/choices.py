@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from focalgradient.report.document import Anchored, Block, Heading, Links
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 
-__all__ = ["CUBE", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
+__all__ = ["CUBE", "DETECTION", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
 
 CHOICES = {
     "exclusions": (
@@ -70,6 +70,12 @@ CHOICES = {
         "2001); the threshold is the median of its posterior. Thresholds multiply, so that their mean is geometric. In "
         "full: docs/thresholds.md.",
     ),
+    "d-prime": (
+        "d′ instead of a share",
+        "The share of right answers mixes how well a signal is seen with how readily “yes” is said. d′ and the "
+        "criterion part the two; confidence shows whether signal and noise scatter alike, and how well people know "
+        "when they are right. In full: docs/thresholds.md, “Answers of yes and no, ratings, confidence”.",
+    ),
     "over-subjects": (
         "Tests over subjects",
         "Answers are averaged within subject and condition first: people, not trials, are the sample, and treating "
@@ -86,6 +92,7 @@ OF_ANALYSIS: dict[type[Analysis], tuple[str, ...]] = {
 }
 CUBE = ("exclusions", "share", "holm")
 THRESHOLDS = ("threshold",)
+DETECTION = ("d-prime", "over-subjects", "holm")
 OWN = ("over-subjects", "holm")
 
 

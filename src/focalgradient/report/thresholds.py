@@ -226,7 +226,7 @@ def methods_thresholds(design: Mapping[str, Any]) -> Iterator[str]:
     yield (
         "Each participant’s answers were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, 2016): Weibull’s "
         "function of the logarithm of the level, from one half upwards, threshold evenly distributed over the levels, "
-        "slope log-normal about 3.5 (0.5), lapse rate beta (1, 65) up to 10 %, no overdispersion. Given are the median "
-        "of the posterior and its central 95 %. At threshold 75 % are right, without lapses. The mean is "
+        "slope from 1 to 10 evenly on its logarithm, lapse rate beta (1, 66) up to 10 %, no overdispersion. Given are "
+        "the median of the posterior and its central 95 %. At threshold 75 % are right, without lapses. The mean is "
         "geometric, its interval by Student’s t over participants."
     )

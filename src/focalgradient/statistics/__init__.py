@@ -48,6 +48,7 @@ from focalgradient.statistics.effects import analyse
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, Unjudged, quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
+from focalgradient.statistics.own_detection import OwnDetection, read_detection
 from focalgradient.statistics.own_factors import FactorEffect, factor_effects
 from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
 from focalgradient.statistics.own_reports import OwnReports, read_reports
@@ -107,6 +108,7 @@ __all__ = [
     "NeckerResult",
     "NotComputed",
     "OrdinalResult",
+    "OwnDetection",
     "OwnRatings",
     "OwnReports",
     "OwnThresholds",
@@ -152,6 +154,7 @@ __all__ = [
     "planned_tests",
     "quality",
     "rating_roc",
+    "read_detection",
     "read_ratings",
     "read_reports",
     "read_thresholds",

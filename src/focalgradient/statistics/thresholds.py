@@ -32,11 +32,13 @@ __all__ = [
 NEEDED = ("fitting thresholds", "thresholds", "psignifit")
 """What needs which extra for which module: see `check_installed`."""
 
-SLOPE, SLOPES = 3.5, 0.5
-"""Median of the prior of Weibull's slope, that of QUEST (Watson & Pelli 1983), and the standard deviation of its
-logarithm: two thirds of all slopes lie between 2.1 and 5.8."""
+SLOPES = 0.5
+"""Standard deviation of the logarithm of Weibull's slope in its prior, where a median is stated: two thirds of all
+slopes lie within a factor of 1.65."""
 
 SLOPE_RANGE = (1.0, 10.0)
+"""Range of slopes. Without a stated median each is as likely on a logarithmic scale: with a median of 3.5, that of
+QUEST (Watson & Pelli 1983), the threshold of 60 adaptive trials was biased by +11 % where the slope is 2."""
 
 LAPSE = 0.015
 """Mean of the prior of the lapse rate, which is beta (1, b): within the 0 to 5 % of trained people (Wichmann & Hill
@@ -197,7 +199,7 @@ def fit_threshold(
     least: float,
     most: float,
     lapse: float = LAPSE,
-    slope: float = SLOPE,
+    slope: float | None = None,
     guess: float = 0.5,
 ) -> ThresholdFit:
     """Fit the psychometric function of two alternatives, or of another guess rate.
@@ -214,8 +216,9 @@ def fit_threshold(
         Mean of the prior of the lapse rate, from 0 (no lapses) to 0.1. Sixty adaptive trials do not determine the rate:
         the threshold is biased by -1.5 % for each 1 % by which this mean is above the true rate.
     slope
-        Median of the prior of Weibull's slope, from 1 to 10, the standard deviation of whose logarithm is 0.5. It, too,
-        biases the threshold of sixty adaptive trials where the true slope is another: see `docs/thresholds.md`.
+        Median of the prior of Weibull's slope, from 1 to 10, the standard deviation of whose logarithm is 0.5; None:
+        every slope from 1 to 10 is as likely on a logarithmic scale. It, too, biases the threshold of sixty adaptive
+        trials where the true slope is another: see `docs/thresholds.md`.
     guess
         Share of right answers without a stimulus, from 0 to below 1: 1 / m of m alternatives.
 
@@ -243,7 +246,7 @@ def fit_threshold(
         raise InputError("levels, least and most must be above 0, and most above least.")
     if not 0 <= lapse <= LARGEST_LAPSE:
         raise InputError(f"lapse is {lapse}, but must be a mean rate from 0 to {LARGEST_LAPSE:g}.")
-    if not SLOPE_RANGE[0] <= slope <= SLOPE_RANGE[1]:
+    if slope is not None and not SLOPE_RANGE[0] <= slope <= SLOPE_RANGE[1]:
         raise InputError(f"slope is {slope}, but must be from {SLOPE_RANGE[0]:g} to {SLOPE_RANGE[1]:g}.")
     if not 0 <= guess < 1:
         raise InputError(f"guess is {guess}, but must be a rate from 0 to below 1.")
@@ -253,7 +256,8 @@ def fit_threshold(
 
     def width_prior(width: ArrayLike) -> NDArray[np.float64]:
         wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit's search may leave the bounds
-        return np.asarray(np.exp(-0.5 * (np.log(WIDTH / wide / slope) / SLOPES) ** 2) / wide)
+        about = 0.0 if slope is None else np.log(WIDTH / wide / slope) / SLOPES
+        return np.asarray(np.exp(-0.5 * about**2) / wide)
 
     fixed = {"eta": STEADY, "gamma": guess}
     bounds = {"width": (WIDTH / SLOPE_RANGE[1], WIDTH / SLOPE_RANGE[0])}
@@ -307,7 +311,7 @@ def blur_thresholds(
     unit: str = "D",
     known: Mapping[str, float] | None = None,
     lapse: float = LAPSE,
-    slope: float = SLOPE,
+    slope: float | None = None,
     guess: float = 0.5,
 ) -> ThresholdResult:
     """Fit each participant's threshold, and average them.

@@ -1,0 +1,248 @@
+"""The report on signal detection of a table of one's own: d', criterion, and confidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.dataset import DataSet
+from focalgradient.plotting.detection import detection_figure
+from focalgradient.report.choices import DETECTION
+from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.exclusions import EFFECT
+from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.parts import Output, Part
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import Sheet, many, number, probability
+from focalgradient.statistics import Effect, Interval, NotComputed, as_table
+from focalgradient.statistics.detection import (
+    DetectionGroup,
+    MetaSensitivity,
+    RatingRoc,
+    detection_by_person,
+    meta_sensitivity,
+    rating_roc,
+)
+from focalgradient.statistics.means import family, t_interval
+from focalgradient.statistics.own_detection import OwnDetection
+
+__all__ = ["DetectionPart"]
+
+CAPTION = (
+    "Left: each person’s rates (discs) and, where confidence was asked, ROC (thin); bold: the curve of equal variances "
+    "with the mean d′. Right: each person’s d′ and the mean of all (disc), with 95 % intervals."
+)
+
+SCRIPT = """# d' and criterion of each person and condition, and their means, as in the report. Base R. Run in the
+# report's folder: Rscript detection.R
+d <- read.csv("detection_trials.csv", colClasses = c(participant_id = "character", condition = "character"))
+d <- d[!d$catch, ]; d$condition[is.na(d$condition)] <- ""
+found <- do.call(rbind, lapply(split(d, list(d$participant_id, d$condition), drop = TRUE), function(e) {
+  z <- function(rows) qnorm((sum(e$answer[rows]) + .5) / (sum(rows) + 1))  # log-linear correction
+  if (!any(e$signal) || all(e$signal)) return(NULL)
+  data.frame(participant_id = e$participant_id[1], condition = e$condition[1], d_prime = z(e$signal) - z(!e$signal),
+             criterion = -(z(e$signal) + z(!e$signal)) / 2)
+}))
+print(found, row.names = FALSE, digits = 6)
+for (condition in unique(found$condition)) {
+  own <- found[found$condition == condition, ]
+  cat("mean", condition, "\\n")
+  if (nrow(own) > 1) print(c(d = mean(own$d_prime), t.test(own$d_prime)$conf.int, c = mean(own$criterion)), digits = 6)
+}
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DetectionPart(Part):
+    """Answers to signal and noise of a table, analysed.
+
+    Parameters
+    ----------
+    own
+        The table.
+    group
+        d' and criterion of each person and condition, and their means.
+    curves, metas
+        ROC and meta-d' of each person and condition, or why there is none; empty where confidence was not asked.
+    left_out
+        Persons and conditions without signal or without noise.
+    simulated, data
+        As of every part.
+    """
+
+    own: OwnDetection
+    group: DetectionGroup
+    curves: Mapping[tuple[str, str], RatingRoc | NotComputed]
+    metas: Mapping[tuple[str, str], MetaSensitivity | NotComputed]
+    left_out: tuple[tuple[str, str], ...]
+    simulated: bool
+    data: DataSet | None = None
+
+    @classmethod
+    def of(cls, own: OwnDetection) -> DetectionPart:
+        """Compute d' of each person and condition, and the curves of confidence."""
+        table = own.table[~own.table["catch"]]
+        shown = table.groupby(["participant_id", "condition"])["signal"].transform("mean")
+        without = table[(shown == 0) | (shown == 1)][["participant_id", "condition"]].drop_duplicates()
+        kept = table[(shown > 0) & (shown < 1)]
+        curves, metas = {}, {}
+        for (person, condition), rows in kept.groupby(["participant_id", "condition"]) if own.steps else ():
+            signal, noise = (_counts(rows[rows["signal"] == there], own.steps) for there in (True, False))
+            curves[str(person), str(condition)] = rating_roc(signal, noise)
+            metas[str(person), str(condition)] = meta_sensitivity(signal, noise)
+        simulated = bool((own.table["kind"] == "simulated").any())
+        left_out = tuple(map(tuple, without.astype(str).to_numpy().tolist()))
+        return cls(own, detection_by_person(kept), curves, metas, left_out, simulated)
+
+    @property
+    def title(self) -> str:
+        return "Signal detection"
+
+    @property
+    def name(self) -> str:
+        return "detection"
+
+    def findings(self, output: Output) -> Iterator[Block]:
+        table, group = self.own.table, self.group
+        people = len({name for name, _ in group.people})
+        several = f" in {len(group.d_prime)} conditions" if len(group.d_prime) > 1 else ""
+        asked = f", with confidence in {self.own.steps} steps" if self.own.steps else ""
+        yield Paragraph(
+            f"Answers of yes and no by {many(people, 'person').replace('persons', 'people')}{several}: "
+            f"{many(len(table), 'trial')}{asked}."
+        )
+        for person, condition in self.left_out:
+            where = f" in {condition}" if condition else ""
+            yield Notice(f"{person} was left out{where}: there must be trials with signal and trials without.")
+        for condition in group.d_prime:
+            where = f"{condition}: " if condition else ""
+            yield Paragraph(
+                f"{where}mean d′ {_ends(group.d_prime[condition])}, criterion c {_ends(group.criterion[condition])} "
+                "(above 0: a tendency to “no”)."
+            )
+        first, tests = next(iter(group.d_prime)), family(group.differences.values())
+        for condition, test in zip(group.differences, tests, strict=True):
+            if isinstance(test, Effect):
+                corrected = " by Holm" if len(tests) > 1 else ""
+                p = probability(test.corrected_p)
+                yield Paragraph(
+                    f"d′ in {condition} less that in {first}: {number(test.estimate)} (95 % interval "
+                    f"{number(test.low)} to {number(test.high)}), t({test.df:g}) = {number(test.statistic)}, p"
+                    f"{corrected} {p if p.startswith('<') else f'= {p}'}."
+                )
+            else:
+                yield Notice(f"{condition} and {first} were not compared: {test.reason}")
+        yield from self._confidence()
+        known = {who: one for who, one in self.curves.items() if isinstance(one, RatingRoc)}
+        yield output.figure("detection", detection_figure(group, known, simulated=self.simulated), CAPTION)
+        output.tables([self._means()])
+        yield from output.tables([self._each()])
+
+    def _confidence(self) -> Iterator[Block]:
+        """Means over people of what confidence shows, by condition."""
+        for condition in self.group.d_prime if self.own.steps else ():
+            where = f"{condition}: " if condition else ""
+            said = [f"{what} {_ends(mean)}" for what, mean in self._measures(condition).items()]
+            if said:
+                yield Paragraph(f"{where}confidence, means over people: {'; '.join(said)}.")
+            reasons = {
+                one.reason
+                for of in (self.curves, self.metas)
+                for (_, place), one in of.items()
+                if place == condition and isinstance(one, NotComputed)
+            }
+            yield from (Notice(f"{where}of some people there is no estimate: {reason}") for reason in sorted(reasons))
+
+    def _measures(self, condition: str) -> dict[str, Interval]:
+        """Means over people of what confidence shows."""
+        curves = [one for (_, at), one in self.curves.items() if at == condition and isinstance(one, RatingRoc)]
+        metas = [one for (_, at), one in self.metas.items() if at == condition and isinstance(one, MetaSensitivity)]
+        found = {}
+        if curves:
+            found["area under the ROC"] = t_interval([one.area for one in curves])
+            found["d_a (unequal variances)"] = t_interval([one.d_a.estimate for one in curves])
+            ratios = [one.sd_ratio.estimate for one in curves]
+            found["SD of signal over noise"] = t_interval(np.log(ratios)).ratio
+        if metas:
+            found["meta-d′"] = t_interval([one.meta_d.estimate for one in metas])
+            found["area under the type-2 curve"] = t_interval([one.area for one in metas])
+        return found
+
+    def _means(self) -> Sheet:
+        """Means over people as a file, for results.json."""
+        rows = []
+        for condition in self.group.d_prime:
+            found = {"d′": self.group.d_prime[condition], "criterion c": self.group.criterion[condition]}
+            found |= self._measures(condition)
+            count = sum(at == condition for _, at in self.group.people)
+            for what, mean in found.items():
+                name = f"mean {what}" + (f", {condition}" if condition else "")
+                about = {"exclusions": "without exclusions", "what": name, "subjects": count}
+                rows.append(about | as_table([mean]).iloc[0].to_dict())
+        return Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(rows))
+
+    def _each(self) -> Sheet:
+        head = ["participant", "condition", "hit rate", "false-alarm rate", "d′", "low", "high", "c", "low c", "high c"]
+        asked = ["area", "d_a", "SD ratio", "meta-d′", "type-2 area"] if self.own.steps else []
+        rows = []
+        for (person, condition), one in self.group.people.items():
+            values = [one.hit_rate, one.false_alarm_rate, *_three(one.d_prime), *_three(one.criterion)]
+            curve, meta = self.curves.get((person, condition)), self.metas.get((person, condition))
+            if asked:
+                values += _of_curve(curve) + _of_meta(meta)
+            rows.append([person, condition, *("" if each is None else f"{each:.4g}" for each in values)])
+        return listed("detection.csv", "Each person’s d′ and criterion with 95 % intervals", head + asked, rows)
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        yield Paragraph(
+            "Sensitivity d′ and criterion c of each person and condition follow from the rates of hits and false "
+            "alarms, half a trial added to each count (log-linear correction: Hautus, 1995); their intervals are "
+            "normal (Gourevitch and Galanter, 1967). Means are over people, with intervals by Student’s t; conditions "
+            "were compared with the first by paired t-tests, corrected by Holm’s method. Catch trials do not count."
+        )
+        if self.own.steps:
+            yield Paragraph(
+                "Answers with their confidence, from the surest “no” to the surest “yes”, give the ROC: the area "
+                "under its points, and the normal model of unequal variances by maximum likelihood (Dorfman and Alf, "
+                "1969) of each person. Meta-d′ (Maniscalco and Lau, 2012) is the d′ with which the confidence of right "
+                "and wrong answers would be as it was. The mean of the ratio of SDs is geometric."
+            )
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return DETECTION
+
+    def exports(self) -> Mapping[str, bytes]:
+        file = f"{self.name}_trials.csv"
+        read = f"read_{file.removesuffix('.csv')}.R"
+        return {file: safe_csv(self.own.table), read: reader(file, self.own.table), "detection.R": SCRIPT.encode()}
+
+
+def _counts(rows: pd.DataFrame, steps: int) -> list[int]:
+    """Counts from the surest "no" to the surest "yes"."""
+    sure = rows["confidence"].to_numpy(int)
+    place = np.where(rows["answer"].to_numpy(bool), steps - 1 + sure, steps - sure)
+    return [int(each) for each in np.bincount(place, minlength=2 * steps)]
+
+
+def _ends(found: Interval) -> str:
+    if found.low is None or found.high is None:
+        return number(found.estimate)
+    return f"{number(found.estimate)} (95 % interval {number(found.low)} to {number(found.high)})"
+
+
+def _of_curve(curve: RatingRoc | NotComputed | None) -> list[float | None]:
+    if not isinstance(curve, RatingRoc):
+        return [None] * 3
+    return [curve.area, curve.d_a.estimate, curve.sd_ratio.estimate]
+
+
+def _of_meta(meta: MetaSensitivity | NotComputed | None) -> list[float | None]:
+    return [meta.meta_d.estimate, meta.area] if isinstance(meta, MetaSensitivity) else [None] * 2
+
+
+def _three(found: Interval) -> list[float | None]:
+    return [found.estimate, found.low, found.high]

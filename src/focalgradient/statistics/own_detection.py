@@ -1,0 +1,182 @@
+"""Answers of yes and no to signal and noise from a table of one's own, with confidence where it was asked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.statistics.own_names import clean
+from focalgradient.statistics.own_rows import without_codes
+from focalgradient.statistics.own_tables import (
+    PARTICIPANT,
+    answered,
+    catch_trials,
+    columns_like,
+    few,
+    found_columns,
+    no_column,
+    numbers,
+    place,
+    read_table,
+    unused,
+    with_participants,
+)
+
+__all__ = ["OwnDetection", "holds_detection", "read_detection"]
+
+ROLES = {
+    "participant_id": PARTICIPANT,
+    "signal": ("signal_present", "target_present", "present", "is_signal", "signal_shown"),
+    "response": ("answer", "resp", "said", "judgment", "judgement"),
+    "confidence": ("conf", "certainty", "confidence_rating"),
+    "condition": ("group", "cond"),
+    "session": (),
+    "catch": (),
+    "trial": (),
+    "kind": (),
+}
+"""Our columns, and the names by which they are found where the caller does not give them."""
+
+OTHERS = frozenset(("rating", "percept", "aperture", "aperture_mm", "fixation", "level", "correct", "interval"))
+"""Columns of tables of another kind."""
+
+WORDS = {
+    **dict.fromkeys(("1", "1.0", "true", "yes", "y", "t", "present", "signal", "old", "seen", "ja", "oui"), True),
+    **dict.fromkeys(("0", "0.0", "false", "no", "n", "f", "absent", "noise", "new", "unseen", "nein", "non"), False),
+}
+"""Words of signal and noise, and of the answers yes and no."""
+
+MOST_STEPS = 10
+"""Steps of confidence: with more each would be given too rarely for a curve."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnDetection:
+    """A table of one's own as `focalgradient.statistics.detection_by_person` takes it.
+
+    Parameters
+    ----------
+    table
+        One row a trial: participant_id, session, condition, signal, answer, catch and kind, and where it was asked
+        confidence: 1 (least) to `steps`. The index gives file and row.
+    steps
+        Of confidence; 0 where it was not asked.
+    notes, notices
+        As of `focalgradient.statistics.OwnThresholds`.
+    """
+
+    table: pd.DataFrame
+    steps: int
+    notes: tuple[str, ...]
+    notices: tuple[str, ...] = ()
+
+
+def holds_detection(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+    """Whether a table is of answers to signal and noise: it has columns of both and none of another kind."""
+    columns = columns or {}
+    if OTHERS & set(columns):
+        return False
+    path = Path(path)
+    table = read_table(path)
+    if not OTHERS.isdisjoint({clean(str(name)).casefold() for name in table} - set(columns.values())):
+        return False
+    ours = {role: name for role, name in columns.items() if role in (*ROLES, "participant")}
+    return {"signal", "response"} <= set(found_columns(path, table, ROLES, ours))
+
+
+def read_detection(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None = None,
+    conditions: Mapping[str, str] | None = None,
+) -> OwnDetection:
+    r"""Read answers to signal and noise from a CSV, TSV or XLSX file, a row a trial.
+
+    Parameters
+    ----------
+    path
+        Commas, semicolons or tabs between the cells.
+    columns
+        The file's name of each of our columns: participant, signal (1 where it was there, else 0) and response (1 for
+        "yes", 0 for "no"); where there are such, confidence (whole numbers or steps in order, at most 10), condition,
+        session and catch.
+    conditions
+        Our word for each of the file's in signal and response: {"links": "1"}.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a cell cannot be understood: it is named.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "own.csv")
+    ...     _ = file.write_text("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n")
+    ...     own = read_detection(file)
+    >>> own.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), own.steps
+    ([['A', True, True, 2], ['A', False, False, 1]], 2)
+    """
+    path = Path(path)
+    notes: list[str] = []
+    notices: list[str] = []
+    table = read_table(path)
+    theirs = found_columns(path, table, ROLES, columns or {})
+    for role in ("signal", "response"):
+        if role not in theirs:
+            raise no_column(path, role)
+    notes += unused([str(name) for name in table if name not in theirs.values()])
+    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
+    table = with_participants(path, table, theirs, notes, notices)
+    words = {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
+    table = answered(path, table, "response", "answer", notes)
+    for role, ours in (("signal", "signal"), ("response", "answer")):
+        table[ours] = _truth(table, role, words)
+    table, steps = _steps(path, table, notes, notices)
+    if table["signal"].all() or not table["signal"].any():
+        shown = "signals" if table["signal"].all() else "noise"
+        raise InputError(f"{printable(path)} has trials with {shown} only: give trials with signal and trials without.")
+    table = catch_trials(table, notes)
+    for role, plain in (("session", ""), ("condition", ""), ("kind", "human")):
+        table[role] = table[role].str.strip() if role in table else plain
+    kept = ["participant_id", "session", "condition", "signal", "answer", "catch", "kind"]
+    return OwnDetection(table[kept + ["confidence"] * bool(steps)].copy(), steps, tuple(notes), tuple(notices))
+
+
+def _truth(table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Series[bool]:
+    """Cells of yes and no."""
+    cells = table[role].map(lambda cell: words.get(cell.casefold(), cell.casefold()))
+    wrong = ~cells.isin(list(WORDS))
+    if wrong.any():
+        raise InputError(
+            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be 1 or 0 (yes or "
+            'no): give the words\' meaning with conditions={"NAME": "1"}.'
+        )
+    return cells.map(WORDS).astype(bool)
+
+
+def _steps(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str]) -> tuple[pd.DataFrame, int]:
+    """Confidence as 1, 2, ..., in the order of its values, and the number of steps."""
+    if "confidence" not in table:
+        return table, 0
+    table = without_codes(table, "confidence", notices, signed=False)
+    table = answered(path, table, "confidence", "confidence", notes)
+    values = numbers(table, "confidence", table["confidence"])
+    there = sorted(set(values))
+    if len(there) > MOST_STEPS:
+        raise InputError(
+            f"{printable(path)} has {len(there)} values of confidence, but may have {MOST_STEPS} at most: give it in "
+            f"steps, or leave it out ({columns_like('confidence')} names another column)."
+        )
+    if len(there) < 2:
+        notes.append("Confidence is the same in all trials: it is not analysed.")
+        return table.drop(columns="confidence"), 0
+    if there != list(range(1, len(there) + 1)):
+        notes.append(f"Steps of confidence, from the least: {few([f'{each:g}' for each in there])}.")
+    return table.assign(confidence=values.map({each: step for step, each in enumerate(there, start=1)})), len(there)

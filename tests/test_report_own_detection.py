@@ -1,0 +1,101 @@
+"""Answers of yes and no to signal and noise from tables of one's own, as the report takes them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.errors import InputError
+from focalgradient.report import make_report, other_than_ratings
+from focalgradient.statistics import read_detection
+
+D_PRIME = {"fovea": 1.8, "10 deg": 0.9}
+
+
+def answers(people: int = 6, trials: int = 300, steps: int = 3) -> pd.DataFrame:
+    """Trials of people of known d' and criterion .2; confidence by distance from the criterion."""
+    random = np.random.default_rng(3)
+    tables = []
+    for person in range(people):
+        for condition, d in D_PRIME.items():
+            signal = random.random(trials) < 0.5
+            seen = random.normal(size=trials) + (signal - 0.5) * (d + 0.2 * (person - (people - 1) / 2) / people)
+            answer = seen > 0.2
+            sure = 1 + np.digitize(np.abs(seen - 0.2), np.linspace(0.5, 1.2, steps - 1))
+            columns = {"subject": f"P{person}", "where": condition, "signal": signal.astype(int)}
+            tables.append(pd.DataFrame(columns | {"response": np.where(answer, "yes", "no"), "confidence": sure}))
+    return pd.concat(tables, ignore_index=True)
+
+
+def write(folder: Path, table: pd.DataFrame) -> Path:
+    table.to_csv(folder / "own.csv", index=False)
+    return folder / "own.csv"
+
+
+def test_the_report_recovers_known_sensitivity(tmp_path: Path) -> None:
+    report = make_report(write(tmp_path, answers(trials=900)), columns={"condition": "where"})
+    found = {row["what"]: row for row in report.results}
+    for condition, d in D_PRIME.items():
+        assert found[f"mean d′, {condition}"]["estimate"] == pytest.approx(d, abs=0.12)
+        assert found[f"mean criterion c, {condition}"]["estimate"] == pytest.approx(0.2, abs=0.08)
+        # an ideal observer of equal variances: the SDs agree, and confidence loses nothing
+        assert found[f"mean SD of signal over noise, {condition}"]["estimate"] == pytest.approx(1, abs=0.12)
+        assert found[f"mean meta-d′, {condition}"]["estimate"] == pytest.approx(d, abs=0.25)
+    text = report.files["report.md"].decode()
+    less = float(text.split("d′ in 10 deg less that in fovea: ")[1].split()[0].replace("−", "-"))
+    assert less == pytest.approx(D_PRIME["10 deg"] - D_PRIME["fovea"], abs=0.15)
+    assert {"detection.png", "detection.csv", "detection_trials.csv", "detection.R"} <= set(report.files)
+
+
+def test_without_confidence_there_is_no_curve(tmp_path: Path) -> None:
+    table = answers(2, 60).drop(columns="confidence").query("where == 'fovea'").drop(columns="where")
+    report = make_report(write(tmp_path, table))
+    assert [row["what"] for row in report.results] == ["mean d′", "mean criterion c"]
+    assert "meta-d′" not in report.files["report.md"].decode().lower()
+    json.loads(report.files["results.json"])
+
+
+def test_one_without_noise_is_left_out_and_named(tmp_path: Path) -> None:
+    table = answers(3, 60).drop(columns="where")
+    table = table[(table["subject"] != "P1") | (table["signal"] == 1)]
+    report = make_report(write(tmp_path, table))
+    assert "P1 was left out: there must be trials with signal and trials without." in report.files["report.md"].decode()
+    assert report.results[0]["subjects"] == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"response": "maybe"}, "row 2: response is 'maybe', but must be 1 or 0"),
+        ({"signal": "1"}, "has trials with signals only"),
+        ({"confidence": range(60)}, "has 60 values of confidence, but may have 10 at most"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path: Path, change: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_detection(write(tmp_path, answers(1, 30).assign(**change)), {"condition": "where"})
+
+
+def test_tables_of_another_kind_are_not_taken_for_it(tmp_path: Path) -> None:
+    table = answers(1, 30)
+    assert other_than_ratings(write(tmp_path, table)) == "answers to signal and noise"
+    assert other_than_ratings(write(tmp_path, table.assign(rating=1.0))) is None
+    assert other_than_ratings(write(tmp_path, table.assign(level=1.0, correct=1))) == "answers at levels"
+
+
+@pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
+def test_r_finds_the_same(tmp_path: Path) -> None:
+    report = make_report(write(tmp_path, answers(3, 80)), columns={"condition": "where"})
+    for name in ("detection_trials.csv", "detection.R"):
+        (tmp_path / name).write_bytes(report.files[name])
+    done = subprocess.run(["Rscript", "detection.R"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    mean = float(done.stdout.split("mean 10 deg")[1].split("\n")[2].split()[0])
+    of = {row["what"]: row["estimate"] for row in report.results}
+    assert mean == pytest.approx(of["mean d′, 10 deg"], rel=1e-4)
