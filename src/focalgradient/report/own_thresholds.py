@@ -180,10 +180,10 @@ class OwnThresholdPart(Part):
         yield Paragraph(
             "Each person’s answers in each condition were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, "
             f"2016): Weibull’s function of the logarithm of the level, from the guess rate of {guess:.3g} upwards, "
-            "threshold evenly distributed over the levels shown, slope from 1 to 10 evenly on its logarithm, lapse rate "
-            "beta (1, 66) up to 10 %, no overdispersion. Given are the median of the posterior and its central 95 %. At "
-            f"threshold {guess + (1 - guess) / 2:.3g} of the answers are right, without lapses. The mean is geometric, "
-            "its interval by Student’s t over people. Catch trials do not count."
+            "threshold evenly distributed over the levels shown, slope from 1 to 10 evenly on its logarithm, lapse "
+            "rate beta (1, 66) up to 10 %, no overdispersion. Given are the median of the posterior and its central "
+            f"95 %. At threshold {guess + (1 - guess) / 2:.3g} of the answers are right, without lapses. The mean is "
+            "geometric, its interval by Student’s t over people. Catch trials do not count."
         )
         if isinstance(self.groups, PsychometricGroups):
             yield Paragraph(f"All people and conditions together: {self.groups.method}")
