@@ -18,14 +18,13 @@ MARKS = (4, 11)
 
 @dataclass(frozen=True)
 class RealCamera:
-    """Marks off by `scale` and `focus`, blur of some shape, focus that varies over the field."""
+    """Marks off by `scale` and `focus`, blur of some shape, which vignetting varies over the field."""
 
     scale: float = 1.05  # effective f-numbers over the marks
     focus: float = 0.97  # m, where the mark says 1
     psf: PsfName = "disc"
     k: float = 0.5
-    tilt: float = 0.03  # D from the middle to the right
-    curvature: float = 0.04  # D from the middle to the sides
+    curvature: float = 0.06  # share of the blur from the middle to the sides
 
     def take(self, path: Path, distance: float, mark: float, *, seed: int, exposure: float = 1.0) -> Path:
         """An 8-bit sRGB file of a flat textured sheet, with photon and read noise."""
@@ -38,8 +37,8 @@ class RealCamera:
         height, width = SHAPE
         y, x = np.mgrid[:height, :width]
         across, down = (2 * x + 1 - width) / width, (2 * y + 1 - height) / width
-        focus = lens.focus_vergence + self.tilt * across + self.curvature * (across**2 + down**2)
-        radius = lens.aperture_diameter / 2 * np.abs(focus - 1 / distance) / (PITCH / lens.sensor_distance)
+        aperture = lens.aperture_diameter * (1 + self.curvature * (across**2 + down**2))
+        radius = aperture / 2 * np.abs(lens.focus_vergence - 1 / distance) / (PITCH / lens.sensor_distance)
         radii = np.linspace(radius.min(), radius.max() + 1e-3, 8)
         blurred = np.stack([self._blurred(spectrum, frequency, one) for one in radii])
         place = np.clip((radius - radii[0]) / (radii[1] - radii[0]), 0, 6.999)

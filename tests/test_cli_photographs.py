@@ -72,7 +72,7 @@ def test_other_methods_want_the_focus_distances(tmp_path):
 
 @pytest.fixture
 def pair(tmp_path):
-    camera = RealCamera(scale=1.0, focus=1.0, tilt=0.0, curvature=0.0)
+    camera = RealCamera(scale=1.0, focus=1.0, curvature=0.0)
     paths = [camera.take(tmp_path / f"{mark}.png", 0.7, mark, seed=1) for mark in (11, 4)]
     cut = cv2.imread(str(paths[1]), cv2.IMREAD_GRAYSCALE)[13:, 7:-12]
     cv2.imwrite(str(tmp_path / "cut.png"), cut)
@@ -119,7 +119,7 @@ def test_all_keys_that_are_missing_are_named_at_once(tmp_path):
 
 
 def test_what_an_assumed_encoding_leaves_open_is_stated(tmp_path):
-    camera = RealCamera(scale=1.0, focus=1.0, tilt=0.0, curvature=0.0)
+    camera = RealCamera(scale=1.0, focus=1.0, curvature=0.0)
     paths = [camera.take(tmp_path / f"{mark}.png", 0.7, mark, seed=1) for mark in (11, 4)]
     result = run("depth", *paths, "--out", tmp_path / "out", *OPTICS, *STOPS, "--far", 1)
     assert result.exit_code == 0, result.output

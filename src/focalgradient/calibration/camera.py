@@ -68,6 +68,8 @@ class Field:
         Least and largest x, then y, that the calibration saw: beyond, their values there hold.
     split_band_scale
         What a calibrated map scatters by beyond noise, over what the split-band test says.
+    tilt
+        Standard deviation of the focus's slope along x and y (D), which slanted sheets leave open.
 
     Examples
     --------
@@ -80,6 +82,7 @@ class Field:
     blur: tuple[float, ...] = _FLAT
     bounds: tuple[float, ...] = (-1.0, 1.0, -1.0, 1.0)
     split_band_scale: float = 1.0
+    tilt: tuple[float, ...] = (0.0, 0.0)
 
     @staticmethod
     def coordinates(shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:

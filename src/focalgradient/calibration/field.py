@@ -1,10 +1,10 @@
-"""Focus and blur over the field: what a lens and a tilted sensor make of one flat sheet, as a polynomial of low order.
+"""Focus and blur over the field: what a lens makes of a flat sheet, as a polynomial of second order.
 
-A flat sheet that faces the camera comes out curved or slanted where the plane of focus is: field curvature, tilted
-sensors.
-Depth maps of the target, by the default method, give it: the vergence that they estimate less a constant for each
-photograph is a polynomial over the field, of the order that predicts left-out parts of the frame best. Where sheets at
-different defocus give it, blur's scale over the field is one, too. What is left beyond noise is compared with what the
+Depth maps of a flat target, by the default method, are slanted and curved. The slant is the sheet's own: measured, it
+goes as 1 / distance; it is fitted for each sheet and not written, but for what may be a sensor's tilt. Curvature is
+blur that varies over the field, as vignetting makes it: it changes sign with the side of focus. Where sheets at
+different defocus tell the two apart, curvature of the focus is fitted beside it. Terms are taken where they predict
+left-out parts of the frame better. What is left beyond noise is compared with what the
 split-band test says of the same maps, so that a calibrated camera's standard deviations are those that were measured.
 """
 
@@ -41,6 +41,10 @@ LEAST_VALID = 0.25
 
 SPAN = 0.6
 """Share of the frame, in each direction, that the cells must span."""
+
+TILT_SHARE = 0.3
+"""Standard deviation of the sensor's tilt, as a share of the slant that a sheet shows: of two sheets of one camera all
+of the slant went as 1 / distance, to a tenth."""
 
 GAIN = 0.95
 """Left-out error, over that of a simpler polynomial, from which more terms are taken."""
@@ -91,14 +95,39 @@ def _cells(maps: Sequence[DepthMap], focus: Sequence[float]) -> _Cells:
     return _Cells(table[0].astype(int), table[1], table[2], table[3], table[4], table[5] > 0)
 
 
-def _fit(cells: _Cells, orders: tuple[int, int], use: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Coefficients, and the residual of all cells: a constant for each map, focus and blur of `orders`; robust."""
-    maps = int(cells.which.max()) + 1
-    terms = Field.terms(cells.x, cells.y)
-    counts = [(0, 2, 5)[order] for order in orders]
-    columns = np.concatenate(
-        [cells.which == np.arange(maps)[:, None], terms[: counts[0]], terms[: counts[1]] * cells.defocus]
-    ).T.astype(float)
+@dataclass(frozen=True, slots=True)
+class _Terms:
+    """What is fitted beside a constant for each map."""
+
+    tilt: bool = False  # a slant of each sheet
+    blur: bool = False  # curvature in proportion to defocus
+    focus: bool = False  # curvature of the focus
+
+    def columns(self, cells: _Cells) -> FloatArray:
+        """The columns of the fit, cells x terms: constants, slants, blur, focus."""
+        own = (cells.which == np.arange(int(cells.which.max()) + 1)[:, None]).astype(float)
+        curved = Field.terms(cells.x, cells.y)[2:]
+        parts = [own]
+        if self.tilt:
+            parts += [own * cells.x, own * cells.y]
+        if self.blur:
+            parts.append(curved * cells.defocus)
+        if self.focus:
+            parts.append(curved)
+        return np.concatenate(parts).T
+
+    def parts(self, fit: FloatArray, maps: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Constants, slants (2 x maps), and curvature of blur and of focus, from the coefficients of a fit."""
+        sizes = (maps, 2 * maps * self.tilt, 3 * self.blur, 3 * self.focus)
+        constant, slant, blur, focus = np.split(fit, np.cumsum(sizes)[:-1])
+        zero = np.zeros(3)
+        slants = slant.reshape(2, maps) if self.tilt else np.zeros((2, maps))
+        return constant, slants, blur if self.blur else zero, focus if self.focus else zero
+
+
+def _fit(cells: _Cells, terms: _Terms, use: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Coefficients, and the residual of all cells; robust."""
+    columns = terms.columns(cells)
     weight = use.astype(float)
     for _ in range(5):
         fit = np.linalg.lstsq(columns * weight[:, None], cells.vergence * weight, rcond=None)[0]
@@ -108,11 +137,11 @@ def _fit(cells: _Cells, orders: tuple[int, int], use: NDArray[np.bool_]) -> tupl
     return fit, cells.vergence - columns @ fit
 
 
-def _left_out(cells: _Cells, orders: tuple[int, int]) -> FloatArray:
+def _left_out(cells: _Cells, terms: _Terms) -> FloatArray:
     """Residuals of cells, each predicted by the other half of the frame's cells (a chessboard of pairs)."""
     left = np.empty(cells.x.size)
     for fold in (False, True):
-        left[cells.fold == fold] = _fit(cells, orders, cells.fold != fold)[1][cells.fold == fold]
+        left[cells.fold == fold] = _fit(cells, terms, cells.fold != fold)[1][cells.fold == fold]
     return left
 
 
@@ -142,32 +171,36 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
         cells.defocus[kept],
         cells.fold[kept],
     )
-    best, error = (0, 0), _spread(_left_out(cells, (0, 0)))
+    best, error = _Terms(), _spread(_left_out(cells, _Terms()))
     without = error
     x, y = Field.coordinates(maps[0].shape)
     if all(np.ptp(part) > SPAN * np.ptp(whole) for part, whole in ((cells.x, x), (cells.y, y))):
         several = len(places) > 1 and np.ptp(cells.defocus) > 0.5 * np.abs(cells.defocus).max()
-        for orders in [(1, 0), (2, 0), *([(1, 1), (2, 2)] if several else [])]:
-            now = _spread(_left_out(cells, orders))
+        more = [_Terms(True), _Terms(True, True), *([_Terms(True, True, True)] if several else [])]
+        for terms in more:
+            now = _spread(_left_out(cells, terms))
             if now < GAIN * error:
-                best, error = orders, now
+                best, error = terms, now
     fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
-    counts = [(0, 2, 5)[order] for order in best]
-    parts = np.split(fit[len(places) :], [counts[0]])
-    # The map estimates V = middle + f + b (V - focus): the last two are to be taken off.
+    _, slants, blur, focus_curve = best.parts(fit, len(places))
+    # The map estimates V = middle + slant + f + b (V - focus): the last two are to be taken off.
     bounds = (cells.x.min(), cells.x.max(), cells.y.min(), cells.y.max())
     field = Field(
-        tuple(float(v) for v in np.pad(-parts[0], (0, 5 - counts[0]))),
-        tuple(float(v) for v in np.pad(parts[1], (0, 5 - counts[1]))),
+        tuple(float(v) + 0.0 for v in (0.0, 0.0, *-focus_curve)),
+        tuple(float(v) for v in (0.0, 0.0, *blur)),
         tuple(float(value) for value in bounds),
+        tilt=tuple(float(v) for v in TILT_SHARE * np.abs(slants).mean(axis=1) / np.sqrt(len(places))),
     )
+    slant_of = dict(zip(places.tolist(), slants.T.tolist(), strict=True))
     centres, centre_sd = nothing.copy(), nothing.copy()
     for number, place in enumerate(places):
         mine = cells.which == number
         centres[place] = fit[number]
         centre_sd[place] = 1.25 * _spread(rest[mine]) / np.sqrt(mine.sum() / 2)  # neighbours err alike
     ratios = [
-        _excess(maps[place], views[place], field, centres[place], parity) for place in places for parity in (0, 1)
+        _excess(maps[place], views[place], field, centres[place], slant_of[int(place)], parity)
+        for place in places
+        for parity in (0, 1)
     ]
     known = [ratio for ratio, _ in ratios if ratio is not None]
     scale = float(np.clip(np.sqrt(np.mean(known)), *SCALE_LIMITS)) if known else 1.0
@@ -180,7 +213,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
 
 
 def _excess(
-    depth: DepthMap, views: Sequence[View], field: Field, centre: float, parity: int
+    depth: DepthMap, views: Sequence[View], field: Field, centre: float, slant: Sequence[float], parity: int
 ) -> tuple[float | None, Callable[[float], float]]:
     """Scatter beyond noise, over what the split-band test says, squared, in half of the frame; and its coverage."""
     model, noise = _parts(depth, views)
@@ -188,7 +221,8 @@ def _excess(
     rows, columns = np.ogrid[:height, :width]
     half = ((rows * GRID // height // 2 + columns * GRID // width // 2) % 2 == parity) & depth.valid
     focus = views[0].optics.focus_vergence
-    off = (field.corrected(depth.vergence, focus) - centre)[half].astype(float)
+    x, y = Field.coordinates(depth.shape)
+    off = (field.corrected(depth.vergence, focus) - centre - slant[0] * x - slant[1] * y)[half].astype(float)
 
     def coverage(scale: float) -> float:
         sd = np.hypot(noise[half], scale * model[half])
@@ -277,6 +311,10 @@ def apply_calibration(
     levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)
     own = camera.systematic_modes(settings, levels, shape, of="distance") * levels**2
     common = spread_over(optical, levels, own)
+    if method == "equalise" and any(camera.field.tilt):
+        x, y = Field.coordinates(depth.shape)
+        tilts = [slope * part + np.zeros(depth.shape) for slope, part in zip(camera.field.tilt, (x, y), strict=True)]
+        common = np.concatenate([common, np.array(tilts, np.float32)])
     details = dict(depth.details)
     if depth.valid.any():
         details["common_sd_D"] = {"calibration": float(np.median(np.hypot.reduce(common[:, depth.valid])))}

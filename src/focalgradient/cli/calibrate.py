@@ -256,9 +256,10 @@ def _field_lines(found: FieldFit) -> list[str]:
     """The field as the maps of the target give it, in sentences."""
     if not math.isfinite(found.left):
         return ["Field: the maps of the target are too sparse to show how focus varies over the frame."]
-    order = "is even over the frame" if not any(found.field.focus) else "varies over the frame, as [field] says"
+    uneven = any((*found.field.focus, *found.field.blur))
+    order = "varies over the frame, as [field] says" if uneven else "is even over the frame"
     return [
-        f"Field: focus {order}: parts of the frame left out scatter by {found.left:.3f} D about it, "
+        f"Field: blur {order}: parts of the frame left out scatter by {found.left:.3f} D about it, "
         f"{found.left_without:.3f} D about one number.",
         f"Cross-validated: {found.coverage:.1%} of the left-out pixels within two standard deviations "
         f"(model error {found.field.split_band_scale:.2f} times the split-band test's).",

@@ -89,6 +89,7 @@ class _FieldTable(Table):
     blur: Annotated[list[_Number], Field(min_length=5, max_length=5, description="five numbers")]
     bounds: Annotated[list[_Number], Field(min_length=4, max_length=4, description="four numbers")]
     split_band_scale: _Positive
+    tilt: Annotated[list[_Number] | None, Field(min_length=2, max_length=2, description="two numbers")] = None
 
 
 class _CameraFile(Table):
@@ -186,7 +187,8 @@ def _shape(camera: Calibration) -> str:
 
 
 def _field(table: _FieldTable) -> FocusField:
-    return FocusField(tuple(table.focus), tuple(table.blur), tuple(table.bounds), table.split_band_scale)
+    focus, blur, bounds = (tuple(values) for values in (table.focus, table.blur, table.bounds))
+    return FocusField(focus, blur, bounds, table.split_band_scale, tuple(table.tilt or (0.0, 0.0)))
 
 
 def camera_toml(calibrated: Calibrated) -> str:
@@ -226,10 +228,11 @@ def camera_toml(calibrated: Calibrated) -> str:
             "",
             "[field]",
             "# Coefficients of x, y, x^2, x y, y^2 from the middle of the frame, right and down, in halves of its",
-            "# longer side: dioptres to add to estimates, the share by which blur is larger; bounds of x and y.",
+            "# longer side: dioptres to add to estimates, the share by which blur is larger; bounds of x and y;",
+            "# standard deviation of the slope of the focus along x and y, in dioptres.",
             *(
                 f"{name} = [{', '.join(f'{v:.6g}' for v in getattr(field, name))}]"
-                for name in ("focus", "blur", "bounds")
+                for name in ("focus", "blur", "bounds", "tilt")
             ),
             f"split_band_scale = {field.split_band_scale:.4g}  # scatter of the target / what the split-band test says",
         ]

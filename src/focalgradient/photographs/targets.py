@@ -38,6 +38,10 @@ _DEFAULT = Priors()
 MARK = 0.05
 """Standard deviation of a focus mark whose plane is named, relative, unless stated: marks are off by up to a tenth."""
 
+OTHER_PLANE = 1.0
+"""Distance between the planes of the marks and of measured distances where either is not named: standard deviation, in
+focal lengths. Sensor and entrance pupil are 1 to 4 apart."""
+
 _Share = Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.07")]
 _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
 
@@ -191,6 +195,8 @@ def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None])
         focus_sd = MARK
     if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
         focus_offset = body.optical(mark, camera.focus_from) - mark
+    if None in (camera.distances_from, camera.focus_from):  # the mark may count from another plane than distances
+        focus_sd = math.hypot(focus_sd, OTHER_PLANE * camera.focal_length_mm * 1e-3 / mark)
     return Priors(
         k=camera.blur_k,
         k_sd=camera.blur_k_tolerance,
