@@ -25,6 +25,7 @@ export declare class FocalPicture implements JsPsychPlugin<Info> {
   static info: Info;
   constructor(jsPsych: JsPsych);
   trial(display_element: HTMLElement, trial: TrialType<Info>): Promise<void>;
+  simulate(trial: TrialType<Info>, mode: "data-only" | "visual", options: any, loaded: () => void): Promise<void>;
 }
 
 /** A picture refocused at every frame: by a number, by a function of seconds, or by the participant. */
@@ -32,6 +33,7 @@ export declare class FocalBlur implements JsPsychPlugin<Info> {
   static info: Info;
   constructor(jsPsych: JsPsych);
   trial(display_element: HTMLElement, trial: TrialType<Info>): Promise<void>;
+  simulate(trial: TrialType<Info>, mode: "data-only" | "visual", options: any, loaded: () => void): Promise<void>;
 }
 
 /** The turning Necker cube, blurred by the depth of one of its two readings. */
@@ -39,6 +41,7 @@ export declare class FocalCube implements JsPsychPlugin<Info> {
   static info: Info;
   constructor(jsPsych: JsPsych);
   trial(display_element: HTMLElement, trial: TrialType<Info>): Promise<void>;
+  simulate(trial: TrialType<Info>, mode: "data-only" | "visual", options: any, loaded: () => void): Promise<void>;
 }
 
 export interface Measured {

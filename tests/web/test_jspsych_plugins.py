@@ -102,6 +102,12 @@ def press(page: browser.Browser, key: str, *kinds: str) -> None:
         page.call("Input.dispatchKeyEvent", type=kind, key=key, **(text if kind == "keyDown" else {}))
 
 
+def keep(page: browser.Browser, name: str) -> None:
+    """Keep what the page looks like, where that was asked for."""
+    if LOOK:
+        page.screenshot(Path(LOOK, f"{name}.png"))
+
+
 def pixels(page: browser.Browser, name: str) -> np.ndarray:
     """What the canvas shows, from a screenshot: canvases with WebGL, too."""
     x, y, width, height = page.js(
@@ -124,8 +130,10 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
     assert len(source.strip().splitlines()) <= 10
     page = open_timeline(site, source, "timeline")
     page.wait("document.querySelector('#item')")
+    keep(page, "focal-distance-card")
     page.js("document.querySelector('#end_resize_phase').click()")
     page.wait("document.querySelector('#virtual-chinrest-circle')")
+    keep(page, "focal-distance-spot")
     for _ in range(5):
         left = page.js("document.querySelector('#click').textContent")
         press(page, " ")
@@ -133,9 +141,11 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
         press(page, " ")
         page.wait(f"document.querySelector('#click')?.textContent !== {json.dumps(left)}")
     page.wait("document.querySelector('#jspsych-html-button-response-btngroup button')")
+    keep(page, "focal-distance-right")
     page.js("document.querySelector('#jspsych-html-button-response-btngroup button').click()")
     page.wait("document.querySelector('#picture')?.width === 160")
     time.sleep(0.2)
+    keep(page, "focal-picture")
     press(page, "x")
     press(page, "j")
     page.wait("document.querySelector('#focal-blur-foot input')")
@@ -144,14 +154,12 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
     wanted = min(start + 2.0 / 25, 2.5)
     page.wait(f"Math.abs(document.querySelector('#focal-blur-foot input').value - {wanted}) < 1e-9")
     time.sleep(0.2)
-    if LOOK:
-        page.screenshot(Path(LOOK, "focal-blur.png"))
+    keep(page, "focal-blur")
     assert np.abs(pixels(page, "focal-blur") - encoded(wanted)).max() <= 1
     press(page, "Enter")
     page.wait("document.querySelector('#cube')")
     time.sleep(0.4)
-    if LOOK:
-        page.screenshot(Path(LOOK, "focal-cube.png"))
+    keep(page, "focal-cube")
     press(page, "f", "keyDown")
     time.sleep(0.6)
     press(page, "f", "keyUp")
@@ -214,6 +222,44 @@ def test_what_is_shown_is_the_stimulus_to_the_8_bit_step(site: tuple[browser.Bro
     times, focus = np.array(live["changes"]).T
     assert len(times) > 5
     assert np.abs(focus - (0.5 + times / 1000)).max() < 1e-3
+
+
+SIMULATED = """
+import { initJsPsych } from "jspsych";
+import { FocalBlur, FocalCube, focalDistance, FocalPicture } from "@focalgradient/jspsych";
+const jsPsych = initJsPsych();
+const blur = { type: FocalBlur, stimulus: "series/focus.json" };
+await jsPsych.simulate([
+  focalDistance(jsPsych),
+  { type: FocalPicture, stimulus: "picture.png", choices: ["a", "b"], stimulus_duration: 300 },
+  { ...blur, adjustable: true },
+  { ...blur, adjustable: true, simulation_options: { data: { focus: 1.25 } } },
+  { ...blur, focus: 1.2, choices: ["c"] },
+  { type: FocalCube, trial_duration: 2500, keys: { f: "rigid", j: "nonrigid" } },
+], "MODE");
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["data-only", "visual"])
+def test_plugins_simulate(site: tuple[browser.Browser, str, Path], mode: str) -> None:
+    page = open_timeline(site, SIMULATED.replace("MODE", mode), f"simulated-{mode}")
+    page.wait("window.done")
+    rows = page.js("window.done")
+    kinds = [row["trial_type"] for row in rows]
+    assert kinds[-5:] == ["focal-picture", *["focal-blur"] * 3, "focal-cube"]
+    picture, adjusted, fixed, blur, cube = rows[-5:]
+    assert picture["response"] in ("a", "b")
+    assert blur["response"] == "c"
+    assert all(row["rt"] > 0 for row in (picture, adjusted, blur))
+    assert 0.5 <= adjusted["focus"] <= 2.5
+    assert fixed["focus"] == pytest.approx(1.25)
+    assert blur["focus"] == pytest.approx(1.2)
+    assert cube["viewing_distance_mm"] == 500
+    assert cube["held"]["rigid"] > 0
+    assert sum(cube["held"].values()) <= 2.6
+    assert cube["seconds"] == pytest.approx(2.5, abs=0.2)
+    assert all(down in (True, False) and 0 <= at <= 2.6 for at, _, down in cube["presses"])
 
 
 @pytest.mark.slow

@@ -5,6 +5,8 @@ import { inDevicePixels, late, nextFrame, rounded, Watch } from "../../../src/fo
 import { Knob } from "../../../src/focalgradient/web/page/knob.js";
 import { FocusView, SHADERS } from "../build/shared.js";
 import { pressed } from "./keys.js";
+import { FOOT } from "./prompt.js";
+import { appears, between, NOTHING_LOST, responseTime, simulated } from "./simulation.js";
 
 const WHEEL = 25; // steps of the wheel and of arrow keys from one end of the range to the other
 
@@ -95,7 +97,7 @@ export default class FocalBlur {
   // Below the picture: the prompt; and, where focus is the participant's, a slider that the wheel and the keys move, too.
   controls(element, trial, start, low, high) {
     const foot = Object.assign(document.createElement("div"), { id: "focal-blur-foot" });
-    Object.assign(foot.style, { position: "fixed", bottom: "1rem", left: "50%", transform: "translateX(-50%)" });
+    Object.assign(foot.style, FOOT);
     if (trial.prompt) foot.innerHTML = trial.prompt;
     element.append(foot);
     if (!trial.adjustable) return null;
@@ -103,5 +105,30 @@ export default class FocalBlur {
     return new Knob(foot, {
       least: low, most: high, start, steps: WHEEL, label: trial.label, button_label: trial.button_label,
     });
+  }
+
+  async simulate(trial, mode, options, loaded) {
+    const { pluginAPI } = this.jsPsych;
+    const { vergences } = await fetched(trial.stimulus);
+    const [low, high] = trial.range ?? [vergences[0], vergences.at(-1)];
+    const none = trial.adjustable || trial.choices === "NO_KEYS";
+    const rt = none && !trial.adjustable ? null : responseTime(this.jsPsych);
+    const start = trial.start ?? trial.focus ?? (trial.adjustable ? between(low, high) : (low + high) / 2);
+    const focus = trial.adjustable ? between(low, high) : (trial.focus_at?.((rt ?? trial.trial_duration ?? 0) / 1000) ?? start);
+    const changes = focus === start ? [[0, start]] : [[0, start], [(rt ?? 0) / 2, focus]];
+    const response = none ? null : pluginAPI.getValidKey(trial.choices);
+    const data = { focus, start, response, rt, changes, dropped_frames: 0, lost: NOTHING_LOST };
+    const act = async ({ focus, response, rt }, element) => {
+      await appears(element, "#focal-blur-foot");
+      if (!trial.adjustable) {
+        if (rt !== null) pluginAPI.pressKey(response, rt);
+        return;
+      }
+      const slider = await appears(element, "#focal-blur-foot input");
+      slider.value = focus;
+      slider.dispatchEvent(new Event("input"));
+      pluginAPI.clickTarget(element.querySelector("#focal-blur-foot button"), rt);
+    };
+    return simulated(this, trial, mode, options, loaded, { data, act });
   }
 }

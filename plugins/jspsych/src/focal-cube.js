@@ -4,6 +4,8 @@ import { ParameterType } from "jspsych";
 import Cube from "../../../src/focalgradient/web/page/cube.js";
 import { CUBE } from "../build/shared.js";
 import { measurements } from "./focal-distance.js";
+import { atFoot } from "./prompt.js";
+import { appears, between, NOTHING_LOST, simulated } from "./simulation.js";
 
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
@@ -107,8 +109,38 @@ export default class FocalCube {
       cube: cubeOf({ ...trial, pixels_per_degree }),
       trial: { ...cube, seconds: trial.trial_duration / 1000 },
       keys: names.map(([key]) => key),
-      foot: trial.prompt,
+      foot: atFoot(trial.prompt),
       frame: trial.frame,
     });
+  }
+
+  // One key after the other is held for a while, as by somebody whose percept changes.
+  simulate(trial, mode, options, loaded) {
+    const seconds = trial.trial_duration / 1000;
+    const keys = Object.keys(trial.keys).map((key) => key.toLowerCase());
+    const presses = [];
+    for (let time = between(0.3, 1), n = 0; keys.length && time < seconds; n++) {
+      const end = time + between(1, 4);
+      presses.push([time, keys[n % keys.length], true]);
+      if (end < seconds) presses.push([end, keys[n % keys.length], false]);
+      time = end;
+    }
+    const sums = held(presses, seconds, keys);
+    const data = {
+      presses,
+      held: Object.fromEntries(Object.entries(trial.keys).map(([key, name]) => [name, sums[key.toLowerCase()]])),
+      seconds,
+      shown: [{ event: "cube", stamps: [0, trial.trial_duration] }],
+      dropped_frames: 0,
+      lost: NOTHING_LOST,
+    };
+    const act = async ({ presses }, element) => {
+      await appears(element, "#cube");
+      const { pluginAPI } = this.jsPsych;
+      for (const [time, key, down] of presses) {
+        pluginAPI.setTimeout(() => (down ? pluginAPI.keyDown(key) : pluginAPI.keyUp(key)), 1000 * time);
+      }
+    };
+    return simulated(this, trial, mode, options, loaded, { data, act });
   }
 }

@@ -3,6 +3,8 @@
 import { ParameterType } from "jspsych";
 import Picture from "../../../src/focalgradient/web/page/picture.js";
 import { pressed } from "./keys.js";
+import { atFoot } from "./prompt.js";
+import { appears, NOTHING_LOST, responseTime, simulated } from "./simulation.js";
 
 export default class FocalPicture {
   static info = {
@@ -55,17 +57,38 @@ export default class FocalPicture {
         blank_seconds: 0,
         pause_seconds: 0,
         frame: trial.frame,
-        foot: trial.prompt,
+        foot: atFoot(trial.prompt),
         stopped,
       });
     });
     const { shown: [{ stamps }], dropped_frames, lost } = await shown;
-    if (trial.prompt) element.innerHTML = trial.prompt;
+    if (trial.prompt) element.innerHTML = atFoot(trial.prompt);
     const rest = trial.trial_duration === null ? Infinity : trial.trial_duration - (stamps.at(-1) - stamps[0]);
     const open = trial.choices !== "NO_KEYS" && trial.response_ends_trial;
     const answer = await keys.wait(stamps[0], open ? rest : rest === Infinity ? 0 : rest, trial.response_ends_trial);
     keys.end();
     element.replaceChildren();
     this.jsPsych.finishTrial({ response: answer?.key ?? null, rt: answer ? answer.rt : null, stamps, dropped_frames, lost });
+  }
+
+  simulate(trial, mode, options, loaded) {
+    const { jsPsych } = this;
+    const none = trial.choices === "NO_KEYS";
+    const rt = none ? null : responseTime(jsPsych);
+    const longest = Math.min(trial.stimulus_duration ?? Infinity, trial.trial_duration ?? Infinity);
+    const seen = trial.response_ends_trial && rt !== null ? Math.min(rt, longest) : longest;
+    const data = {
+      response: none ? null : jsPsych.pluginAPI.getValidKey(trial.choices),
+      rt,
+      stamps: [0, Number.isFinite(seen) ? seen : 0],
+      dropped_frames: 0,
+      lost: NOTHING_LOST,
+    };
+    const mark_ms = trial.mark ? trial.mark_duration : 0;
+    const act = async ({ response, rt }, element) => {
+      await appears(element, "#picture[width]");
+      if (rt !== null) jsPsych.pluginAPI.pressKey(response, mark_ms + rt);
+    };
+    return simulated(this, trial, mode, options, loaded, { data, act });
   }
 }

@@ -10,7 +10,7 @@ export function pressed(jsPsych, choices) {
     found.push({ key: event.key.toLowerCase(), time: event.timeStamp });
     tell();
   };
-  addEventListener("keydown", listen);
+  addEventListener("keydown", listen, true); // jsPsych’s simulated keys do not bubble
   return {
     // The first key since an onset, or null.
     since(onset) {
@@ -27,6 +27,6 @@ export function pressed(jsPsych, choices) {
       }
       return this.since(onset);
     },
-    end: () => removeEventListener("keydown", listen),
+    end: () => removeEventListener("keydown", listen, true),
   };
 }

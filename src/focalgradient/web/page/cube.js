@@ -271,9 +271,9 @@ export default class CubePlugin {
       const key = event.key.toLowerCase();
       if (!event.repeat && keys.includes(key)) pressed.push([event.timeStamp, key, event.type === "keydown"]);
     };
-    for (const kind of ["keydown", "keyup"]) addEventListener(kind, listen);
+    for (const kind of ["keydown", "keyup"]) addEventListener(kind, listen, true);
     const stamps = await play((seconds) => drawn.draw(trial, seconds * cube.turns_per_s), trial.seconds, frame);
-    for (const kind of ["keydown", "keyup"]) removeEventListener(kind, listen);
+    for (const kind of ["keydown", "keyup"]) removeEventListener(kind, listen, true);
     element.replaceChildren();
     const [onset, offset] = [stamps[0], stamps.at(-1)];
     this.jsPsych.finishTrial({

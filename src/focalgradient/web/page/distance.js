@@ -56,7 +56,7 @@ export function measurement(about, words, html) {
     type: Buttons,
     stimulus: () => `<div class="page">${html(words("web.distance_right", { distance: about.distance }))}</div>`,
     choices: [words("web.yes"), words("web.no")],
-    on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button").focus(),
+    on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button")?.focus(), // none where data alone are simulated
     on_finish: ({ response }) => (about.right = response === 0),
   };
   return { timeline: [measure, right], loop_function: () => !about.right };

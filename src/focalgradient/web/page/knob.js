@@ -9,7 +9,8 @@ export class Knob {
   constructor(place, { least, most, ratios = false, start, steps, coarse = false, turn_first = false, label, button_label }) {
     this.range = { least, most, ratios };
     Object.assign(this, { steps, coarse, share: shareOf(this.range, start), turned: !turn_first, done: null });
-    this.slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: 1, step: "any", ariaLabel: label });
+    const [min, max] = ratios ? [0, 1] : [least, most]; // of ratios the slider's value is the share
+    this.slider = Object.assign(document.createElement("input"), { type: "range", min, max, step: "any", ariaLabel: label });
     this.slider.style.width = "20rem";
     this.button = Object.assign(document.createElement("button"), { type: "button", className: "jspsych-btn" });
     this.button.textContent = button_label;
@@ -18,10 +19,10 @@ export class Knob {
     this.turned = !turn_first;
     this.button.disabled = turn_first;
     this.listeners = [
-      [this.slider, "input", () => this.move(Number(this.slider.value) - this.share)],
+      [this.slider, "input", () => this.move(this.slid(Number(this.slider.value)) - this.share)],
       [this.button, "click", (event) => this.confirm(event)],
       [window, "wheel", (event) => this.wheel(event), { passive: false }],
-      [window, "keydown", (event) => this.press(event)],
+      [window, "keydown", (event) => this.press(event), true],
     ];
     for (const [target, event, listener, how] of this.listeners) target.addEventListener(event, listener, how);
     this.slider.focus();
@@ -31,9 +32,14 @@ export class Knob {
     return valueAt(this.range, this.share);
   }
 
+  // Share of the way of the slider's value.
+  slid(value) {
+    return this.range.ratios ? value : shareOf(this.range, value);
+  }
+
   move(by) {
     this.share = Math.min(Math.max(this.share + by, 0), 1);
-    this.slider.value = this.share;
+    this.slider.value = this.range.ratios ? this.share : this.value;
     this.slider.setAttribute("aria-valuetext", this.value.toPrecision(3));
     this.turned = true;
     this.button.disabled = false;
@@ -60,6 +66,6 @@ export class Knob {
   }
 
   end() {
-    for (const [target, event, listener] of this.listeners) target.removeEventListener(event, listener);
+    for (const [target, event, listener, how] of this.listeners) target.removeEventListener(event, listener, how);
   }
 }

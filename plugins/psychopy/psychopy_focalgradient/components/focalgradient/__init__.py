@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from psychopy.localization import _translate
 
-from psychopy_focalgradient.components import PlainComponent
+from psychopy_focalgradient.components import REPEATS, PlainComponent
 
 __all__ = ["FocalGradientComponent"]
-
-REPEATS = ("constant", "set every repeat")
 
 
 class FocalGradientComponent(PlainComponent):
     """A picture whose depth is known, seen through a pupil; its focus may change at every frame."""
 
-    iconFile = Path(__file__).parent / "focalgradient.png"
-    iconSVG = Path(__file__).parent / "FocalGradientComponent.svg"
+    kind = "FocalGradient"
     tooltip = _translate("Focal gradient: a picture that is refocused live by its depth")
 
     def __init__(
@@ -32,16 +28,10 @@ class FocalGradientComponent(PlainComponent):
         focus: float | str = 0.8,
         focusRange: str = "",
         size: str = "",
-        gamma: str = "",
         folder: str = "",
-        pos: Any = (0, 0),
-        units: str = "deg",
         **others: Any,
     ):
-        super().__init__(
-            exp, parentName, name=name, pos=pos, units=units, **{"startVal": 0.0, "stopVal": 1.0, **others}
-        )
-        self.type = "FocalGradient"
+        super().__init__(exp, parentName, name=name, **others)
         self.offer(
             "image",
             image,
@@ -83,15 +73,6 @@ class FocalGradientComponent(PlainComponent):
             "Width, or [width, height]; by default each pixel of the picture is one of the screen",
             valType="code",
             categ="Layout",
-            updates=("constant",),
-        )
-        self.offer(
-            "gamma",
-            gamma,
-            "Gamma",
-            "Exponent of the display's light over value; by default sRGB, or linear where the monitor is calibrated",
-            valType="code",
-            categ="Appearance",
             updates=("constant",),
         )
         self.offer(

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from psychopy.localization import _translate
 
-from psychopy_focalgradient.components import PlainComponent
+from psychopy_focalgradient.components import REPEATS, PlainComponent
 
 __all__ = ["NeckerComponent"]
 
@@ -15,8 +14,7 @@ __all__ = ["NeckerComponent"]
 class NeckerComponent(PlainComponent):
     """The turning Necker cube, blurred by the depth of one of its two readings."""
 
-    iconFile = Path(__file__).parent / "necker.png"
-    iconSVG = Path(__file__).parent / "NeckerComponent.svg"
+    kind, seconds = "Necker", 10.0
     tooltip = _translate("Necker cube: a turning wireframe, blurred by its depth")
 
     def __init__(
@@ -29,16 +27,9 @@ class NeckerComponent(PlainComponent):
         phase: str = "$t * 0.125",
         edgeDeg: float = 8.0,
         direction: str = "right",
-        gamma: str = "",
-        pos: Any = (0, 0),
-        units: str = "deg",
         **others: Any,
     ):
-        super().__init__(
-            exp, parentName, name=name, pos=pos, units=units, **{"startVal": 0.0, "stopVal": 10.0, **others}
-        )
-        self.type = "Necker"
-        repeats = ("constant", "set every repeat")
+        super().__init__(exp, parentName, name=name, **others)
         self.offer(
             "gradient",
             gradient,
@@ -47,7 +38,7 @@ class NeckerComponent(PlainComponent):
             valType="str",
             inputType="choice",
             allowedVals=("none", "rigid", "nonrigid"),
-            updates=repeats,
+            updates=REPEATS,
         )
         self.offer("strengthMM", strengthMM, "Pupil (mm)", "Diameter in millimetres of the pupil that blurs")
         self.offer(
@@ -62,7 +53,7 @@ class NeckerComponent(PlainComponent):
             valType="str",
             inputType="choice",
             allowedVals=("right", "left"),
-            updates=repeats,
+            updates=REPEATS,
         )
         self.offer(
             "edgeDeg",
@@ -70,14 +61,6 @@ class NeckerComponent(PlainComponent):
             "Edge (deg)",
             "Angle of an edge that faces the viewer at the cube's middle",
             categ="Layout",
-            updates=("constant",),
-        )
-        self.offer(
-            "gamma",
-            gamma,
-            "Gamma",
-            "Exponent of the display's light over value; by default sRGB, or linear where the monitor is calibrated",
-            categ="Appearance",
             updates=("constant",),
         )
 
