@@ -17,6 +17,7 @@ import accommodation_experiments
 import autofocus
 import check
 import chromatic_stimuli
+import colour_and_depth
 import estimators
 import eye_depth
 import eye_gaussian
@@ -70,6 +71,7 @@ FIGURES: tuple[
     ("eye_depth", eye_depth.make, 60.0),
     ("eye_track", eye_track.make, 25.0),
     ("chromatic_stimuli", chromatic_stimuli.make, 20.0),
+    ("colour_and_depth", colour_and_depth.make, 30.0),
     ("accommodation", accommodation.make, 15.0),
     ("accommodation_experiments", accommodation_experiments.make, 900.0),
     ("people", people.make, 600.0),
