@@ -59,6 +59,20 @@ ROWS = (
         lambda m: m["reversed"] < 0.5 * m["white"],
     ),
     Row(
+        "the same; mean focus, of a target at 2 D on average (D)",
+        "severely disrupted (Kruger et al. 1993)",
+        "focus",
+        ("reversed", "white"),
+        lambda m: abs(m["reversed"] - 2) > 0.5 > abs(m["white"] - 2),
+    ),
+    Row(
+        "light of 590 nm alone; phase at 0.2 Hz (degrees)",
+        "lags more (Kruger et al. 1993)",
+        "phase",
+        ("monochromatic", "white"),
+        lambda m: m["monochromatic"] < m["white"] - 5,
+    ),
+    Row(
         "neutralised against monochromatic; gain",
         "alike (Aggarwala et al. 1995)",
         "gain",
@@ -129,14 +143,23 @@ def sine(way: int, time: float) -> float:
     return 2 + 0.5 * way * math.sin(0.4 * math.pi * time)
 
 
-def gain(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int) -> float:
-    """Gain to a target that moves from 1.5 to 2.5 D and back at 0.2 Hz (Kruger et al. 1993).
+SINE = ("gain", "phase", "focus", "error")
+"""What is measured of an eye that follows a sine: gain, phase (degrees), mean focus and root mean square error (D)."""
 
-    From half the difference of two trials in which it moves the opposite ways, for fluctuations to cancel.
+
+def following(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int) -> tuple[float, ...]:
+    """How an eye follows a target that moves from 1.5 to 2.5 D and back at 0.2 Hz (Kruger et al. 1993): see `SINE`.
+
+    Gain and phase are of half the difference of two trials in which it moves the opposite ways, for fluctuations to
+    cancel; mean and error are of both trials.
     """
     there, back = (accommodate(partial(sine, way), seconds, eye, stimulus, seed=seed) for way in (1, -1))
     halves = {name: (getattr(there, name) - getattr(back, name)) / 2 for name in ("target", "accommodation")}
-    return abs(replace(there, **halves).response(0.2, skip=1.0))
+    response = replace(there, **halves).response(0.2, skip=1.0)
+    late = there.times >= 1.0
+    focus = np.concatenate([there.accommodation[late], back.accommodation[late]])
+    error = focus - np.concatenate([there.target[late], back.target[late]])
+    return abs(response), math.degrees(np.angle(response)), float(focus.mean()), float(np.sqrt(np.mean(error**2)))
 
 
 def slope(eye: Accommodation, seconds: float, seed: int) -> float:
@@ -185,18 +208,18 @@ def right_way(eye: Accommodation, flicker: str, trials: int) -> float:
 
 def measure(*, full: bool, cues: Sequence[Cue] = CUES, progress: Progress | None = None) -> dict[str, Made]:
     """What every experiment measures, for each of the cues: condition to number."""
-    trials, seeds = (16, range(3)) if full else (6, range(1))
-    lights = {
-        "white": Stimulus(),
-        "monochromatic": Stimulus(light_nm=590.0),
-        "neutralised": Stimulus(chromatic_scale=0.0),
-        "reversed": Stimulus(chromatic_scale=-1.0),
+    trials, seeds = (20, range(20)) if full else (6, range(1))
+    lights = {  # white of 3000 K, as Kruger et al. had it
+        "white": Stimulus(illuminant="3000 K"),
+        "monochromatic": Stimulus(light_nm=590.0, illuminant="3000 K"),
+        "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
+        "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
     }
     found: dict[str, Made] = {}
     for done, cue in enumerate(cues):
         eye = Accommodation(cue=cue)
-        jobs: list[tuple[str, str, Callable[[int], float]]] = [
-            ("gain", name, partial(gain, eye, light, 10.0)) for name, light in lights.items()
+        jobs: list[tuple[str | tuple[str, ...], str, Callable[[int], float | tuple[float, ...]]]] = [
+            (SINE, name, partial(following, eye, light, 10.0)) for name, light in lights.items()
         ]
         for mm in (0.5, 1.0, 3.0):
             small = replace(eye, pupil_diameter=1e-3 * mm)
@@ -216,7 +239,12 @@ def measure(*, full: bool, cues: Sequence[Cue] = CUES, progress: Progress | None
             jobs.append(("rendered", name, partial(share, eye, stimulus, 3.0)))
         each: Made = {}
         for number, (kind, name, job) in enumerate(jobs):
-            each.setdefault(kind, {})[name] = float(np.mean([job(seed) for seed in seeds]))
+            kinds = (kind,) if isinstance(kind, str) else kind
+            values = np.array([np.atleast_1d(job(seed)) for seed in seeds])
+            for one, column in zip(kinds, values.T, strict=True):
+                each.setdefault(one, {})[name] = float(column.mean())
+                if len(seeds) > 1:  # the standard error of the mean over seeds
+                    each.setdefault(f"{one} se", {})[name] = float(column.std(ddof=1) / math.sqrt(len(seeds)))
             if progress is not None:
                 progress((done + 0.8 * (number + 1) / len(jobs)) / len(cues))
         for name in ("none", "focus", "contrast"):
@@ -245,7 +273,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "two wavebands at several moments, and with one of the two mechanisms taken away: two wavebands without "
             "comparison of moments, and one waveband at several moments. Numbers are in the order of the conditions in "
             "brackets; black agrees with what was published, orange does not. What counts as agreement stands in the "
-            "script. Nothing was fitted to these outcomes. Runs are few, so small differences mean little.",
+            "script. Nothing was fitted to these outcomes. Runs are few, so small differences mean little; with --full "
+            "each number is a mean over 20 seeds, with its standard error.",
             f"The eye with both agrees in {count['both']} of {len(ROWS)}, by bands alone in {count['bands']}, by "
             f"moments alone in {count['moments']}. It disagrees in: {differ or 'none'}.",
             "Every view is taken to have the eye's own normal optics; where the apparatus changes them, the estimate "
@@ -255,6 +284,14 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         summary={"agree": {cue: f"{count[cue]} of {len(ROWS)}" for cue in CUES}},
         plotted=dict(measured),
     )
+
+
+def _stated(made: Made, kind: str, condition: str) -> str:
+    """A number, with its standard error where there is one."""
+    digits = 0 if kind == "phase" else 2
+    error = made.get(f"{kind} se", {}).get(condition)
+    value = f"{made[kind][condition]:.{digits}f}"
+    return value if error is None else f"{value}±{error:.{digits}f}"
 
 
 def _draw(measured: dict[str, Made], agreed: dict[Cue, list[bool]]) -> Figure:
@@ -277,7 +314,7 @@ def _draw(measured: dict[str, Made], agreed: dict[Cue, list[bool]]) -> Figure:
             ax.text(places["published"], y, row.published, va="center")
             for cue in CUES:
                 same = agreed[cue][number]
-                values = ", ".join(f"{measured[cue][row.kind][one]:.2f}" for one in row.conditions)
+                values = ", ".join(_stated(measured[cue], row.kind, one) for one in row.conditions)
                 words = f"{values}: {'agrees' if same else 'differs'}"
                 ax.text(places[cue], y, words, va="center", color="black" if same else ORANGE)
         figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=7)

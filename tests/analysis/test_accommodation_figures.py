@@ -24,6 +24,8 @@ def test_agreement_follows_the_numbers():
     """A model that did just what was published would agree everywhere; one that responds to nothing would not."""
     published = {
         "gain": {"white": 0.8, "monochromatic": 0.4, "neutralised": 0.45, "reversed": 0.1},
+        "focus": {"white": 2.0, "reversed": 0.2},
+        "phase": {"white": -30.0, "monochromatic": -50.0},
         "pupil": {"0.5 mm": 0.2, "1 mm": 0.5, "3 mm": 0.9},
         "low-pass": {"1 c/deg": 0.0, "5.6 c/deg": 0.8, "sharp": 0.9},
         "empty": {"from 0.5 D": 1.4, "from 4 D": 1.6},

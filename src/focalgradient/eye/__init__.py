@@ -52,6 +52,7 @@ from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
+from focalgradient.eye.zones import ZonedLens
 
 __all__ = [
     "CORRECTIONS",
@@ -93,6 +94,7 @@ __all__ = [
     "TimeCourse",
     "Track",
     "ZernikePopulation",
+    "ZonedLens",
     "accommodate",
     "accommodation_amplitude",
     "accommodation_views",

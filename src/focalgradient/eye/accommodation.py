@@ -61,7 +61,9 @@ class Stimulus:
     target
         Its texture.
     light_nm
-        Wavelength of the light; None for daylight (D65).
+        Wavelength of the light; None for that of the `illuminant`.
+    illuminant
+        Name of the light, such as "D65" or "3000 K" (`focalgradient.eye.illuminant`), which the eye knows.
     chromatic_scale
         The eye's chromatic aberration as it is made by the apparatus, in multiples of its own: 0 is neutralised, -1
         reversed.
@@ -74,6 +76,7 @@ class Stimulus:
 
     target: Target = field(default_factory=Target)
     light_nm: float | None = None
+    illuminant: str = "D65"
     chromatic_scale: float = 1.0
     focus_flicker: Sequence[TimeCourse] = ()
     contrast_flicker: Sequence[TimeCourse] = ()
@@ -283,7 +286,7 @@ def _retina(
     vergence += sum(float(one.at(moment)) for one in stimulus.focus_flicker)
     contrast = max(0.0, 1 + sum(float(one.at(moment)) for one in stimulus.contrast_flicker))
     bands = [band for band in eye.bands if band != "S" or (stimulus.light_nm or 0) < REDDEST_S]
-    own = [_cones(eye.pupil_diameter, band) for band in bands]
+    own = [_cones(eye.pupil_diameter, band, stimulus.illuminant) for band in bands]
     shown = None
     if stimulus.rendering != "none":
         shown = [_drawn(one, stimulus, float(wanted[0]), float(wanted[number])) for one in own]
@@ -300,8 +303,9 @@ def _retina(
 
 
 @lru_cache(maxsize=16)
-def _cones(pupil_diameter: float, band: Band) -> Cones:
-    return Cones.of(Eye(pupil_diameter, 0.0), band, finest_cpd=S_FINEST_CPD if band == "S" else np.inf)
+def _cones(pupil_diameter: float, band: Band, illuminant: str) -> Cones:
+    finest = S_FINEST_CPD if band == "S" else np.inf
+    return Cones.of(Eye(pupil_diameter, 0.0), band, illuminant=illuminant, finest_cpd=finest)
 
 
 def _drawn(one: Cones, stimulus: Stimulus, screen: float, vergence: float) -> FloatArray:

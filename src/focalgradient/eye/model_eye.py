@@ -20,6 +20,7 @@ from focalgradient.errors import InputError, check_number, described
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations
+from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ class Eye:
         Where the pupil's middle lies off the visual axis, in metres, x to the right and y down: it gives the eye
         transverse chromatic aberration, an angle of the offset times the chromatic difference (`chromatic_shift`). On
         average it is none, and up to 0.5 mm in most eyes (Rynders, Lidkea, Chisholm & Thibos 1995).
+    lens
+        A multifocal lens or one of extended depth of focus, in zones (`ZonedLens`), which waves show and discs do not.
 
     Raises
     ------
@@ -89,6 +92,7 @@ class Eye:
     aberrations: Aberrations = ()
     stiles_crawford: float = 0.0
     pupil_offset: tuple[float, float] = (0.0, 0.0)
+    lens: ZonedLens | None = None
 
     def __post_init__(self) -> None:
         check_pupil(self.pupil_diameter)
@@ -98,6 +102,8 @@ class Eye:
         check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
         check_aberrations(self.aberrations)
         check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)
+        if not (self.lens is None or isinstance(self.lens, ZonedLens)):
+            raise InputError(f"lens is {described(self.lens)}, but must be a ZonedLens, or None.")
         offset = self.pupil_offset
         if not (isinstance(offset, tuple) and len(offset) == 2):
             raise InputError(f"pupil_offset is {described(offset)}, but must be two numbers (x, y): give metres.")

@@ -230,7 +230,7 @@ class Cones:
         some = resolved > 0
         total = np.zeros((len(levels), *radial.shape), np.complex128)
         for eye, share in zip(self.eyes(), self.shares, strict=True):
-            pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.wavefront, eye.stiles_crawford)
+            pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.wavefront, eye.stiles_crawford, eye.lens)
             total[:, some] += share * through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
         total *= resolved
         return total
@@ -246,7 +246,8 @@ class Cones:
 
     @property
     def _clear(self) -> bool:
-        return not (self.eye.aberrations or self.eye.stiles_crawford or any(self.eye.pupil_offset))
+        own = self.eye.aberrations or self.eye.stiles_crawford or self.eye.lens
+        return not (own or any(self.eye.pupil_offset))
 
     def _seen(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Contrast left by scatter and by what the cones resolve at `frequency` (cycles per radian)."""

@@ -203,7 +203,7 @@ def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
         )
     defocus = optics.focus_vergence - vergence
     if isinstance(optics, Eye):
-        return Pupil(optics.pupil_diameter, nm, defocus, optics.wavefront, optics.stiles_crawford)
+        return Pupil(optics.pupil_diameter, nm, defocus, optics.wavefront, optics.stiles_crawford, optics.lens)
     return Pupil(optics.aperture_diameter, nm, defocus)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import njit
@@ -21,6 +21,9 @@ from scipy.fft import fft, ifft, next_fast_len
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.ranges import check_pupil, wavelengths
+
+if TYPE_CHECKING:
+    from focalgradient.eye.zones import ZonedLens
 
 __all__ = [
     "Aberrations",
@@ -287,9 +290,10 @@ class Pupil:
         defocus: float,
         aberrations: Aberrations = (),
         stiles_crawford: float = 0.0,
+        lens: ZonedLens | None = None,
     ) -> None:
-        self.diameter, self.wavelength_nm, self.defocus = diameter, wavelength_nm, defocus
-        self.clear = not (aberrations or stiles_crawford)
+        self.diameter, self.wavelength_nm, self.defocus, self.lens = diameter, wavelength_nm, defocus, lens
+        self.clear = not (aberrations or stiles_crawford or lens)
         check_aberrations(aberrations)
         check_number("stiles_crawford", stiles_crawford, "1/mm^2", least=0)
         check_number("wavelength_nm", wavelength_nm, "nanometres")
@@ -314,6 +318,9 @@ class Pupil:
         """Phase in radians."""
         total = np.empty(place.size)
         _sum_of_terms(np.ascontiguousarray(place, np.complex128).ravel(), self._polynomials(), total)
+        if self.lens is not None:
+            waves = 2e3 * np.pi / self.wavelength_nm
+            total += waves * self.lens.wavefront(np.abs(place).ravel() * self.diameter / 2)
         return total.reshape(place.shape)
 
     def _polynomials(self) -> NDArray[np.float64]:
