@@ -2,14 +2,16 @@
 
 import json
 import re
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from photographed import MARKS, RealCamera, targets
+from scipy.special import ndtr
 
-from focalgradient import DepthMap, Lens, View
+from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.calibration import Calibration, Field, Priors, Reading, apply_calibration, calibrate, fit_field
 from focalgradient.cli import main
 from focalgradient.cli.depth import _beside_focus
@@ -200,6 +202,30 @@ def test_the_calibrations_error_is_part_of_the_sd():
     assert float(np.median(total.vergence_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2), rel=0.01)
     assert float(np.median(total.common_sd[at])) == pytest.approx(own, rel=0.01)
     assert float(np.median(total.total_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2 + own**2), rel=0.01)
+
+
+def test_what_edges_depart_from_the_law_by_elsewhere_is_part_of_their_sd():
+    camera = Calibration(0.035, 2e-5, 0.5, 0.0, 0.0, {4.0: 4.0}, {1.0: 1.0}, 0.01, np.zeros((5, 5)), np.zeros(5))
+    depth, views = noisy_map(0.4, 1.0, tau=0.0)
+    edges = DepthMap(
+        depth.vergence, depth.vergence_sd, depth.valid, depth.valid, {"method": "edges", "psf": "gaussian"}
+    )
+    found = apply_calibration(edges, views[1:], camera, [(4.0, 1.0)])
+    expected = np.hypot(0.045 * np.abs(1.0 - depth.vergence), depth.vergence_sd)
+    np.testing.assert_allclose(found.vergence_sd, expected, rtol=1e-4)
+    assert not found.common_sd.any()
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.1])
+def test_an_edge_as_sharp_as_a_camera_draws_it_is_not_given_a_depth(tolerance):
+    """Sigma of 0.7 pixel: of exact optics that is a defocus, of a camera it may be its own blur."""
+    image = 0.2 + 0.5 * ndtr((np.arange(96) - 47.3) / np.hypot(0.7, np.sqrt(1 / 12))) * np.ones((96, 1))
+    noisy = image + 0.002 * np.random.default_rng(0).standard_normal((96, 96))
+    view = View(noisy, Lens(0.035, 4.0, 1.0, focus_tolerance=tolerance), PIXEL)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FocalGradientWarning)
+        depth = recover_depth([view], method="edges", psf="gaussian", near=1.0)
+    assert depth.valid.any() == (tolerance == 0)
 
 
 def test_single_edges_scatter_is_part_of_the_sd_of_depth_by_edges():

@@ -306,6 +306,19 @@ def test_pixel_pitch_by_unit_and_resizing(tmp_path, tags, pitch):
     assert from_exif(files).camera.pixel_pitch_um == pytest.approx(pitch)
 
 
+def test_pixel_pitch_follows_from_the_35_mm_equivalent_with_a_warning(tmp_path):
+    """A phone: 4.25 mm is 26 mm of a full frame, so that its sensor has a diagonal of 7.07 mm."""
+    tags = {FOCAL_LENGTH: 4.25, F_NUMBER: 1.8, DISTANCE: 0.5, 41989: 26}
+    files = [with_exif(tmp_path / name, tags) for name in ("a.jpg", "b.jpg")]
+    with pytest.warns(FocalGradientWarning, match="35-mm equivalent"):
+        settings = from_exif(files, focus_distances_m=(0.5, 0.7))
+    assert settings.camera.pixel_pitch_um == pytest.approx(1e3 * 43.267 * 4.25 / 26 / 160, rel=1e-4)
+    tags |= {PER_UNIT: 5080.0, WIDTH: 500, HEIGHT: 96}
+    cropped = [with_exif(tmp_path / name, tags) for name in ("c.jpg", "d.jpg")]
+    with pytest.raises(InputError, match="pixel pitch"):
+        from_exif(cropped, focus_distances_m=(0.5, 0.7))
+
+
 def test_options_go_before_exif(tmp_path):
     files = [with_exif(tmp_path / name, WHOLE) for name in ("a.jpg", "b.jpg")]
     settings = from_exif(

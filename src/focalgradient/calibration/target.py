@@ -13,8 +13,8 @@ from focalgradient.view import View
 
 __all__ = ["TargetBlur", "measure_target", "read_target"]
 
-LEAST_POINTS = 24
-"""Points along edges that a target must give, at least."""
+LEAST_POINTS = 8
+"""Points along edges that a target must give, at least: half of the band that one measurement takes."""
 
 STRONG = 0.5
 """Contrast of an edge, as a share of the target's strongest, from which it is taken for the target's own."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from PIL import ExifTags, Image
 
-from focalgradient.errors import InputError
+from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.encodings import FORMATS, Encoding
 from focalgradient.photographs.images import read_image_bytes
@@ -37,6 +37,7 @@ class _Recorded:
     f_number: float | None
     focus_distance_m: float | None
     pixel_pitch_um: float | None
+    by_equivalent: bool = False  # the pitch follows from the 35-mm equivalent
 
 
 def from_exif(
@@ -72,7 +73,8 @@ def from_exif(
     f_numbers, focus_distances_m
         One for all files, or one for each, in order; or none: taken from EXIF.
     focal_length_mm, pixel_pitch_um
-        None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized.
+        None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized; or
+        else, with a warning, from the focal length's 35-mm equivalent, which is rounded to a millimetre.
     encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
         As in `focalgradient.photographs.Camera`.
     focus_tolerance, f_number_tolerance
@@ -120,6 +122,13 @@ def from_exif(
         camera["focal_length_mm"] = camera["focal_length_mm"] or first.focal_length_mm or 50.0
         camera["pixel_pitch_um"] = camera["pixel_pitch_um"] or first.pixel_pitch_um or 5.0
         f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
+    if pixel_pitch_um is None and camera["pixel_pitch_um"] is None and any(one.by_equivalent for one in recorded):
+        warnings.warn(
+            f"EXIF gives no size of pixels: {recorded[0].pixel_pitch_um:.3g} um follows from the 35-mm equivalent of "
+            "the focal length, to a few per cent, if the picture was not cropped; give pixel_pitch_um if you know it.",
+            FocalGradientWarning,
+            stacklevel=2,
+        )
     camera, views = _complete(files, recorded, camera, f_numbers, focus_distances_m)
     if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
         one = views[0]
@@ -249,13 +258,34 @@ def _recorded(path: Path) -> _Recorded:
             exif.load(b"Exif\0\0" + data)
             tags, size = exif.get_ifd(ExifTags.IFD.Exif), (0, 0)
     distance = _number(tags, ExifTags.Base.SubjectDistance)
+    pitch = _pixel_pitch(tags, size)
+    sized = pitch is not None or _number(tags, ExifTags.Base.FocalPlaneXResolution) is not None  # of what was cropped
+    equivalent = None if sized else _pitch_by_equivalent(tags, size)
     return _Recorded(
         focal_length_mm=_number(tags, ExifTags.Base.FocalLength),
         f_number=_number(tags, ExifTags.Base.FNumber),
         # EXIF 2.3, 4.6.5: a numerator of 0xFFFFFFFF means infinity, 0 unknown.
         focus_distance_m=math.inf if distance is not None and distance >= 0xFFFFFFFF else distance,
-        pixel_pitch_um=_pixel_pitch(tags, size),
+        pixel_pitch_um=equivalent if pitch is None else pitch,
+        by_equivalent=equivalent is not None,
     )
+
+
+FULL_FRAME_MM = math.hypot(36, 24)
+"""Diagonal of the frame that 35-mm equivalents refer to (CIPA DCG-001)."""
+
+
+def _pitch_by_equivalent(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None:
+    """Give the pixel pitch in um by the 35-mm equivalent of the focal length; None where EXIF lacks it.
+
+    The diagonal of the sensor is that of the full frame times focal length / equivalent; the picture, resized or not,
+    shows all of it.
+    """
+    focal = _number(tags, ExifTags.Base.FocalLength)
+    full = _number(tags, ExifTags.Base.FocalLengthIn35mmFilm)
+    if focal is None or full is None or min(size) == 0 or full < focal:
+        return None
+    return 1e3 * FULL_FRAME_MM * focal / full / math.hypot(*size)
 
 
 def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None:

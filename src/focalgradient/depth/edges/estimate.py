@@ -72,6 +72,11 @@ def estimate(problem: Problem) -> Estimate:
     )
 
 
+OWN_BLUR = 1.0
+"""Width of edges (sigma, pixels) up to which a camera's own blur, which differs over the frame and is known to a pixel
+squared (`calibration.Priors`), cannot be told from defocus: there no depth is claimed."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Measured:
     """Depth along one view's edges, at P pixels of the first view's grid."""
@@ -94,9 +99,18 @@ def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) ->
     # The residual blur variance of a calibrated camera (negative where it sharpens); of an eye none is known.
     residual = capabilities(view.optics).residual_blur_variance / (view.pixel_angle * per_sigma) ** 2
     radius = np.sqrt(np.maximum(whole.radius**2 - residual, 0.0))
+    stated = capabilities(view.optics)
+    if stated.focus_tolerance or stated.aperture_tolerance or residual:  # a camera, whose own blur is not known exactly
+        seen = radius * per_sigma > OWN_BLUR
+        pixel, whole, radius = pixel[seen], _of(whole, seen), radius[seen]
     steeper = whole.radius / np.maximum(radius, 0.1 * whole.radius + 1e-9) if residual else 1.0
     defocus, sd = per_pixel * radius, per_pixel * whole.radius_sd * steeper
     return _Measured(pixel, view.optics.focus_vergence + sides[:, None] * defocus, sd, BLUR_ERROR * defocus)
+
+
+def _of(edges: Edges, some: NDArray[np.bool_]) -> Edges:
+    """The chosen of some edge points."""
+    return Edges(*(getattr(edges, field.name)[some] for field in fields(Edges)))
 
 
 def _sides(search: Search) -> FloatArray:
