@@ -5,8 +5,22 @@ the adaptive experiment have a known threshold, to be recovered.
 """
 
 from focalgradient.observers.answers import EncodedPictures, rate, watch
+from focalgradient.observers.depth_order import DEPTH_ORDER_OBSERVERS, depth_order_observer
 from focalgradient.observers.encoding import EncodedStimulus, encode
 from focalgradient.observers.experiment import check_pictures, simulate
+from focalgradient.observers.likelihood import (
+    AnswerModel,
+    Answers,
+    Choices,
+    ObserverComparison,
+    ObserverFit,
+    Ratings,
+    compare_observers,
+    exceedance_probabilities,
+    fit_observer,
+    simulated_choices,
+    simulated_ratings,
+)
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
 from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, small_set
@@ -14,18 +28,29 @@ from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_
 from focalgradient.observers.thresholds import choose, known_threshold, right_share
 
 __all__ = [
+    "DEPTH_ORDER_OBSERVERS",
     "OBSERVERS",
+    "AnswerModel",
+    "Answers",
+    "Choices",
     "EncodedCubes",
     "EncodedPictures",
     "EncodedStimulus",
     "Observer",
+    "ObserverComparison",
+    "ObserverFit",
+    "Ratings",
     "cache_folder",
     "check_pictures",
     "choose",
+    "compare_observers",
+    "depth_order_observer",
     "encode",
     "encode_cube",
     "encoded_cubes",
     "encoded_stimuli",
+    "exceedance_probabilities",
+    "fit_observer",
     "known_threshold",
     "natural_set",
     "observer_named",
@@ -34,6 +59,8 @@ __all__ = [
     "relief",
     "right_share",
     "simulate",
+    "simulated_choices",
+    "simulated_ratings",
     "small_set",
     "watch",
 ]
