@@ -80,7 +80,7 @@ def test_observers_that_can_only_be_simulated_are_fitted_too():
     level = np.repeat([0.5, 1.0, 2.0], 100)
     chosen = Answers(np.zeros(300), {"level": level}, rng.random(300) < ndtr(0.8 * level))
     by_choice = simulated_choices(
-        lambda c, v, own, random: v["d"] * c["level"] + random.standard_normal(own.shape) > 0,
+        return np.asarray(values["d"] * conditions["level"] + random.standard_normal(own.shape) > 0, float)
         {"d": 1.2},
         frozenset({"d"}),
     )
