@@ -79,11 +79,12 @@ def test_observers_that_can_only_be_simulated_are_fitted_too():
     rng = np.random.default_rng(5)
     level = np.repeat([0.5, 1.0, 2.0], 100)
     chosen = Answers(np.zeros(300), {"level": level}, rng.random(300) < ndtr(0.8 * level))
-    by_choice = simulated_choices(
-        return np.asarray(values["d"] * conditions["level"] + random.standard_normal(own.shape) > 0, float)
-        {"d": 1.2},
-        frozenset({"d"}),
-    )
+
+    def choose(conditions, values, own, random):
+        evidence = values["d"] * conditions["level"] + random.standard_normal(own.shape)
+        return np.asarray(evidence > 0, float)
+
+    by_choice = simulated_choices(choose, {"d": 1.2}, frozenset({"d"}), draws=400)
     assert fit_observer(chosen, by_choice).values["d"] == pytest.approx(0.8, abs=0.2)
     rated = Answers(np.zeros(300), {"level": level}, 0.8 * np.log(level) + 0.2 * rng.standard_normal(300))
 
