@@ -17,6 +17,7 @@ from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chro
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
+from focalgradient.eye.fixation import FixationalMovements
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
 from focalgradient.eye.gaussian import GaussianFit, best_gaussian
 from focalgradient.eye.isetbio import SpectralImage, read_isetbio, save_isetbio
@@ -70,6 +71,7 @@ __all__ = [
     "Course",
     "Eye",
     "EyePrior",
+    "FixationalMovements",
     "GaussianFit",
     "KnownSpectrum",
     "Light",

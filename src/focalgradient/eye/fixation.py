@@ -1,0 +1,94 @@
+"""Fixational eye movements: slow drift and microsaccades of the gaze.
+
+Drift is a random walk whose mean square displacement is 4 D t, D its diffusion constant. Microsaccades come at random,
+no sooner than a pause after the one before, and rather back to where the gaze began than away from it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import check_number, check_seed
+from focalgradient.eye.ranges import ordered_times
+
+__all__ = ["FixationalMovements"]
+
+STEP = 0.001
+"""Seconds from one place of the path to the next."""
+
+PAUSE = 0.1
+"""Seconds for which no microsaccade follows another: a choice, below the shortest intervals that are usual."""
+
+RETURN = 0.5
+"""Share of a microsaccade's direction that points back to where the gaze began; the rest is random: a choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class FixationalMovements:
+    """Where the gaze is, one path for each seed; a microsaccade is over within a millisecond here.
+
+    Parameters
+    ----------
+    diffusion
+        Of drift, in minutes of arc squared per second: about 10 to 40 in people (Kuang, Poletti, Victor & Rucci 2012;
+        Aytekin, Victor & Rucci 2014; the range is from memory).
+    rate
+        Microsaccades in a second: about 1 to 2 in steady fixation (Martinez-Conde, Macknik & Hubel 2004).
+    amplitude
+        Median of their amplitudes in minutes of arc, of which the logarithm has a standard deviation of 0.5: most are
+        below half a degree. Numbers are our choice within what is usual.
+    seed
+        The same seed is the same path.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> path = FixationalMovements(seed=2).at(np.arange(0, 1, 0.25))
+    >>> path.shape, bool(60 * np.degrees(np.abs(path)).max() < 90)
+    ((4, 2), True)
+    """
+
+    diffusion: float = 20.0
+    rate: float = 1.5
+    amplitude: float = 15.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_number("diffusion", self.diffusion, "minutes of arc squared per second", least=0)
+        check_number("rate", self.rate, "microsaccades per second", least=0)
+        check_number("amplitude", self.amplitude, "minutes of arc", least=0)
+        check_seed(self.seed)
+
+    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Direction of the gaze in radians, x to the right and y down, at each of `times` (s, 0 or more): n x 2."""
+        moments = np.atleast_1d(ordered_times(times))
+        check_number("the first time", float(moments[0]), "seconds", least=0)
+        count = math.ceil(float(moments[-1]) / STEP) + 2
+        drift, saccades = (np.random.default_rng([self.seed, part]) for part in range(2))
+        steps = math.sqrt(2 * self.diffusion * STEP) * drift.standard_normal((count, 2))
+        steps[0] = 0
+        place = np.cumsum(steps, axis=0)
+        time = 0.0
+        while self.rate > 0:
+            # With the pause the mean interval is still 1 / rate, as long as that is longer.
+            time += PAUSE + saccades.exponential(max(1 / self.rate - PAUSE, STEP))
+            start = math.ceil(time / STEP)
+            size = self.amplitude * math.exp(0.5 * saccades.standard_normal())
+            turn = saccades.uniform(0, 2 * math.pi)
+            if start >= count:
+                break
+            here = place[start]
+            back = -here / max(float(np.hypot(*here)), 1e-9)
+            way = RETURN * back + (1 - RETURN) * np.array([math.cos(turn), math.sin(turn)])
+            place[start:] += size * way / max(float(np.hypot(*way)), 1e-9)
+        grid = STEP * np.arange(count)
+        path = np.column_stack([np.interp(moments, grid, column) for column in place.T])
+        return np.radians(path / 60)
