@@ -18,7 +18,7 @@ import argparse
 import os
 from functools import cache
 from itertools import product
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
 
@@ -47,6 +47,85 @@ DIFFERENCES = {"normal": 0.0, "skewed": 1.4, "very skewed": 4.0}  # skewness of 
 SCENE_SD = (0.0, 0.5)
 
 
+class Scale:
+    """A scale of answers in the simulation; this one is of comparisons with a reference."""
+
+    name: ClassVar[str]
+    apertures: ClassVar[dict[str, float]] = dict(zip(APERTURES, MM.tolist(), strict=True))
+    level_sd: ClassVar[float] = 0.0
+    """Standard deviation of subjects' levels, log odds."""
+    middle: ClassVar[float] = 0.0
+    """The answer that neither picture is preferred in."""
+
+    def answers(self, felt: FloatArray) -> FloatArray:
+        """What is answered."""
+        raise NotImplementedError
+
+    def means(self, felt: FloatArray) -> FloatArray:
+        """Mean answers of what is felt, logistic noise averaged out."""
+        raise NotImplementedError
+
+    def truth(self, rises: FloatArray) -> tuple[float, float]:
+        """Slope for a millimetre, and the answer at the largest aperture, of a population with these rises."""
+        means = self.means(rises[:, None] * MM / MM[-1]).mean(axis=0)
+        return float(np.polyfit(MM, means, 1)[0]), float(means[-1]) - self.middle
+
+    def found(self, seed: int, cell: Cell, sets: int, executor: Any) -> tuple[Found, dict[str, str]]:
+        """Analyse the sets of a cell; and what else is known of it."""
+        return comparisons(seed, cell, sets), {}
+
+
+class Bipolar(Scale):
+    """Whole numbers from -3 to 3."""
+
+    name = "bipolar"
+
+    def answers(self, felt: FloatArray) -> FloatArray:
+        """See `Scale.answers`."""
+        return np.clip(np.round(felt), -3, 3)
+
+    def means(self, felt: FloatArray) -> FloatArray:
+        """See `Scale.means`."""
+        return np.asarray(special.expit(felt[..., None] - np.arange(-2.5, 3.0)).sum(axis=-1) - 3)
+
+
+class Choice(Scale):
+    """The deeper of two."""
+
+    name = "choice"
+    middle = 0.5
+
+    def answers(self, felt: FloatArray) -> FloatArray:
+        """See `Scale.answers`."""
+        return (felt > 0).astype(float)
+
+    def means(self, felt: FloatArray) -> FloatArray:
+        """See `Scale.means`."""
+        return np.asarray(special.expit(felt))
+
+
+class Steps(Scale):
+    """Seven steps, with the pinhole among the apertures."""
+
+    name = "steps"
+    apertures = {"pinhole": 0.0} | Scale.apertures
+    level_sd = SPREAD
+
+    def answers(self, felt: FloatArray) -> FloatArray:
+        """See `Scale.answers`."""
+        return np.asarray(1.0 + np.digitize(felt, CUTS), dtype=np.float64)
+
+    def found(self, seed: int, cell: Cell, sets: int, executor: Any) -> tuple[Found, dict[str, str]]:
+        """See `Scale.found`."""
+        tasks = [(seed, cell, number) for number in range(sets)]
+        both, here, held, own = np.array(list(in_order(executor, in_steps, tasks))).T
+        lowest = (answered(rng_of(seed, cell), cell, 500) == 1).mean()
+        return Found(both, here, held, np.full(sets, np.nan), own), {"answers in the lowest step": f"{lowest:.2f}"}
+
+
+SCALES: dict[str, Scale] = {scale.name: scale for scale in (Steps(), Bipolar(), Choice())}
+
+
 class Cell(NamedTuple):
     """What the sets of a cell have in common."""
 
@@ -65,28 +144,21 @@ def people(rng: np.random.Generator, size: int | tuple[int, ...], kind: str, mea
     return np.asarray(mean + SPREAD * away, dtype=np.float64)
 
 
-def answers(felt: FloatArray, scale: str) -> FloatArray:
-    """What is answered."""
-    if scale == "steps":
-        return np.asarray(1.0 + np.digitize(felt, CUTS), dtype=np.float64)
-    return np.clip(np.round(felt), -3, 3) if scale == "bipolar" else (felt > 0).astype(float)
-
-
 def answered(rng: np.random.Generator, cell: Cell, sets: int) -> FloatArray:
     """Answers of many sets: sets x subjects x scenes x apertures x repetitions; steps begin with the pinhole."""
-    amounts = np.concatenate([[0.0], MM]) if cell.scale == "steps" else MM
+    scale = SCALES[cell.scale]
+    amounts = np.array(list(scale.apertures.values()))
     who = (sets, cell.subjects, 1, 1, 1)
     rise = people(rng, (sets, cell.subjects), cell.kind, cell.mean).reshape(who)
     rise = rise + cell.scene_sd * rng.normal(size=(sets, 1, SCENES, 1, 1))
-    level = cell.level + SPREAD * rng.normal(size=who) if cell.scale == "steps" else np.zeros(who)
+    level = cell.level + scale.level_sd * rng.normal(size=who) if scale.level_sd else np.zeros(who)
     shape = (sets, cell.subjects, SCENES, len(amounts), REPETITIONS)
-    return answers(level + rise * amounts[:, None] / MM[-1] + rng.logistic(size=shape), cell.scale)
+    return scale.answers(level + rise * amounts[:, None] / MM[-1] + rng.logistic(size=shape))
 
 
 def as_rows(one: FloatArray, scale: str) -> pd.DataFrame:
     """One set as the table of trials that the analyses take."""
-    amounts = {"pinhole": 0.0} if scale == "steps" else {}
-    amounts |= dict(zip(APERTURES, MM, strict=True))
+    amounts = SCALES[scale].apertures
     names = list(amounts)
     rows = pd.DataFrame(np.argwhere(np.isfinite(one)), columns=["who", "place", "number", "repetition"])
     return rows.assign(
@@ -103,18 +175,10 @@ def as_rows(one: FloatArray, scale: str) -> pd.DataFrame:
 
 @cache
 def truth(scale: str, kind: str, scene_sd: float, mean: float) -> tuple[float, float]:
-    """Slope for a millimetre (of steps the rise), and the answer at the largest aperture, of the population."""
-    if scale == "steps":
-        return mean, np.nan
+    """Slope for a millimetre, and the answer at the largest aperture, of the population."""
     rng = np.random.default_rng(1)
     rises = people(rng, 100_000, kind, mean) + scene_sd * rng.normal(size=100_000)
-    felt = rises[:, None] * MM / MM[-1]
-    if scale == "bipolar":
-        cuts = np.arange(-2.5, 3.0)
-        means = (special.expit(felt[..., None] - cuts).sum(axis=-1) - 3).mean(axis=0)
-        return float(np.polyfit(MM, means, 1)[0]), float(means[-1])
-    shares = special.expit(felt).mean(axis=0)
-    return float(np.polyfit(MM, shares, 1)[0]), float(shares[-1] - 0.5)
+    return SCALES[scale].truth(rises)
 
 
 class Found(NamedTuple):
@@ -150,7 +214,7 @@ def comparisons(seed: int, cell: Cell, sets: int) -> Found:
     given = answered(rng_of(seed, cell), cell, sets)
     slope, largest = truth(cell.scale, cell.kind, cell.scene_sd, cell.mean)
     means = given.mean(axis=-1)
-    away = tested(means[..., -1] - 0.5 * (cell.scale == "choice"), largest)[2]
+    away = tested(means[..., -1] - SCALES[cell.scale].middle, largest)[2]
     weights = slope_weights(MM)
     assert isinstance(weights, np.ndarray)
     both, here, held = tested(means @ weights, slope)
@@ -165,7 +229,7 @@ def _of(both: Effect | NotComputed, here: Effect | NotComputed, true: float) -> 
 
 def rng_of(seed: int, cell: Cell, *number: int) -> np.random.Generator:
     """The stream of a cell, or of one of its sets."""
-    place = (("steps", "bipolar", "choice").index(cell.scale), list(DIFFERENCES).index(cell.kind))
+    place = ([*SCALES].index(cell.scale), list(DIFFERENCES).index(cell.kind))
     return np.random.default_rng([seed, *place, int(cell.scene_sd > 0), int(cell.mean > 0), cell.subjects, *number])
 
 
@@ -211,16 +275,18 @@ def shares(found: Found) -> dict[str, str]:
     if found.p_own.size and not np.isnan(found.p_own).all():
         rates["rejected, subjects' own rises"] = (computed["p_own"] < 0.05).mean()
     held = {"coverage": computed["slope"].mean(), "coverage, largest aperture": computed["largest"].mean()}
-    told = {name: f"**{rate:.3f}**" if rate > 0.06 else f"{rate:.3f}" for name, rate in rates.items()}
-    told |= {name: f"**{c:.3f}**" if abs(c - 0.95) > 0.02 else f"{c:.3f}" for name, c in held.items() if c == c}
-    return told | {"rejected": told["rejected"] + lost}
+    printed = {name: f"**{rate:.3f}**" if rate > 0.06 else f"{rate:.3f}" for name, rate in rates.items()}
+    printed |= {name: f"**{c:.3f}**" if abs(c - 0.95) > 0.02 else f"{c:.3f}" for name, c in held.items() if c == c}
+    return printed | {"rejected": printed["rejected"] + lost}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=300, help="of each cell")
     parser.add_argument("--scales", default="bipolar,choice,steps")
-    parser.add_argument("--means", default="0,1", help="mean rises, log odds; rates of rejection are told of 0 alone")
+    parser.add_argument(
+        "--means", default="0,1", help="mean rises, log odds; rates of rejection are printed of 0 alone"
+    )
     parser.add_argument("--levels", default="0", help="mean levels of answers in steps, log odds from the middle")
     parser.add_argument("--differences", default=",".join(DIFFERENCES), help="how subjects' rises are distributed")
     parser.add_argument("--scenes", default=",".join(map(str, SCENE_SD)), help="standard deviations of scenes' rises")
@@ -240,14 +306,8 @@ def main() -> None:
             cells = []
             for subjects in options.subjects:
                 cell = Cell(*row[:4], subjects, row[4])
-                if cell.scale == "steps":
-                    tasks = [(options.seed, cell, number) for number in range(options.sets)]
-                    both, here, held, own = np.array(list(in_order(executor, in_steps, tasks))).T
-                    cells.append(shares(Found(both, here, held, np.full(options.sets, np.nan), own)))
-                    lowest = (answered(rng_of(options.seed, cell), cell, 500) == 1).mean()
-                    cells[-1]["answers in the lowest step"] = f"{lowest:.2f}"
-                else:
-                    cells.append(shares(comparisons(options.seed, cell, options.sets)))
+                found, more = SCALES[cell.scale].found(options.seed, cell, options.sets, executor)
+                cells.append(shares(found) | more)
             for name in cells[0]:
                 if row[3] == 0 or not name.startswith("rejected"):
                     label = "; ".join([row[0], row[1], *(f"{value:g}" for value in row[2:])])

@@ -61,7 +61,7 @@ DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArr
     "log-normal": lambda rng, size: 0.2 * _standard(np.exp(LOG_SD * rng.normal(size=size))),
     "heavy-tailed": lambda rng, size: 0.2 * rng.standard_t(3, size=size) / math.sqrt(3.0),
 }
-# Kinds of which the test of equivalence alone is told: skewness 2, and one subject in five who rises by half.
+# Kinds for the test of equivalence alone: skewness 2, and one subject in five who rises by half.
 EXTREME: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
     "exponential": lambda rng, size: 0.2 * (rng.exponential(size=size) - 1),
     "one in five": lambda rng, size: 0.5 * ((rng.random(size) < 0.2).astype(float) - 0.2),

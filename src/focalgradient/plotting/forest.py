@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -12,8 +13,24 @@ from focalgradient.plotting.subjects import SIMULATED
 
 __all__ = ["forest_figure"]
 
-TICKS = (0.1, 0.2, 0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.5, 2, 3, 5, 10)
-"""Of an axis of ratios."""
+TICKS = (1, 2, 0.5, 5, 0.2, 10, 0.1, 1.5, 0.7, 3, 1.2, 0.8, 0.9, 1.1)
+"""Of an axis of ratios, the most useful first: one too near to those before is left out."""
+
+LEAST_GAP = 0.06
+"""Between two ticks, in lengths of the axis: their labels do not touch."""
+
+
+def _apart(ticks: list[float], ends: tuple[float, float]) -> list[float]:
+    """Ticks that are `LEAST_GAP` apart on a logarithmic axis, ascending.
+
+    >>> _apart([1, 2, 1.1], (0.5, 5.0))
+    [1, 2]
+    """
+    kept: list[float] = []
+    for tick in ticks:
+        if all(abs(math.log(tick / other)) > LEAST_GAP * math.log(ends[1] / ends[0]) for other in kept):
+            kept.append(tick)
+    return sorted(kept)
 
 
 def forest_figure(
@@ -60,7 +77,7 @@ def forest_figure(
         if none == 1:
             ax.set_xscale("log")
             ends = ax.get_xlim()
-            ticks = [one for one in TICKS if ends[0] < one < ends[1]]
+            ticks = _apart([one for one in TICKS if ends[0] < one < ends[1]], ends)
             ax.set_xticks(ticks, [f"{one:g}" for one in ticks])
             ax.xaxis.set_minor_formatter(NullFormatter())
         if simulated:

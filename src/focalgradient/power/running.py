@@ -26,7 +26,7 @@ KEPT = ("subjects", "number", "width", "far_width", "left_out")
 
 @dataclass(frozen=True, slots=True)
 class Power:
-    """What experiments with so many subjects found.
+    """Results of experiments with one number of subjects.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ class AnyStudy(ABC):
 
     @abstractmethod
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        """Simulate the answers of so many subjects, in the columns that a data set has."""
+        """Simulate the answers of this number of subjects, in the columns that a data set has."""
 
     @abstractmethod
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:

@@ -165,8 +165,8 @@ def make_report(
     files["rules.toml"] = as_toml(stated.rules, asked.used_bound).encode()
     results = main_results(output.sheets)
     problems = [_local(one, root) for one in found.problems]
-    told = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
-    files["results.json"] = (json.dumps(told, indent=1, ensure_ascii=False) + "\n").encode()
+    found_in_all = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
+    files["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
     return Report(files, tuple(found.problems), tuple(results), tuple(found.notices))
 
 

@@ -109,11 +109,11 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
     'Rules that could not be applied: bounds of the response time (response times were not recorded).'
     """
     cube = catch == CUBE_CATCH
-    told = {"rules": rules, "catch": catch.format(rules=rules)}
+    values = {"rules": rules, "catch": catch.format(rules=rules)}
 
     def clauses(words: Mapping[str, str]) -> list[str]:
         return [
-            text.format(**told)
+            text.format(**values)
             for name, text in words.items()
             if getattr(rules, name) is not None and name not in unjudged
         ]
@@ -266,9 +266,9 @@ def sensitivity(
     sheet = Sheet(file, Table(caption, header, rows, csv=file), pd.DataFrame(digits, columns=columns))
     if not found.exclusions:
         return sheet, ["The rules left out nobody and no trial: results with and without exclusions are the same."], []
-    told = "; ".join(f"{one.what}: {_told(one)}" for one in both[1][1])
+    results = "; ".join(f"{one.what}: {_told(one)}" for one in both[1][1])
     counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
-    sentences = [f"Without exclusions ({counted}): {told}."] if told else []
+    sentences = [f"Without exclusions ({counted}): {results}."] if results else []
     return sheet, sentences, list(_changed(*(listed for _, listed in both)))
 
 

@@ -29,7 +29,7 @@ WANTED = 0.8
 
 STOPPING = (
     "Data are collected until the stated number of subjects is in the analysis, after exclusions; no test is made "
-    "before. For looks in between, state their number and bounds in advance: the command `power` gives them with "
+    "before. For looks in between, state their number and bounds in advance: focalgradient power gives them with "
     "their error rates."
 )
 

@@ -60,7 +60,7 @@ class Sheet:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number to so many significant digits.
+    """Format a number to a number of significant digits.
 
     >>> number(0.12345), number(1234.5), number(None)
     ('0.123', '1230', '–')
@@ -85,7 +85,7 @@ def probability(p: float | None) -> str:
 
 
 def decimals(value: float | None, places: int = 2) -> str:
-    """A number to so many decimals; from 1000 to none.
+    """Format a number to a number of decimals; from 1000 to none.
 
     >>> decimals(-0.123), decimals(14.2), decimals(16545.47), decimals(None)
     ('−0.12', '14.20', '16,545', '–')
@@ -109,7 +109,7 @@ def freedom(df: float) -> str:
 
 
 def interval(low: float | None, high: float | None, places: int | None = None) -> str:
-    """Ends in brackets, to three digits or to so many decimals."""
+    """Ends in brackets, to three digits or to a number of decimals."""
     if low is None or high is None:
         return NONE
     ends = (number(low), number(high)) if places is None else (decimals(low, places), decimals(high, places))

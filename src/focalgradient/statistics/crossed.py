@@ -125,7 +125,7 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     cells
         Shape (..., subjects, scenes), two or more of each; many tables are done at once.
     missing
-        How many cells of each table were filled in: so many degrees of freedom less for the residual.
+        Number of cells of each table that were filled in: the residual has that many degrees of freedom less.
 
     Notes
     -----

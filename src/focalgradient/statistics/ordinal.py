@@ -238,7 +238,7 @@ def _columns(
     if np.linalg.matrix_rank(whole - whole.mean(axis=0)) == whole.shape[1]:
         design = whole
     elif scenes.shape[1]:
-        remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
+        remarks.append("Scenes and apertures cannot be separated: nothing is corrected for scenes.")
     return design, np.column_stack([np.ones(len(rows)), *own])
 
 

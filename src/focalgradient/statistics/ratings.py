@@ -330,7 +330,7 @@ def _fixation(
     if not analysis.ratios:
         return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
     if not own.scenes:
-        remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
+        remarks.append("Scenes and apertures cannot be separated: nothing is corrected for scenes.")
     missing = _no_ratio(own, fixation)
     rise: Effect | NotComputed = missing
     fixed: Effect | NotComputed = missing
