@@ -266,7 +266,7 @@ def sensitivity(
     sheet = Sheet(file, Table(caption, header, rows, csv=file), pd.DataFrame(digits, columns=columns))
     if not found.exclusions:
         return sheet, ["The rules left out nobody and no trial: results with and without exclusions are the same."], []
-    results = "; ".join(f"{one.what}: {_told(one)}" for one in both[1][1])
+    results = "; ".join(f"{one.what}: {_in_words(one)}" for one in both[1][1])
     counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
     sentences = [f"Without exclusions ({counted}): {results}."] if results else []
     return sheet, sentences, list(_changed(*(listed for _, listed in both)))
@@ -290,7 +290,7 @@ def _cells(one: Headline) -> list[str]:
     return [str(found.subjects), number(one.shown(found.estimate)), ends, test, p]
 
 
-def _told(one: Headline) -> str:
+def _in_words(one: Headline) -> str:
     if isinstance(one.effect, NotComputed):
         return f"not tested ({one.effect.reason.rstrip('.')})"
     _, estimate, ends, test, p = _cells(one)

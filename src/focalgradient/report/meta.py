@@ -72,7 +72,8 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
             none=1.0 if logs else 0.0,
             simulated=simulated,
         )
-        caption = f"{what[:1].upper()}{what[1:]}: each data set with its 95 % interval, the mean of all, and dashed the interval of prediction."
+        title = what[:1].upper() + what[1:]
+        caption = f"{title}: each data set with its 95 % interval, mean of all, and dashed the interval of prediction."
         body.append(output.figure(name, figure, caption))
     if not pooled:
         raise InputError("no two of the data sets have a main result in common: give data sets of one design.")

@@ -99,7 +99,11 @@ class OwnTask(Part):
         yield Paragraph(f"{many(subjects, people)} with {many(len(self.rows), 'trial')}; nobody is left out.")
         yield from map(Paragraph, self.task.findings(self.rows))
         for test in self.tests:
-            yield Notice(f"{test.name}: {test.effect.reason}") if isinstance(test.effect, NotComputed) else _told(test)
+            yield (
+                Notice(f"{test.name}: {test.effect.reason}")
+                if isinstance(test.effect, NotComputed)
+                else _in_words(test)
+            )
         for number, factor in enumerate(dict.fromkeys(test.factor for test in self.tests)):
             answers = list(dict.fromkeys((test.answer, test.log) for test in self.tests))
             figure = condition_figure(self.rows, factor, answers, units=self.units, simulated=self.simulated)
@@ -141,7 +145,7 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
     return OwnTask(task, data, table, data.simulated, task.tested(design, rows))
 
 
-def _told(test: ConditionTest) -> Paragraph:
+def _in_words(test: ConditionTest) -> Paragraph:
     assert isinstance(test.effect, Effect)
     verb = "is reliable" if test.effect.significant else "is not reliable"
     return Paragraph(f"The {test.name} {verb} ({test.effect.summary()}).")

@@ -138,13 +138,13 @@ def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.
     }
     several = [spellings for spellings in by_name.values() if len(spellings) > 1]
     if several:
-        united_names = [
+        spelled = [
             f"{' and '.join(f'“{one}” ({rows_named(table, names == one)})' for one in group)} as {chosen[group[0]]}"
             for group in several
         ]
-        more = f"; and {len(united_names) - 5} more" if len(united_names) > 5 else ""
+        more = f"; and {len(spelled) - 5} more" if len(spelled) > 5 else ""
         notices.append(
-            f"Spellings of one {noun} were united, {sum(map(len, several))} to {len(several)}: {'; '.join(united_names[:5])}"
+            f"Spellings of one {noun} were united, {sum(map(len, several))} to {len(several)}: {'; '.join(spelled[:5])}"
             f"{more}. They differ only in case, spaces, hyphens, leading zeros or look-alike letters: give names that "
             "differ otherwise where they are not one."
         )
