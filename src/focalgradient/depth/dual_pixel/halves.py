@@ -42,8 +42,7 @@ KNOWN = 0.15
 """Standard deviation of the radius (pixels) from which on no wider window is needed: half of what is valid at most."""
 
 SETS = 3
-"""Asymmetries at which the likelihood is computed where it varies over the field, and between which it is interpolated
-by the square: the energy is a quadratic form in it."""
+"""Asymmetries at which the likelihood is computed where it varies over the field."""
 
 PADDED = 16
 """Pixels by which the halves are continued beyond their borders."""
@@ -115,17 +114,13 @@ def half_radius(
     blocks = _blocks(asymmetry.astype(np.float32))
     low, high = float(blocks.min()), float(blocks.max())
     sets = np.linspace(low, high, SETS) if high - low > 0.02 * high else np.array([(low + high) / 2])
-    place = np.zeros(blocks.shape) if len(sets) == 1 else (blocks - low) / (sets[1] - sets[0])
-    lower = np.clip(place.astype(int), 0, max(len(sets) - 2, 0))
-    part = np.clip(place - lower, 0, 1).astype(np.float32)
+    # The parabola through three: the energy is nearly a quadratic form in the asymmetry.
+    at = np.zeros(blocks.shape, np.float32) if len(sets) == 1 else (blocks - low) / np.float32(sets[1] - sets[0])
+    shares = np.stack([(at - 1) * (at - 2) / 2, -at * (at - 2), at * (at - 1) / 2])
     energies = np.empty((len(radii), *blocks.shape), np.float32)
     for level, radius in enumerate(radii):
         each = compared.energies(radius, sets)
-        if len(each) == 1:
-            energies[level] = each[0]
-        else:
-            first, second = (np.take_along_axis(each, (lower + n)[None], 0)[0] for n in (0, 1))
-            energies[level] = (1 - part) * first + part * second
+        energies[level] = each[0] if len(each) == 1 else np.maximum((shares * each).sum(axis=0), 1e-12)
     count = compared.count
     found: list[NDArray[np.floating]] = []
     for wider in range(WINDOWS):
