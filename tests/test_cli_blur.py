@@ -86,6 +86,24 @@ def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: P
     assert (aberrated < 0.95 * plain).all()
 
 
+def test_an_eye_of_a_prescription_and_an_age(folder: Path) -> None:
+    """A wall at 1 m: sharp with lenses at 30 years, blurred to a myope of 3 D without, and with them at 65 years."""
+    np.save(folder / "wall.npy", np.full((48, 64), 1.0))
+    sharpness = []
+    glasses = ["--correction", "contact-lens"]
+    for number, person in enumerate((["--age", 30, *glasses], ["--age", 30], ["--age", 65, *glasses])):
+        out = folder / str(number)
+        given = ["--pupil", 3, "--refraction", "-3.00", *person, "--focus", 1, "--field", 1]
+        result = run(folder / "picture.png", folder / "wall.npy", "--out", out, *given)
+        assert result.exit_code == 0, result.output
+        sharpness.append(float(np.load(out / "blurred-1.0m.npy").std()))
+    assert max(sharpness[1:]) < 0.7 * sharpness[0]
+    lens = ["--f-number", 2, "--focal-length", 50, "--age", 30, "--focus", 1, "--field", 1]
+    refused = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "lens", *lens)
+    assert refused.exit_code == 2
+    assert "--age are of an eye" in refused.stderr
+
+
 def test_an_eye_from_a_table_of_zernike_coefficients(folder: Path) -> None:
     """Its defocus is corrected, so that the rest of its wavefront is what blurs."""
     (folder / "um.csv").write_text("n,m,um\n2,0,1.3\n4,0,0.2\n")
