@@ -21,6 +21,7 @@ from focalgradient.observers.likelihood import (
     simulated_choices,
     simulated_ratings,
 )
+from focalgradient.observers.looking import Look, blur_threshold, look
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
 from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, small_set
@@ -36,10 +37,12 @@ __all__ = [
     "EncodedCubes",
     "EncodedPictures",
     "EncodedStimulus",
+    "Look",
     "Observer",
     "ObserverComparison",
     "ObserverFit",
     "Ratings",
+    "blur_threshold",
     "cache_folder",
     "check_pictures",
     "choose",
@@ -52,6 +55,7 @@ __all__ = [
     "exceedance_probabilities",
     "fit_observer",
     "known_threshold",
+    "look",
     "natural_set",
     "observer_named",
     "perceived_depth",

@@ -1,0 +1,107 @@
+"""Look at a picture without its layout: blur estimated at places, and depth by blur alone.
+
+The exponent of the texture's spectrum is estimated from the whole picture first, so that a steep texture is not taken
+for a blurred one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.display import Display
+from focalgradient.observers.encoding import DARK, FOVEA
+from focalgradient.observers.observer import Observer
+from focalgradient.observers.perception import SD_PER_RADIUS
+from focalgradient.observers.retinal_blur import estimate_blur, retinal_image, texture_power
+
+__all__ = ["Look", "blur_threshold", "look"]
+
+FloatArray = NDArray[np.float64]
+
+SPACING = 32
+"""Pixels between places."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What is seen in one fixation; arrays of rows x columns of places, NaN where blur cannot be estimated.
+
+    Parameters
+    ----------
+    blur, blur_log_sd
+        Standard deviation of the blur on the retina (arcmin), the eye's own included, and the SD of its logarithm.
+    depth, depth_sd
+        Mean and standard deviation (D beyond the fixated place) of depth by blur: its sign is that of the prior with
+        the probability (1 + prior) / 2, its size errs by the Weber fraction.
+    texture_power
+        Power by which the texture's response energy falls with squared blur: 3 - slope of a 1/f^slope amplitude.
+    """
+
+    blur: FloatArray
+    blur_log_sd: FloatArray
+    depth: FloatArray
+    depth_sd: FloatArray
+    texture_power: float
+
+
+def look(light: FloatArray, display: Display, fixation: tuple[float, float], observer: Observer) -> Look:
+    """Estimate blur and depth at places of a picture, from its pixels and the display alone.
+
+    Parameters
+    ----------
+    light
+        Linear luminance in shares of white, H x W; at least 64 pixels along each side.
+    display
+        That shows it: its pixels per degree.
+    fixation
+        Pixels from the upper left corner, right and down.
+    observer
+        Whose pupil, intrinsic blur, Weber fraction and prior apply.
+
+    Examples
+    --------
+    >>> from focalgradient.observers import OBSERVERS
+    >>> from focalgradient.stimuli import texture_border
+    >>> picture = texture_border(left_blur_arcmin=1, right_blur_arcmin=4, border="straight", pixels_per_degree=60,
+    ...     width_deg=4, height_deg=4).picture
+    >>> seen = look(picture, Display(), (60.0, 120.0), OBSERVERS["default"])
+    >>> left, right = np.nanmedian(seen.depth[:, :3]), np.nanmedian(seen.depth[:, -3:])
+    >>> bool(right - left > 0.5)
+    True
+    """
+    ppd = display.pixels_per_degree
+    seen = np.log(np.maximum(retinal_image(light, ppd, observer.pupil), 0) + DARK)
+    power = texture_power(seen, SPACING)
+    estimated = estimate_blur(seen, SPACING, power=power)
+    known = np.isfinite(estimated.log_sd)
+    log_blur = np.where(known, estimated.log_blur, 0.0)
+    down, right = SPACING * (np.indices(known.shape) + 0.5)
+    away = np.hypot(right - fixation[0], down - fixation[1]) / ppd
+    weight = np.where(known, np.exp(-0.5 * (away / FOVEA) ** 2) / np.maximum(estimated.log_sd, 1e-6) ** 2, 0.0)
+    minute = 60 / ppd
+    fixated = minute * math.exp(float((weight * log_blur).sum() / max(weight.sum(), 1e-300)))
+    blur = np.where(known, minute * np.exp(log_blur), np.nan)
+    excess = np.sqrt(np.maximum(blur**2 - fixated**2, 0.0))  # the intrinsic blur of both cancels
+    size = np.radians(excess / 60) / SD_PER_RADIUS / (observer.pupil / 2)
+    share = math.sqrt(observer.weber**2 + 1 - observer.prior**2)
+    return Look(blur, np.where(known, estimated.log_sd, np.nan), observer.prior * size, share * size, power)
+
+
+def blur_threshold(pedestal: float, observer: Observer) -> float:
+    """Just noticeable increment of blur (arcmin) upon a pedestal (arcmin).
+
+    Both blurs are seen with the intrinsic blur added in quadrature, and differ by the Weber fraction at threshold. The
+    dip is a consequence: upon a small pedestal an increment adds more to the variance than upon none.
+
+    Examples
+    --------
+    >>> from focalgradient.observers import OBSERVERS
+    >>> [round(blur_threshold(blur, OBSERVERS["default"]), 2) for blur in (0, 0.25, 0.5, 1, 2, 4)]
+    [0.49, 0.35, 0.35, 0.48, 0.84, 1.62]
+    """
+    seen = (1 + observer.weber) * math.hypot(pedestal, observer.intrinsic)
+    return math.sqrt(seen**2 - observer.intrinsic**2) - pedestal
