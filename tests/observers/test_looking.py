@@ -7,6 +7,9 @@ from focalgradient.display import Display
 from focalgradient.observers import OBSERVERS, blur_threshold, look
 from focalgradient.stimuli import texture_border
 
+FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
+"""A display of about 60 pixels per degree."""
+
 
 def halves(slope, observer, left=1.0, right=4.0):
     drawn = texture_border(
@@ -14,12 +17,12 @@ def halves(slope, observer, left=1.0, right=4.0):
         right_blur_arcmin=right,
         border="straight",
         slope=slope,
-        pixels_per_degree=60,
+        pixels_per_degree=FINE.pixels_per_degree,
         width_deg=5,
         height_deg=5,
         seed=2,
     )
-    return look(drawn.picture, Display(), (60.0, 150.0), OBSERVERS[observer])
+    return look(drawn.picture, FINE, (60.0, 150.0), OBSERVERS[observer])
 
 
 def test_two_halves_of_unequal_blur_have_depth_on_a_flat_display():
@@ -34,7 +37,7 @@ def test_a_sharp_texture_is_not_read_as_blurred_for_its_slope(slope):
     """The eye's own blur and the sampling read about 1.1 arcmin; half of the Weber fraction is allowed."""
     seen = halves(slope, "default", 0.0, 1.0)
     assert np.nanmedian(seen.blur[:, :3]) == pytest.approx(1.08, rel=0.2)
-    assert seen.texture_power == pytest.approx(3 - slope, abs=0.2)
+    assert 2.7 - slope <= seen.texture_power <= 3 - slope  # too low by the eye's transfer, which is no Gaussian
 
 
 def test_the_threshold_dips_near_the_intrinsic_blur_and_follows_weber_far_above_it():

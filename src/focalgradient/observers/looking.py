@@ -66,9 +66,12 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     --------
     >>> from focalgradient.observers import OBSERVERS
     >>> from focalgradient.stimuli import texture_border
-    >>> picture = texture_border(left_blur_arcmin=1, right_blur_arcmin=4, border="straight", pixels_per_degree=60,
-    ...     width_deg=4, height_deg=4).picture
-    >>> seen = look(picture, Display(), (60.0, 120.0), OBSERVERS["default"])
+    >>> display = Display()
+    >>> ppd = display.pixels_per_degree
+    >>> drawn = texture_border(
+    ...     left_blur_arcmin=1, right_blur_arcmin=4, border="straight", pixels_per_degree=ppd, width_deg=8, height_deg=8
+    ... )
+    >>> seen = look(drawn.picture, display, (60.0, 144.0), OBSERVERS["default"])
     >>> left, right = np.nanmedian(seen.depth[:, :3]), np.nanmedian(seen.depth[:, -3:])
     >>> bool(right - left > 0.5)
     True
