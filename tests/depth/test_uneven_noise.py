@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.depth.equalise import tiles
-from focalgradient.depth.noise import NoiseLaw, noise_by_brightness
+from focalgradient.depth.noise import NoiseLaw, noise_law
 from focalgradient.psf import transfer
 
 LENSES = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
@@ -88,14 +88,14 @@ def test_the_law_is_recovered_beneath_what_contradicts(share, seed):
     brightness = random.uniform(0.05, 2.0, 4000)
     variance = NoiseLaw(share, 1.0).variance(brightness) * random.gamma(50, 1 / 50, 4000)
     variance[random.random(4000) < 0.3] *= 5  # outlines
-    found = noise_by_brightness(variance, brightness, at=1.0)
+    found = noise_law(variance, brightness, np.ones(4000), at=1.0)
     assert found is not None
     assert abs(found.share - share) < 0.12
 
 
 def test_few_places_or_no_light_tell_nothing():
-    assert noise_by_brightness(np.arange(1.0, 20), np.arange(1.0, 20), at=1.0) is None
-    assert noise_by_brightness(np.arange(1.0, 400), np.arange(1.0, 400), at=0.0) is None
+    assert noise_law(*3 * [np.arange(1.0, 20)], at=1.0) is None
+    assert noise_law(*3 * [np.arange(1.0, 400)], at=0.0) is None
 
 
 def test_a_map_without_a_valid_pixel_says_why():

@@ -115,6 +115,11 @@ def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str
     help="Remove shift and scale between the views before comparing them; crop views of unequal size to what all show.",
 )
 @click.option(
+    "--dense",
+    is_flag=True,
+    help="Complete vergence where it is not valid, with a standard deviation that says how far it is guessed.",
+)
+@click.option(
     "--calibration",
     type=click.Path(path_type=Path),
     metavar="CAMERA.toml",
@@ -133,6 +138,7 @@ def depth(
     at: list[KnownPoint],
     psf: ShapeAsked,
     align: bool,
+    dense: bool,
     calibration: Path | None,
     workers: int | None,
     scheduler: str | None,
@@ -146,7 +152,8 @@ def depth(
     Writes DIR/depth.npz, DIR/depth.png and DIR/summary.json. The arrays, one value a pixel of the first view: distance
     (m), vergence (dioptres), valid, and two standard deviations in dioptres: vergence_sd of what differs between
     pixels, and common_sd of what the whole frame shares, as the focus. Pixels that are not valid have no estimate that
-    can be used.
+    can be used; with --dense they have a completed one, and `evidence` is 2 where depth is measured, 1 near there and
+    0 where it is guessed.
 
     \b
     Methods, and when each is right:
@@ -193,6 +200,7 @@ def depth(
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
     options: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align, "at": at}
+    options["dense"] = dense
     read = [*inputs, *([] if calibration is None else [calibration]), *_files_of(inputs, calibration)]
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
         frames = {
@@ -298,6 +306,7 @@ def _estimated(
         far=far,
         psf=psf,
         align=options["align"] or settings.relative,  # what focus does to magnification is not known then
+        dense=options["dense"],
         progress=lambda share, words: say(words),
     )
 

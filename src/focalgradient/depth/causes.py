@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.optics_check import likelier_slip
-from focalgradient.depth.equalise.signal import OUTSIDE
+from focalgradient.depth.equalise.signal import NEARLY_NOTHING, OUTSIDE
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.registration import RegisteredViews, resample
 
@@ -29,9 +29,6 @@ FINE, COARSE = 3.0, 9.0
 
 BLOCK = 8
 """Pixels to a block: of JPEG, and of those in which texture is looked for."""
-
-NEARLY_NOTHING = 0.01
-"""Share of valid pixels below which a map shows nothing: a choice. Of edges, few by nature, none may be valid."""
 
 # Where evidence counts as clear; each lies between the grid of frames of `tests/depth/test_causes.py` with that cause
 # and those with another.
@@ -115,7 +112,7 @@ class Evidence:
 
 
 def shows_nothing(problem: Problem, estimate: Estimate) -> bool:
-    """Whether nothing, or next to nothing, is valid."""
+    """Whether nothing, or next to nothing, is valid; of edges, few by nature, nothing."""
     least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
     return not estimate.valid.any() or bool(estimate.valid.mean() < least)
 
@@ -142,7 +139,7 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
     return [Cause("unclear", 1.0, str(unclear)), *causes]
 
 
-ORDER = ("scenes", "displacement", "optics", "range", "noise", "texture", "edges", "jpeg", "saturation", "blur")
+ORDER = ("scenes", "displacement", "optics", "jpeg", "range", "noise", "texture", "edges", "saturation", "blur")
 """Causes by name: of several that are clear the first also explains what the later ones show."""
 
 

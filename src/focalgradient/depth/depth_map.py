@@ -50,6 +50,9 @@ class DepthMap:
     common_errors
         Errors that the whole frame shares, K x H x W: each an independent change of `vergence` in dioptres at one
         standard deviation of something unknown, as of the focus distance or of the apertures. By default none.
+    evidence
+        H x W integers, how depth is known at each pixel of a map that was completed (``dense``): 2 measured, which is
+        where it is valid; 1 near to that; 0 guessed. None: the map was not completed.
 
     Examples
     --------
@@ -73,6 +76,7 @@ class DepthMap:
     offset: float = 0.0
     plane: str = PUPIL
     common_errors: NDArray[np.floating] = field(default_factory=lambda: _NONE)
+    evidence: NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
         if self.common_errors is _NONE:
@@ -195,7 +199,7 @@ class DepthMap:
 
         Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` and ``common_sd`` (D), ``valid`` and
         ``side_known`` (bool); ``common_errors`` (D), K x H x W; ``offset`` (m); ``plane``, what distances count from;
-        and ``details``, a JSON text.
+        ``details``, a JSON text; and ``evidence`` (integers) of a completed map.
         """
 
         def write(place: Path) -> None:
@@ -212,6 +216,7 @@ class DepthMap:
                     offset=np.array(self.offset),
                     plane=np.array(self.plane),
                     details=np.array(json.dumps(self.details)),
+                    **({} if self.evidence is None else {"evidence": self.evidence}),
                 )
 
         write_whole(path, write)
@@ -226,12 +231,15 @@ class DepthMap:
             If the file is not such an archive.
         """
         what = "a depth map that focalgradient wrote"
-        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane", "common_errors"), what)
+        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane", "common_errors", "evidence"), what)
         try:
             vergence, vergence_sd, valid, side_known = grids = [found[name] for name in _GRIDS]
             details = json.loads(str(found["details"][()]))
             offset = float(found["offset"]) if "offset" in found else 0.0
             plane = str(found["plane"][()]) if "plane" in found else PUPIL
+            evidence = found.get("evidence")
+            if evidence is not None and (evidence.shape != vergence.shape or evidence.dtype.kind not in "iu"):
+                raise ValueError("evidence of another form")
             if any(grid.ndim != 2 or grid.shape != grids[0].shape for grid in grids):
                 raise ValueError("shapes differ")
             common = found.get("common_errors", np.zeros((0, *vergence.shape), vergence.dtype))
@@ -241,4 +249,4 @@ class DepthMap:
                 raise ValueError("other types")
         except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InputError(f"{printable(path)} is not {what}, or is damaged: give one that is whole.") from error
-        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane, common)
+        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane, common, evidence)

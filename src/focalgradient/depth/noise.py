@@ -23,11 +23,11 @@ __all__ = [
     "LENIENCE",
     "NOISE_SIDE",
     "NoiseLaw",
-    "noise_by_brightness",
     "noise_floor",
     "noise_from_differences",
     "noise_from_residuals",
     "noise_from_spectrum",
+    "noise_law",
     "storage",
 ]
 
@@ -65,33 +65,52 @@ MOST_PLACES = 4096
 RISES = 1.25
 """Noise variance where all but 5 % is darker, over that where 5 % is, from which it is said to rise with brightness."""
 
+RISES_BY_CONTRAST, LESS = 2.0, 0.9
+"""The same of contrast; and the loss of the regression with contrast, over that without, that it must come below: on
+walls, slants and steps without compression noise does not rise with contrast."""
+
+CONTRASTS = (0.03, 3000.0)
+"""Variance that the median contrast adds, over that without contrast, between which the law is sought."""
+
+LAW_ROUNDS = 3
+"""Times that brightness and contrast are fitted in turn, at most."""
+
 MOST_PHOTONS = 0.99
 """Share of the variance that may be in proportion to brightness: black keeps some noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseLaw:
-    """Noise whose variance is in part in proportion to brightness, as that of photons is.
+    """Noise whose variance is in part in proportion to brightness, and to the square of the local contrast.
+
+    Photons make the first; compression the second, which keeps coefficients to within a step, and so does a model of
+    the blur that errs by a share of what it blurs.
 
     Parameters
     ----------
     share
-        That part, between 0 and 1, at `brightness`.
+        The part in proportion to brightness, between 0 and 1, at `brightness` and without contrast.
     brightness
         In the registered images' unit.
+    by_contrast
+        Variance, in units of that at `brightness` without contrast, where the local variance of the images is 1.
 
     Examples
     --------
     >>> NoiseLaw(0.5, 2.0).variance(np.array([0.0, 2.0, 6.0])).tolist()
     [0.5, 1.0, 2.0]
+    >>> NoiseLaw(0.0, 2.0, 100.0).variance(np.array([2.0, 2.0]), np.array([0.0, 0.01])).tolist()
+    [1.0, 2.0]
     """
 
     share: float
     brightness: float
+    by_contrast: float = 0.0
 
-    def variance(self, image: Image) -> Image:
-        """Noise variance where the image is so bright, in units of that at `brightness`."""
-        return 1 - self.share + self.share / self.brightness * np.maximum(image, 0)
+    def variance(self, image: Image, contrast: Image | float = 0.0) -> Image:
+        """Noise variance where the image is so bright and varies by so much, in units of that at `brightness`."""
+        even = 1 - self.share + self.share / self.brightness * np.maximum(image, 0)
+        return even + self.by_contrast * contrast
 
 
 def storage(image: Image) -> float:
@@ -154,40 +173,69 @@ def noise_floor(image: Image, side: int = 32, usable: NDArray[np.bool_] | None =
     return float(np.sqrt(np.percentile(squares, 5) / 36 / below))
 
 
-def noise_by_brightness(variance: FloatArray, brightness: FloatArray, at: float) -> NoiseLaw | None:
-    """The law by which noise rises with brightness, from its variance at places of other brightness; None: it does not.
+def noise_law(
+    variance: FloatArray, brightness: FloatArray, contrast: FloatArray, at: float, *, level_known: bool = False
+) -> NoiseLaw | None:
+    """The law by which noise rises with brightness and contrast, from its variance at places; None: it is even.
 
     What the views show beside noise can only add to the variance: of the places as bright, the quarter with least
-    counts.
+    counts, by regression of that quantile.
 
     Parameters
     ----------
     variance, brightness
         Of N places each, in any unit.
+    contrast
+        Local variance of the images at each.
     at
         Brightness at which the law's variance is to be 1.
+    level_known
+        Whether the variance is in units of the noise, which is alike in bright and in dark places.
 
     Examples
     --------
-    >>> brightness = np.linspace(0.1, 2.0, 400)
-    >>> noise_by_brightness(0.25 + 0.75 * brightness, brightness, at=1.0)
-    NoiseLaw(share=0.75, brightness=1.0)
-    >>> noise_by_brightness(np.ones(400), brightness, at=1.0) is None
+    >>> brightness, contrast = np.meshgrid(np.linspace(0.1, 2.0, 40), np.geomspace(1e-6, 1, 40))
+    >>> brightness, contrast = brightness.ravel(), contrast.ravel()
+    >>> noise_law(0.25 + 0.75 * brightness, brightness, contrast, at=1.0)
+    NoiseLaw(share=0.75, brightness=1.0, by_contrast=0.0)
+    >>> 95 < noise_law(3 * (1 + 100 * contrast), brightness, contrast, at=1.0).by_contrast < 105
+    True
+    >>> noise_law(np.ones(1600), brightness, contrast, at=1.0) is None
     True
     """
     if len(variance) < LEAST_PLACES or not at > 0:
         return None
     every = -(-len(variance) // MOST_PLACES)
-    seen, bright = np.log(np.maximum(variance[::every], 1e-12)), brightness[::every]
-    shares = np.linspace(0, MOST_PHOTONS, 100)
-    losses = []
-    for share in shares.tolist():  # regression of that quantile, by its level and the share
-        left = seen - np.log(NoiseLaw(share, at).variance(bright))
-        left -= np.quantile(left, QUARTER)
-        losses.append(float(np.mean(left * (QUARTER - (left < 0)))))
-    law = NoiseLaw(float(shares[np.argmin(losses)].round(4)), at)
-    dark, light = law.variance(np.quantile(bright, [0.05, 0.95]))
-    return law if light > RISES * dark else None
+    seen, bright, varied = np.log(np.maximum(variance[::every], 1e-12)), brightness[::every], contrast[::every]
+
+    def loss(law: NoiseLaw) -> float:
+        left = seen - np.log(law.variance(bright, varied))
+        left -= 0.0 if level_known else np.quantile(left, QUARTER)
+        return float(np.mean(left * (QUARTER - (left < 0))))
+
+    def rise(law: NoiseLaw) -> float:
+        dark, light = law.variance(np.quantile(bright, [0.05, 0.95]))
+        return float(light / dark)
+
+    usual = max(float(np.median(varied)), 1e-12)
+    by_contrast, share = 0.0, 0.0
+    shares = np.linspace(0, 0.0 if level_known else MOST_PHOTONS, 1 if level_known else 100).round(4).tolist()
+    for _ in range(LAW_ROUNDS):
+        share = min(shares, key=lambda one: loss(NoiseLaw(one, at, by_contrast)))
+        if not rise(NoiseLaw(share, at)) > RISES:
+            share = 0.0
+        before, least = by_contrast, loss(NoiseLaw(share, at))
+        steps = np.geomspace(*CONTRASTS, 41) / usual
+        by_contrast = min(steps.tolist(), key=lambda one: loss(NoiseLaw(share, at, one)))
+        fine = by_contrast * np.geomspace(0.75, 1.33, 15)
+        by_contrast = min(fine.tolist(), key=lambda one: loss(NoiseLaw(share, at, one)))
+        low, high = NoiseLaw(share, at, by_contrast).variance(np.full(2, at), np.quantile(varied, [0.05, 0.95]))
+        clearly = loss(NoiseLaw(share, at, by_contrast)) < LESS * least
+        if not (clearly and high > RISES_BY_CONTRAST * low):
+            by_contrast = 0.0
+        if abs(by_contrast - before) <= 0.01 * by_contrast:
+            break
+    return NoiseLaw(share, at, by_contrast) if share or by_contrast else None
 
 
 def noise_from_residuals(

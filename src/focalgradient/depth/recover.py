@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -152,6 +152,7 @@ def recover_depth(
     false_alarm: float = 1e-3,
     outlines: bool = True,
     known_points: Iterable[KnownPoint] = (),
+    dense: bool = False,
     progress: Progress | None = None,
 ) -> DepthMap:
     """Recover depth from views of one scene by their blur.
@@ -201,6 +202,10 @@ def recover_depth(
         Measured points: each a column and a row in pixels, and the distance in metres from the entrance pupil. They
         correct focus and apertures within the tolerance that the optics state (`Lens`), and what remains uncertain of
         these is the map's ``common_sd``: one point corrects the focus, two the scale of the apertures as well.
+    dense
+        Complete the map: at pixels that are not valid `vergence` and `vergence_sd` are then what the valid ones and the
+        picture's edges make likely (`focalgradient.depth.dense.complete`), and the map's `evidence` gives how each is
+        known. What is valid stays as it is. Where nothing is valid, nothing is completed.
     progress
         Called at each stage with the share of the work that is done and a few words (`focalgradient.progress`).
 
@@ -282,7 +287,19 @@ def recover_depth(
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
-    return with_known_points(_depth_map(problem, estimate, causes), points)
+    found = with_known_points(_depth_map(problem, estimate, causes), points)
+    return completed(found, views, window) if dense else found
+
+
+def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap:
+    """A map completed at every pixel, where anything is valid, by the edges of the view with the smallest aperture."""
+    if not found.valid.any():
+        return found
+    from focalgradient.depth.dense import complete
+
+    sharpest = min(views, key=lambda view: view.optics.aperture_diameter)
+    whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window)
+    return replace(found, vergence=whole.vergence, vergence_sd=whole.vergence_sd, evidence=whole.evidence)
 
 
 def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:

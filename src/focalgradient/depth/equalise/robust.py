@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes
-from focalgradient.depth.equalise.texture import rests_on_texture
+from focalgradient.depth.equalise.texture import own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth
@@ -78,6 +78,7 @@ class Robust:
     used: NDArray[np.bool_]  # H x W: pixels that depth rests on
     energy: Image  # L x h x w: their squared residuals, summed over each node's block
     within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
+    textured: NDArray[np.bool_]  # H x W: whether a pixel has texture of its own
     images: list[tuple[Image, Image]]  # each comparison's residual at depth in the first windows, and its derivative
 
 
@@ -122,7 +123,8 @@ def robust_depth(
     nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, scale, growth)
     nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
     summed = before if changed.mean() < SETTLED else used
-    return Robust(nodes, agrees, scale, summed, energy, within, images)
+    textured = own_texture(equalised, local, weight, scale)
+    return Robust(nodes, agrees, scale, summed, energy, within, textured, images)
 
 
 def read_again(

@@ -6,11 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.filters import Image
 
-__all__ = ["EXPLAINED", "informative_nodes", "left_on_blank", "show_blocks", "why_rejected"]
+__all__ = [
+    "EXPLAINED",
+    "NEARLY_NOTHING",
+    "among_outside",
+    "indicating_nodes",
+    "informative_nodes",
+    "left_on_blank",
+    "outside_range",
+    "show_blocks",
+    "why_rejected",
+]
 
 MISFIT = 4.0
 """Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
@@ -53,7 +64,11 @@ a model error is a share of the contrast. What is left is 1/100 to 1/300 of that
 on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
 
 OUTSIDE = 0.3
-"""Share of the places with texture outside the range searched above which the range is named as the cause: a choice."""
+"""Share of the places with texture outside the range searched above which nothing is claimed among them, and above
+which, in the whole frame, the range is named as the cause: a choice."""
+
+NEARLY_NOTHING = 0.01
+"""Share of valid pixels below which a map shows nothing: a choice."""
 
 SUPPORT = 0.1
 """Share of a window that must be usable."""
@@ -67,7 +82,13 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
     must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
     nature.
     """
-    textured = _clear_of_noise(nodes) if one_waveband else nodes.texture >= np.maximum(1, nodes.misfit)
+    informative = indicating_nodes(nodes, one_waveband)
+    return informative & _clear_of_noise(nodes) if one_waveband else informative
+
+
+def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
+    """Nodes that show more texture than noise, which may yet be how uneven the noise is: some indication of depth."""
+    textured = nodes.texture >= np.maximum(1, nodes.misfit)
     if one_waveband:
         textured &= ~_contradicts(nodes)
     located = nodes.unambiguous & nodes.inside & nodes.curved_by_depth
@@ -77,6 +98,23 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
 def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
     """Nodes that no depth searched explains: the fit leaves the range, or the cost's minimum is not a depth."""
     return ~nodes.inside | ~nodes.curved_by_depth
+
+
+def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
+    """Nodes (h x w) about which many places with texture lie outside the range searched: theirs is there by chance.
+
+    Parameters
+    ----------
+    nodes
+        Depth at nodes.
+    width
+        Standard deviation in nodes of the window about each.
+    """
+    textured = ((nodes.texture >= 1) & (nodes.support > 0.5)).astype(float)
+    outside, all_of_them = (
+        ndimage.gaussian_filter(some, width, mode="constant") for some in (textured * outside_range(nodes), textured)
+    )
+    return np.asarray(outside > OUTSIDE * np.maximum(all_of_them, 1e-6))
 
 
 def show_blocks(images: Sequence[Image]) -> bool:

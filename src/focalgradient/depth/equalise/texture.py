@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.even import CHANGING
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.filters import Image
 
-__all__ = ["rests_on_texture"]
+__all__ = ["own_texture", "rests_on_texture"]
 
 NARROW = 0.5
 """Window in which texture is near, over that in which depth is estimated."""
@@ -18,6 +19,18 @@ NARROW = 0.5
 NEAR = 0.02
 """Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
 edge less than this from 1.6 standard deviations of the wide window on."""
+
+BESIDE, OWN = 2.0, 0.3
+"""Standard deviation in pixels of the window that is a pixel's own; and information there, over that in the window in
+which depth is estimated, both for each pixel, from which depth rests on what is there: even texture gives 1, and where
+texture ends 0.4 lie 2 pixels beyond its end, 0.07 lie 4."""
+
+GAP = 6
+"""Pixels that may lack texture of their own between such as have it: texture is uneven."""
+
+SURE = 0.6
+"""Information that would be missed, over what noise puts into the derivative's power, from which its lack is seen: the
+mean over a pixel's own window is known to 0.28."""
 
 MOST_CURVATURE = 5.0
 """Curvature of the cost, over the power that depth gives the residual's derivative, above which the minimum is not a
@@ -67,3 +80,21 @@ def rests_on_texture(
     by_depth = curvature <= MOST_CURVATURE * np.maximum(wide, 0)
     # At a focus that all views share, the derivative vanishes, and the cost goes by the fourth power of blur.
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
+
+
+def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float) -> NDArray[np.bool_]:
+    """Whether what is informative about depth lies at each pixel (H x W), and not only beside it in its window.
+
+    A blank surface beside a textured one is given the other's depth by every window that reaches over both. The
+    arguments are those of `rests_on_texture`.
+    """
+    by_noise = np.interp(
+        local.level, np.arange(equalised.levels), noise * sum(r.noise_derivative for r in equalised.residuals)
+    ).astype(np.float32)
+    power = weight * (local.slope - by_noise)
+    count, own_count = (ndimage.gaussian_filter(weight, sd) + 1e-6 for sd in (equalised.window, BESIDE))
+    around = ndimage.gaussian_filter(power, equalised.window) / count
+    own = ndimage.gaussian_filter(power, BESIDE) / own_count
+    has = (own >= OWN * around) | (OWN * around < SURE * by_noise)
+    disc = np.hypot(*np.mgrid[-(GAP // 2) : GAP // 2 + 1, -(GAP // 2) : GAP // 2 + 1]) <= GAP / 2
+    return np.asarray(ndimage.binary_closing(np.pad(has, GAP, mode="edge"), disc)[GAP:-GAP, GAP:-GAP])

@@ -1,0 +1,236 @@
+"""How accurate depth is in ordinary rooms, measured and completed, and what blank surfaces beside texture are given.
+
+    python benchmarks/rooms.py [ROOMS] [--rooms 2,4,6] [--focus 1.57] [--figure FILE.png] [--layers 6]
+
+ROOMS is a folder with one folder a room: ``narrow.jpg`` and ``wide.jpg`` of one focus, and ``depth_mm.png`` of a depth
+camera (16 bits, mm; 0 where none). A row gives the share of the pixels that are measured, the mean relative error of
+distance, the share within a factor of 1.25, and those within two and beyond five stated standard deviations; then the
+same of the completed map, in its classes. Scored is what lies farther than 6 pixels from the depth camera's own jumps
+and on the side of focus that is searched (``--near``), as two apertures cannot tell the sides apart.
+
+Layers are rendered: a textured thing before a blank wall, and a blank thing before a textured wall, each with edges of
+its own or none, lossless or in JPEG. A row gives what is claimed of the blank surface, and of that what lies beyond
+five standard deviations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from scipy import ndimage
+
+from focalgradient import DepthMap, Lens, View, recover_depth
+from focalgradient.photographs import read_photographs
+from focalgradient.psf import transfer
+from focalgradient.srgb import linear_to_srgb, srgb_to_linear
+
+FOCAL_LENGTH, PITCH, F_NUMBERS = 0.035, 36e-6, {"narrow.jpg": 8.0, "wide.jpg": 2.8}
+JUMP, MARGIN = 0.05, 6
+"""Relative change of distance from one pixel to the next that is a jump, and pixels about one that are not scored."""
+
+Array = NDArray[Any]
+CLASSES = {2: "measured", 1: "near evidence", 0: "guessed"}
+
+
+def room_views(folder: Path, focus: float) -> list[View]:
+    photographs = read_photographs([folder / name for name in F_NUMBERS], "srgb")
+    lenses = [Lens(FOCAL_LENGTH, number, focus) for number in F_NUMBERS.values()]
+    return [
+        View(photo.luminance, lens, PITCH / lens.sensor_distance, mask=photo.mask)
+        for photo, lens in zip(photographs, lenses, strict=True)
+    ]
+
+
+def truth(folder: Path, near: float) -> tuple[Array, Array]:
+    """True distance (m), and the pixels that are scored."""
+    distance = np.asarray(Image.open(folder / "depth_mm.png")).astype(float) / 1000
+    seen = np.where(distance > 0, distance, np.nan)
+    jumps = np.zeros(distance.shape, np.bool_)
+    for one, other in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+        jump = np.abs(seen[one] - seen[other]) > JUMP * np.fmin(seen[one], seen[other])
+        jumps[one] |= jump
+        jumps[other] |= jump
+    return distance, (distance > near) & (ndimage.distance_transform_edt(~jumps) > MARGIN)
+
+
+def score(vergence: Array, sd: Array, distance: Array) -> list[float]:
+    """Mean relative error, share within a factor of 1.25, within two and beyond five standard deviations."""
+    found = 1 / np.maximum(vergence, 1e-3)
+    off = np.abs(vergence - 1 / distance) / sd
+    factor = np.maximum(found / distance, distance / found)
+    return [float(np.mean(one)) for one in (np.abs(found / distance - 1), factor < 1.25, off < 2, off > 5)]
+
+
+def rows(depth: DepthMap, distance: Array, scored: Array) -> dict[str, list[float]]:
+    """Share of what is scored and its scores, by class and over all."""
+    if depth.evidence is None:
+        return {}
+    parts = {name: scored & (depth.evidence == number) for number, name in CLASSES.items()} | {"all": scored}
+    return {
+        name: [
+            part.sum() / scored.sum(),
+            *score(*(one[part].astype(float) for one in (depth.vergence, depth.vergence_sd, distance))),
+        ]
+        for name, part in parts.items()
+        if part.any()
+    }
+
+
+def line(name: str, values: Sequence[float]) -> str:
+    share, error, factor, within, beyond = values
+    return f"{name:28}{share:7.3f}{error:9.3f}{factor:8.3f}{within:8.3f}{beyond:9.4f}"
+
+
+def rooms(
+    folders: Sequence[Path], focus: float, near: float, far: float
+) -> dict[str, tuple[list[View], DepthMap, Array]]:
+    """Depth of each room; prints its rows, and those pooled."""
+    print(f"{'':28}{'share':>7}{'rel.err':>9}{'<1.25':>8}{'< 2 sd':>8}{'> 5 sd':>9}")
+    found, pooled, refused = {}, {}, 0
+    for folder in folders:
+        distance, scored = truth(folder, near)
+        views = room_views(folder, focus)
+        depth = recover_depth(views, near=near, far=far, align=True, dense=True)
+        found[folder.name] = views, depth, distance
+        if not scored.any():
+            continue
+        scores = rows(depth, distance, scored)
+        refused += not scores
+        for name, values in scores.items():
+            pooled.setdefault(name, []).append(values)
+        text = {name: scores[name] for name in ("measured", "all") if name in scores}
+        print(
+            "\n".join(line(f"{folder.name} {name}", values) for name, values in text.items())
+            or f"{folder.name} rejected"
+        )
+    for name, values in pooled.items():
+        every = np.array(values)
+        share = every[:, 0].sum() / (len(values) + (refused if name != "all" else 0))
+        print(line(f"pooled {name}", [share, *np.average(every[:, 1:], axis=0, weights=every[:, 0])]))
+    print(f"rejected: {refused} of {len(folders)}")
+    return found
+
+
+def layers(count: int) -> Iterator[tuple[str, list[View], Array, Array]]:
+    """Rendered layers: kind, views, true vergence, and the blank surface (H x W)."""
+    lenses = [Lens(0.025, number, 0.85) for number in (11, 4)]
+    side, pixel = 224, 3.2e-4
+    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
+    for seed in range(count):
+        random = np.random.default_rng([seed, 42])
+        near, far = random.uniform(0.95, 1.1), random.uniform(0.5, 0.8)  # D
+        texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((side, side))) / np.maximum(frequency, 1 / side))
+        texture = 0.35 * np.exp(0.35 * texture / texture.std())
+        shape = ndimage.zoom(random.standard_normal((7, 7)), side / 7, order=3) > 0.3
+        blank = np.full((side, side), random.uniform(0.2, 0.6)) + np.linspace(0, 0.05, side)
+        for kind, front, back in (("textured before blank", texture, blank), ("blank before textured", blank, texture)):
+            images = []
+            for lens in lenses:
+                blurs = [transfer(frequency, lens.blur_radius(1 / v) / pixel, "disc") for v in (near, far)]
+                cover, light, behind = (
+                    np.fft.irfft2(np.fft.rfft2(image) * blur, (side, side))
+                    for image, blur in ((shape * 1.0, blurs[0]), (shape * front, blurs[0]), (back, blurs[1]))
+                )
+                images.append(light + (1 - cover) * behind)
+            vergence = np.where(shape, near, far)
+            surface = shape if front is blank else ~shape
+            for stored in (0, 75):
+                views = [
+                    View(_stored(i + 0.003 * random.standard_normal(i.shape), stored), lens, pixel)
+                    for i, lens in zip(images, lenses, strict=True)
+                ]
+                yield f"{kind}, {'JPEG 75' if stored else 'lossless'}", views, vergence, surface
+
+
+def _stored(image: Array, quality: int) -> Array:
+    if not quality:
+        return image.astype(np.float32)
+    file = io.BytesIO()
+    Image.fromarray(np.rint(255 * linear_to_srgb(np.clip(image, 0, 1))).astype(np.uint8)).save(
+        file, "JPEG", quality=quality
+    )
+    return srgb_to_linear(np.asarray(Image.open(file)) / 255).astype(np.float32)
+
+
+def blank_surfaces(count: int) -> None:
+    """What is claimed of blank surfaces beside texture, and of the whole of each frame."""
+    print(f"\n{'layers':36}{'claimed':>9}{'> 5 sd':>9}{'blank: claimed':>16}{'> 5 sd':>9}{'all: < 2 sd':>13}")
+    found: dict[str, list[tuple[float, ...]]] = {}
+    for kind, views, vergence, surface in layers(count):
+        depth = recover_depth(views, near=0.87, dense=True)
+        off = np.abs(depth.vergence - vergence) / depth.vergence_sd
+        valid, blank = depth.valid, depth.valid & surface
+        found.setdefault(kind, []).append(
+            (
+                valid.mean(),
+                (off > 5)[valid].sum(),
+                valid.sum(),
+                blank.sum() / surface.sum(),
+                (off > 5)[blank].sum(),
+                blank.sum(),
+                (off < 2).mean(),
+            )
+        )
+    for kind, values in found.items():
+        claimed, beyond, of, share, wrong, blanks, within = np.mean(values, axis=0)
+        print(
+            f"{kind:36}{claimed:9.3f}{beyond / max(of, 1):9.4f}{share:16.3f}{wrong / max(blanks, 1):9.4f}{within:13.3f}"
+        )
+
+
+def draw(found: dict[str, tuple[list[View], DepthMap, Array]], path: Path) -> None:
+    """Photograph, true, measured and completed depth and its uncertainty of up to six rooms."""
+    import matplotlib.pyplot as plt
+
+    some = dict(list(found.items())[:6])
+    figure, axes = plt.subplots(len(some), 5, figsize=(15, 2.2 * len(some)), layout="constrained", squeeze=False)
+    for line_of, (views, depth, distance) in zip(axes, some.values(), strict=True):
+        true = 1 / np.where(distance > 0, distance, np.nan)
+        span = {"vmin": np.nanpercentile(true, 2), "vmax": np.nanpercentile(true, 98), "cmap": "viridis"}
+        light = np.clip(views[0].image, 0, 1) ** 0.45
+        pictures = [(light, {"cmap": "gray"}), (true, span), (np.where(depth.valid, depth.vergence, np.nan), span)]
+        pictures += [(depth.vergence, span), (depth.vergence_sd, {"vmin": 0, "vmax": 0.2, "cmap": "magma"})]
+        for ax, (picture, how) in zip(line_of, pictures, strict=True):
+            drawn = ax.imshow(picture, **how)
+            ax.set_xticks([])
+            ax.set_yticks([])
+        figure.colorbar(drawn, ax=line_of[-1], label="sd (D)")
+        figure.colorbar(line_of[3].images[0], ax=line_of[3], label="vergence (D)")
+    for ax, title in zip(axes[0], ("photograph, f/8", "true", "measured", "completed", "uncertainty"), strict=True):
+        ax.set_title(title)
+    figure.savefig(path, dpi=80)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="depth in rooms")
+    parser.add_argument("data", type=Path, nargs="?", help="folder with the rooms")
+    parser.add_argument("--rooms", help="names of those to take, by commas")
+    parser.add_argument("--focus", type=float, default=1.57, help="focus distance in metres")
+    parser.add_argument("--near", type=float, default=1.6)
+    parser.add_argument("--far", type=float, default=8.0)
+    parser.add_argument("--figure", type=Path, help="draw the first six rooms here")
+    parser.add_argument("--layers", type=int, default=4, help="seeds of rendered layers")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    if options.data is not None:
+        names = options.rooms.split(",") if options.rooms else None
+        folders = [
+            one for one in sorted(options.data.iterdir()) if one.is_dir() and (names is None or one.name in names)
+        ]
+        found = rooms(folders, options.focus, options.near, options.far)
+        if options.figure:
+            draw(found, options.figure)
+    if options.layers:
+        blank_surfaces(options.layers)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+"""Depth at every pixel: what views show, completed where they show nothing, with an uncertainty that grows from there.
+
+Vergence is a Gaussian Markov random field on a grid of nodes: neighbours differ by little, by more where the picture
+has an edge between them, and the whole lies about the mean of what is known (a membrane; Rue & Held 2005, Gaussian
+Markov Random Fields). Given the map's valid pixels, its mean is the solution of one sparse linear system, and its
+standard deviation is that of samples of it. What contradicts its surroundings counts less (Student's t).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse import linalg
+
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.numerics import block_sum
+
+__all__ = ["Dense", "complete"]
+
+MOST_NODES = 24_000
+"""Nodes at most: one solution takes some 0.3 s."""
+
+LEAST_STEP = 3
+"""Pixels from one node to the next at least."""
+
+STEP_SD = 0.01
+"""Standard deviation in dioptres by which vergence differs from one pixel to the next within a surface: with it what
+was left out of the maps of rooms is covered."""
+
+ACROSS = 12.0
+"""The same across a clear edge of the picture, over that within a surface."""
+
+CLEAR = 3.0
+"""Change of brightness over its median, from one node to the next, at which an edge is half clear."""
+
+SPREAD = 0.3
+"""Standard deviation of vergence about the mean of what is known, as a share of that mean, where nothing is near."""
+
+LARGER = 2.5
+"""Standard deviation that is stated over the field's own: depth of rooms jumps, and is not Gaussian."""
+
+FREEDOM, ROUNDS = 4.0, 4
+"""Degrees of freedom of Student's t, by which the map's own values err about the field, and rounds of weighting."""
+
+SAMPLES = 48
+"""Samples of the field: the standard deviation is known to a tenth of itself, and smoothed."""
+
+BESIDE = 0.5
+"""Standard deviation, over that of a field of which nothing is known, up to which a pixel counts as near evidence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dense:
+    """Vergence at every pixel (H x W), its standard deviation, and how it is known.
+
+    Parameters
+    ----------
+    vergence, vergence_sd
+        In dioptres.
+    evidence
+        2 where the views show it, 1 near there, 0 where it is guessed.
+    """
+
+    vergence: NDArray[np.float32]
+    vergence_sd: NDArray[np.float32]
+    evidence: NDArray[np.uint8]
+
+
+def complete(
+    vergence: NDArray[np.floating],
+    vergence_sd: NDArray[np.floating],
+    valid: NDArray[np.bool_],
+    picture: NDArray[np.floating],
+    window: float,
+    *,
+    seed: int = 0,
+) -> Dense:
+    """Complete vergence where it is not `valid`.
+
+    Parameters
+    ----------
+    vergence, vergence_sd, valid
+        A depth map's, H x W; some pixel must be valid.
+    picture
+        H x W: the sharpest view, whose edges depth may jump at.
+    window
+        Standard deviation in pixels of the window in which the map's depth was estimated: within it its errors are
+        alike.
+    seed
+        Of the samples.
+
+    Examples
+    --------
+    Two measured stripes of a slant: half-way between them depth lies half-way, and is known less well.
+
+    >>> slant = np.tile(np.linspace(0.4, 0.6, 120), (60, 1))
+    >>> valid = np.zeros(slant.shape, bool)
+    >>> valid[:, 10:20] = valid[:, 100:110] = True
+    >>> dense = complete(slant, np.full(slant.shape, 0.005), valid, np.ones(slant.shape), window=8.0)
+    >>> bool(abs(dense.vergence[30, 60] - 0.5) < 0.02), bool(dense.vergence_sd[30, 60] > dense.vergence_sd[30, 25])
+    (True, True)
+    """
+    shape = vergence.shape
+    step = max(LEAST_STEP, int(np.ceil(np.sqrt(vergence.size / MOST_NODES))))
+    counts = block_sum(np.ones(shape, np.float32), step)
+    known = valid / np.maximum(vergence_sd, 1e-6).astype(float) ** 2
+    weight = block_sum(known.astype(np.float32), step)
+    mean = block_sum((known * vergence).astype(np.float32), step) / np.maximum(weight, 1e-12)
+    # Errors are alike over a window: all its nodes together know as much as one.
+    share = block_sum(valid.astype(np.float32), step) / counts
+    alike = np.maximum(ndimage.gaussian_filter(share, window / step, mode="constant"), 0.02)
+    weight = weight / counts / (alike * 4 * np.pi * (window / step) ** 2)
+    weight = np.where(share > 0, weight, 0.0)
+    middle = float(np.average(mean[share > 0], weights=weight[share > 0]))
+    field = _Field.over(block_sum(np.asarray(picture, np.float32), step) / counts, step, abs(middle) * SPREAD)
+    trust, level = np.ones(weight.shape), np.full(weight.shape, middle)
+    for _ in range(ROUNDS):
+        solve = field.given(weight * trust)
+        level = middle + solve((weight * trust * (mean - middle)).ravel()).reshape(weight.shape)
+        off = (mean - level) ** 2 * weight * alike * 4 * np.pi * (window / step) ** 2
+        trust = (FREEDOM + 1) / (FREEDOM + off)
+    random = np.random.default_rng(seed)
+    squares = np.zeros(weight.shape)
+    for _ in range(SAMPLES):
+        drawn = field.drawn(random) + (np.sqrt(weight * trust) * random.standard_normal(weight.shape)).ravel()
+        squares += solve(drawn).reshape(weight.shape) ** 2
+    variance = ndimage.gaussian_filter(squares / SAMPLES, 1.0)
+    full, full_sd = (_to_pixels(one, step, shape) for one in (level, LARGER * np.sqrt(variance)))
+    evidence = np.where(valid, 2, np.where(full_sd <= BESIDE * LARGER * field.spread, 1, 0)).astype(np.uint8)
+    return Dense(
+        np.where(valid, vergence, full).astype(np.float32),
+        np.where(valid, vergence_sd, full_sd).astype(np.float32),
+        evidence,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Field:
+    """The field before anything is known: its precision, by differences of neighbours."""
+
+    differences: sparse.csr_matrix  # of neighbours, each over its standard deviation
+    spread: float  # standard deviation about the mean
+
+    @classmethod
+    def over(cls, picture: FloatArray, step: int, spread: float) -> _Field:
+        """The field on a grid of nodes of `step` pixels, whose neighbours' difference the `picture` shows (h x w)."""
+        number = np.arange(picture.size).reshape(picture.shape)
+        light = np.sqrt(np.maximum(picture, 0))  # by which noise, and what is seen, changes evenly
+        rows = []
+        for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+            change = np.abs(light[one] - light[other])
+            clear = (change / (CLEAR * (np.median(change) + 1e-6 * light.max() + 1e-12))) ** 2
+            sd = STEP_SD * np.sqrt(step) * (1 + (ACROSS - 1) * clear / (1 + clear))
+            rows.append((number[one].ravel(), number[other].ravel(), 1 / sd.ravel()))
+        first, second, scale = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+        place = np.arange(first.size)
+        matrix = sparse.csr_matrix(
+            (np.concatenate([scale, -scale]), (np.concatenate([place, place]), np.concatenate([first, second]))),
+            (first.size, picture.size),
+        )
+        return cls(matrix, spread)
+
+    def given(self, weight: FloatArray) -> linalg.SuperLU:
+        """What solves for the field where nodes are known with `weight` (h x w, 1 / variance)."""
+        precision = self.differences.T @ self.differences
+        precision += sparse.diags_array(weight.ravel() + self._anchor())
+        factors = linalg.splu(precision.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        return factors.solve
+
+    def drawn(self, random: np.random.Generator) -> FloatArray:
+        """A random vector whose covariance is the field's precision."""
+        count, nodes = self.differences.shape
+        by_neighbours = self.differences.T @ random.standard_normal(count)
+        return np.asarray(by_neighbours + np.sqrt(self._anchor()) * random.standard_normal(nodes), float)
+
+    def _anchor(self) -> float:
+        """Precision of each node about the mean: by it the field lies within its spread far from what is known."""
+        return (STEP_SD / self.spread) ** 2 / STEP_SD**2 * 1e-3
+
+
+def _to_pixels(values: FloatArray, step: int, shape: tuple[int, ...]) -> FloatArray:
+    """Values of nodes, at the middle of blocks of `step` pixels, between them."""
+    place = np.meshgrid(*((np.arange(n) + 0.5) / step - 0.5 for n in shape), indexing="ij")
+    return np.asarray(ndimage.map_coordinates(values, place, order=1, mode="nearest"), float)

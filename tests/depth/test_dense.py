@@ -1,0 +1,64 @@
+"""Completed depth: unchanged where it is measured, covered where it is not, and told apart by how it is known."""
+
+import numpy as np
+import pytest
+from blurred import lens, wall
+
+from focalgradient import DepthMap, recover_depth
+from focalgradient.depth.dense import complete
+
+SHAPE = (120, 160)
+
+
+def surfaces(seed):
+    """Two slanted surfaces that meet at an edge of the picture, measured in a third of the frame's squares."""
+    random = np.random.default_rng(seed)
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    left = x < 70 + 0.1 * y
+    true = np.where(left, 0.5 + 0.0005 * y, 0.35 + 0.0003 * x)
+    picture = np.where(left, 0.6, 0.2) + 0.005 * random.standard_normal(SHAPE)
+    squares = np.kron(random.random((6, 8)) < 0.33, np.ones((20, 20), bool))
+    measured = true + np.kron(0.01 * random.standard_normal((6, 8)), np.ones((20, 20)))
+    return true, picture, measured, squares
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_completed_is_covered_and_what_is_measured_stays(seed):
+    true, picture, measured, squares = surfaces(seed)
+    dense = complete(measured, np.full(SHAPE, 0.01), squares, picture, window=8.0)
+    np.testing.assert_array_equal(dense.vergence[squares], measured[squares].astype(np.float32))
+    assert ((dense.evidence == 2) == squares).all()
+    off = np.abs(dense.vergence - true)
+    assert (off < 2 * dense.vergence_sd)[~squares].mean() > 0.9
+    constant = np.abs(np.median(measured[squares]) - true)
+    assert off[~squares].mean() < 0.6 * constant[~squares].mean()
+
+
+def test_uncertainty_grows_from_what_is_measured():
+    valid = np.zeros(SHAPE, bool)
+    valid[:, :20] = True
+    dense = complete(np.full(SHAPE, 0.5), np.full(SHAPE, 0.005), valid, np.ones(SHAPE), window=8.0)
+    beside, far, farthest = (dense.vergence_sd[:, at].mean() for at in (30, 80, 150))
+    assert 0.005 < beside < far < farthest
+
+
+def test_an_edge_of_the_picture_parts_surfaces():
+    valid = np.zeros(SHAPE, bool)
+    valid[:, 60:80] = True
+    for edge, least, most in ((False, 0.8, 1.25), (True, 1.3, 10.0)):
+        picture = np.ones(SHAPE) + 0.003 * np.random.default_rng(1).standard_normal(SHAPE)
+        picture[:, 86:] += 1.0 * edge
+        dense = complete(np.full(SHAPE, 0.5), np.full(SHAPE, 0.005), valid, picture, window=8.0)
+        left, right = dense.vergence_sd[20:-20, 45:50].mean(), dense.vergence_sd[20:-20, 90:95].mean()
+        assert least < right / left < most
+
+
+def test_recovered_depth_is_completed_on_request(tmp_path):
+    views = wall([lens(16), lens(4)], 1.1, seed=1)
+    plain, dense = (recover_depth(views, near=0.85, dense=one) for one in (False, True))
+    assert plain.evidence is None
+    assert ((dense.evidence == 2) == dense.valid).all()
+    np.testing.assert_array_equal(plain.vergence[plain.valid], dense.vergence[plain.valid])
+    assert np.abs(dense.vergence - 1 / 1.1).max() < 0.05
+    dense.save(tmp_path / "depth.npz")
+    np.testing.assert_array_equal(DepthMap.load(tmp_path / "depth.npz").evidence, dense.evidence)
