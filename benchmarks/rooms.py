@@ -94,7 +94,9 @@ def rooms(
 ) -> dict[str, tuple[list[View], DepthMap, Array]]:
     """Depth of each room; prints its rows, and those pooled."""
     print(f"{'':28}{'share':>7}{'rel.err':>9}{'<1.25':>8}{'< 2 sd':>8}{'> 5 sd':>9}")
-    found, pooled, refused = {}, {}, 0
+    found: dict[str, tuple[list[View], DepthMap, Array]] = {}
+    pooled: dict[str, list[list[float]]] = {}
+    refused = 0
     for folder in folders:
         distance, scored = truth(folder, near)
         views = room_views(folder, focus)
@@ -194,8 +196,13 @@ def draw(found: dict[str, tuple[list[View], DepthMap, Array]], path: Path) -> No
     figure, axes = plt.subplots(len(some), 5, figsize=(15, 2.2 * len(some)), layout="constrained", squeeze=False)
     for line_of, (views, depth, distance) in zip(axes, some.values(), strict=True):
         true = 1 / np.where(distance > 0, distance, np.nan)
-        span = {"vmin": np.nanpercentile(true, 2), "vmax": np.nanpercentile(true, 98), "cmap": "viridis"}
+        span: dict[str, Any] = {
+            "vmin": np.nanpercentile(true, 2),
+            "vmax": np.nanpercentile(true, 98),
+            "cmap": "viridis",
+        }
         light = np.clip(views[0].image, 0, 1) ** 0.45
+        pictures: list[tuple[Array, dict[str, Any]]]
         pictures = [(light, {"cmap": "gray"}), (true, span), (np.where(depth.valid, depth.vergence, np.nan), span)]
         pictures += [(depth.vergence, span), (depth.vergence_sd, {"vmin": 0, "vmax": 0.2, "cmap": "magma"})]
         for ax, (picture, how) in zip(line_of, pictures, strict=True):

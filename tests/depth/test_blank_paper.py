@@ -25,6 +25,6 @@ def test_blank_paper_in_jpeg_claims_no_depth(quality: int) -> None:
         warnings.simplefilter("ignore", FocalGradientWarning)
         depth = recover_depth(views(PAPER, DISTANCE, quality), near=0.85)
     off = np.abs(depth.vergence - 1 / DISTANCE)[depth.valid] / depth.vergence_sd[depth.valid]
-    assert depth.valid.mean() > 0.25  # 39 % of the frame lies within 1.6 windows of a square
+    assert depth.valid.mean() > 0.15  # on the squares' edges, and as far beside them as these reach
     assert (off > 5).mean() < 0.005
     assert (off < 2).mean() > 0.92

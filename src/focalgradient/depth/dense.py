@@ -8,6 +8,7 @@ standard deviation is that of samples of it. What contradicts its surroundings c
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -163,12 +164,13 @@ class _Field:
         )
         return cls(matrix, spread)
 
-    def given(self, weight: FloatArray) -> linalg.SuperLU:
+    def given(self, weight: FloatArray) -> Callable[[FloatArray], FloatArray]:
         """What solves for the field where nodes are known with `weight` (h x w, 1 / variance)."""
         precision = self.differences.T @ self.differences
         precision += sparse.diags_array(weight.ravel() + self._anchor())
         factors = linalg.splu(precision.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        return factors.solve
+        solve: Callable[[FloatArray], FloatArray] = factors.solve
+        return solve
 
     def drawn(self, random: np.random.Generator) -> FloatArray:
         """A random vector whose covariance is the field's precision."""

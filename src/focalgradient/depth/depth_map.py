@@ -201,6 +201,7 @@ class DepthMap:
         ``side_known`` (bool); ``common_errors`` (D), K x H x W; ``offset`` (m); ``plane``, what distances count from;
         ``details``, a JSON text; and ``evidence`` (integers) of a completed map.
         """
+        completed: dict[str, Any] = {} if self.evidence is None else {"evidence": self.evidence}
 
         def write(place: Path) -> None:
             with place.open("wb") as file:
@@ -216,7 +217,7 @@ class DepthMap:
                     offset=np.array(self.offset),
                     plane=np.array(self.plane),
                     details=np.array(json.dumps(self.details)),
-                    **({} if self.evidence is None else {"evidence": self.evidence}),
+                    **completed,
                 )
 
         write_whole(path, write)

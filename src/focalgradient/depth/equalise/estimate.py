@@ -318,30 +318,35 @@ def _by_tiles(
     if len(parts) > 1:
         crop = registered.most_textured_crop(COMMON)
         inward = np.full(crop.shape, max(registered.shape))
+    ready: Equalised | None = None
     whole = Part(crop, inward, settings.false_alarm, blur, levels_per_pixel)
     at = None if raisable is None else brightness_of_noise(registered)
     for again in (False, True):
         power = scene_power(crop.images, noise_sd, blurs.frequencies) if len(parts) > 1 else None
-        ready = equalise(
+        first = equalise(
             crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
         )
-        law, some = _even_out(ready, whole, at, shared is None)
+        law, some = _even_out(first, whole, at, shared is None)
         if again or raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
             break
         # Compression's errors have the spectrum of neither view's noise, by which these were told apart: all are alike.
         noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
-    scale = 1.0 if raisable is None else min(raisable, ready.noise_found(some))
+    scale = 1.0 if raisable is None else min(raisable, first.noise_found(some))
     if len(parts) > 1:
-        parts = list(tiles(registered.shape, step, sum(len(one.images) for one in ready.residuals)))
-        noise_sd, scale, ready = [math.sqrt(scale) * sd for sd in noise_sd], 1.0, None
+        parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
+        noise_sd, scale = [math.sqrt(scale) * sd for sd in noise_sd], 1.0
+    else:
+        ready = first
+    del first
     agrees, textured = (np.empty(registered.shape, np.bool_) for _ in range(2))
     found, splits, ends = [], [], None
     for number, tile in enumerate(parts):
         if len(parts) > 1:
             settings.progress(0.4 + 0.5 * number / len(parts), f"equalising blur, tile {number + 1} of {len(parts)}")
         views = tile.of(registered) if len(parts) > 1 else registered
-        equalised, ready = ready, None
-        if equalised is None:
+        if ready is not None:
+            equalised, ready = ready, None
+        else:
             equalised = equalise(
                 views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=views.shares
             )

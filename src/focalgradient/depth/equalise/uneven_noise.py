@@ -13,7 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.filters import Image
+from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.noise import NOISE_SIDE, NoiseLaw, noise_law
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.registration import RegisteredViews
@@ -80,8 +80,9 @@ def even_out(
     nodes = read(False)
     step = equalised.step
 
-    def at_nodes(image: Image) -> Image:
-        return (block_sum(image, step) / block_sum(np.ones_like(image), step))[::every, ::every].astype(float)
+    def at_nodes(image: Image) -> FloatArray:
+        mean = block_sum(image, step) / block_sum(np.ones_like(image), step)
+        return np.asarray(mean[::every, ::every], float)
 
     image, contrast = _brightness(views), local_contrast(views)
     bright, varied = at_nodes(image), at_nodes(contrast)
