@@ -113,9 +113,9 @@ def rooms(
             "\n".join(line(f"{folder.name} {name}", values) for name, values in text.items())
             or f"{folder.name} rejected"
         )
-    for name, values in pooled.items():
-        every = np.array(values)
-        share = every[:, 0].sum() / (len(values) + (refused if name != "all" else 0))
+    for name, all_of_them in pooled.items():
+        every = np.array(all_of_them)
+        share = every[:, 0].sum() / (len(all_of_them) + (refused if name != "all" else 0))
         print(line(f"pooled {name}", [share, *np.average(every[:, 1:], axis=0, weights=every[:, 0])]))
     print(f"rejected: {refused} of {len(folders)}")
     return found
