@@ -20,12 +20,12 @@ NEAR = 0.02
 """Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
 edge less than this from 1.6 standard deviations of the wide window on."""
 
-BESIDE, OWN = 2.0, 0.3
+BESIDE, OWN = 2.0, 0.1
 """Standard deviation in pixels of the window that is a pixel's own; and information there, over that in the window in
 which depth is estimated, both for each pixel, from which depth rests on what is there: even texture gives 1, and where
 texture ends 0.4 lie 2 pixels beyond its end, 0.07 lie 4."""
 
-GAP = 6
+GAP = 8
 """Pixels that may lack texture of their own between such as have it: texture is uneven."""
 
 SURE = 0.6
@@ -96,5 +96,6 @@ def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image, 
     around = ndimage.gaussian_filter(power, equalised.window) / count
     own = ndimage.gaussian_filter(power, BESIDE) / own_count
     has = (own >= OWN * around) | (OWN * around < SURE * by_noise)
+    has |= equalised.even.rate_at(local.level) < CHANGING
     disc = np.hypot(*np.mgrid[-(GAP // 2) : GAP // 2 + 1, -(GAP // 2) : GAP // 2 + 1]) <= GAP / 2
     return np.asarray(ndimage.binary_closing(np.pad(has, GAP, mode="edge"), disc)[GAP:-GAP, GAP:-GAP])
