@@ -16,21 +16,21 @@ five standard deviations.
 from __future__ import annotations
 
 import argparse
-import io
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 from scipy import ndimage
+from stored_photographs import stored
 
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.photographs import read_photographs
+from focalgradient.plotting import new_figure
 from focalgradient.psf import transfer
-from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
 FOCAL_LENGTH, PITCH, F_NUMBERS = 0.035, 36e-6, {"narrow.jpg": 8.0, "wide.jpg": 2.8}
 JUMP, MARGIN = 0.05, 6
@@ -51,7 +51,7 @@ def room_views(folder: Path, focus: float) -> list[View]:
 
 def truth(folder: Path, near: float) -> tuple[Array, Array]:
     """True distance (m), and the pixels that are scored."""
-    distance = np.asarray(Image.open(folder / "depth_mm.png")).astype(float) / 1000
+    distance = np.asarray(cv2.imread(str(folder / "depth_mm.png"), cv2.IMREAD_UNCHANGED), float) / 1000
     seen = np.where(distance > 0, distance, np.nan)
     jumps = np.zeros(distance.shape, np.bool_)
     for one, other in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
@@ -144,22 +144,16 @@ def layers(count: int) -> Iterator[tuple[str, list[View], Array, Array]]:
                 images.append(light + (1 - cover) * behind)
             vergence = np.where(shape, near, far)
             surface = shape if front is blank else ~shape
-            for stored in (0, 75):
+            for quality in (0, 75):
                 views = [
-                    View(_stored(i + 0.003 * random.standard_normal(i.shape), stored), lens, pixel)
+                    View(_stored(i + 0.003 * random.standard_normal(i.shape), quality), lens, pixel)
                     for i, lens in zip(images, lenses, strict=True)
                 ]
-                yield f"{kind}, {'JPEG 75' if stored else 'lossless'}", views, vergence, surface
+                yield f"{kind}, {'JPEG 75' if quality else 'lossless'}", views, vergence, surface
 
 
 def _stored(image: Array, quality: int) -> Array:
-    if not quality:
-        return image.astype(np.float32)
-    file = io.BytesIO()
-    Image.fromarray(np.rint(255 * linear_to_srgb(np.clip(image, 0, 1))).astype(np.uint8)).save(
-        file, "JPEG", quality=quality
-    )
-    return srgb_to_linear(np.asarray(Image.open(file)) / 255).astype(np.float32)
+    return stored(image, quality) if quality else image.astype(np.float32)
 
 
 def blank_surfaces(count: int) -> None:
@@ -190,10 +184,9 @@ def blank_surfaces(count: int) -> None:
 
 def draw(found: dict[str, tuple[list[View], DepthMap, Array]], path: Path) -> None:
     """Photograph, true, measured and completed depth and its uncertainty of up to six rooms."""
-    import matplotlib.pyplot as plt
-
     some = dict(list(found.items())[:6])
-    figure, axes = plt.subplots(len(some), 5, figsize=(15, 2.2 * len(some)), layout="constrained", squeeze=False)
+    figure = new_figure(380.0, 56.0 * len(some), layout="constrained")
+    axes = figure.subplots(len(some), 5, squeeze=False)
     for line_of, (views, depth, distance) in zip(axes, some.values(), strict=True):
         true = 1 / np.where(distance > 0, distance, np.nan)
         span: dict[str, Any] = {
