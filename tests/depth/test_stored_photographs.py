@@ -57,6 +57,6 @@ def test_natural_texture_without_compression_is_no_wider() -> None:
 
 def test_sparse_texture_near_the_focus_is_covered() -> None:
     valid, off = over_sd(strewn(np.random.default_rng(11)), 0.88, None)
-    assert valid > 0.3
+    assert valid > 0.2  # blank paper beside the squares is not claimed
     assert (off < 2).mean() > 0.9
     assert (off > 5).mean() < 0.005
