@@ -69,18 +69,6 @@ GIVEN = {
 }
 """Options of optics, with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
 
-OPENEST = 0.1
-"""Smallest f-number; no lens in air has less than 0.5."""
-
-DIAMETER = ": if it is an aperture's diameter, give focal length / diameter"
-"""What a smaller number may be."""
-
-BODY_MM = 1.0, 1e4
-"""Millimetres from the sensor to a part of a lens: of a phone 3 to 5, of the longest lens 2 m."""
-
-UNITS = ": look at its unit"
-"""What a number out of range may be."""
-
 SCREEN = {
     "pixel_pitch": ("--pixel-pitch", "um"),
     "distance": ("--distance", "m"),
