@@ -11,6 +11,7 @@ import pytest
 
 from focalgradient.report.export import trial_files
 from focalgradient.statistics import Effect, compare_pictures, depth_rating
+from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
 
 REFERENCE = Path(__file__).parent / "statistics" / "reference"
 APERTURES = {"pinhole": 0.0, "f/11": 4.5, "f/5.6": 8.9}
@@ -189,3 +190,52 @@ def test_r_finds_the_odds_of_steps(tmp_path: Path) -> None:
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     assert list(wide) == ["participant_id", "nearest pinhole", "nearest f/22", "nearest f/11", "nearest f/5.6"]
     assert len(wide) == 8
+
+
+def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:
+    """Answers in steps by six subjects, most of them the lowest one."""
+    rng = np.random.default_rng(2)
+    rows = [
+        (f"{who:02}", scene, f"f/{mm:g}" if mm else "pinhole", mm, fixation, own + rise * mm / 8 + rng.logistic())
+        for who in range(6)
+        for own in [rng.normal()]
+        for rise, fixation in zip((1.5, 0.0, 0.0), fixations, strict=False)
+        for scene in "ab"
+        for mm in (0.0, 2.0, 4.0, 8.0)
+        for _ in range(3)
+    ]
+    names = ["participant_id", "scene", "aperture", "aperture_mm", "fixation", "felt"]
+    table = pd.DataFrame(rows, columns=names).assign(trial=range(len(rows)), catch=False)
+    return table.assign(rating=1 + np.digitize(table["felt"], cuts))
+
+
+def test_the_script_of_steps_repeats_the_test_that_the_analysis_chose() -> None:
+    """At the floor it needs no package, and has the analysis's penalties; its comments have the report's numbers."""
+    table = at_the_floor(("nearest",), [2.5, 3.5, 4.2])
+    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
+    script = trial_files(table, table, result)["headline_ordinal.R"].decode()
+    assert result.ordinal.by_people
+    assert "clmm" not in script
+    assert f"rep({LEVEL_SD:g}, length(names)), rep({RISE_SD:g}, length(names))" in script
+    assert f"# focalgradient: nearest: {result.ordinal.rises[0].summary()}\n" in script
+    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
+    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
+    assert not result.ordinal.by_people
+    assert "fit <- clmm(model" in trial_files(table, table, result)["headline_ordinal.R"].decode()
+
+
+@needs_r
+@pytest.mark.parametrize("fixations", [("nearest",), ("nearest", "farthest"), ("door", "lamp", "vase")])
+@pytest.mark.parametrize("cuts", [[2.5, 3.5, 4.2], [2.5]])
+def test_r_finds_subjects_own_rises_at_the_floor(tmp_path: Path, fixations: tuple[str, ...], cuts: list[float]) -> None:
+    table = at_the_floor(fixations, cuts)
+    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
+    said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R")
+    tests = [*result.ordinal.rises, *result.ordinal.these_scenes[len(fixations) :]]
+    lines = said.splitlines()[1:]
+    assert len(lines) == len(tests)
+    for each, test in zip(lines, tests, strict=True):
+        assert isinstance(test, Effect)
+        wanted = [test.estimate, test.low, test.high, test.standard_error]
+        wanted += [test.statistic, test.df, test.p, test.p_holm]
+        assert numbers(each) == pytest.approx(wanted, rel=1e-4, abs=1e-4)

@@ -7,6 +7,7 @@ from itertools import combinations
 
 import pandas as pd
 
+from focalgradient.report.ordinal_script import ordinal_script
 from focalgradient.statistics import (
     ComparisonResult,
     DepthRatingResult,
@@ -107,50 +108,6 @@ d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$sc
 of <- all_rises(d)
 for (f in names(of)) {{ cat("rise:", f, "\\n"); print(headline(of[[f]]), digits = 7) }}
 cat("p of the test that decides: {column}\\n")
-"""
-
-ORDINAL = """# The headline test of the report: the log odds of a higher answer at the largest aperture against the
-# pinhole, by a cumulative-link mixed model. Run in the report's folder: Rscript headline_ordinal.R (package ordinal)
-# In JASP, which has no such model: open depth_rating_wide.csv, a row for each subject and a column for each condition
-# (mean step); T-Tests, Paired Samples T-Test, Wilcoxon signed-rank, the largest aperture with the pinhole.
-# clmm integrates by Laplace's method, focalgradient by adaptive Gauss-Hermite quadrature: they agree to some percent.
-library(ordinal)
-d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
-d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
-d$y <- ordered(d$rating); d$participant_id <- factor(d$participant_id)
-terms <- c()
-known <- c("nearest", "farthest")
-for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
-  d[[paste0("blur_", f)]] <- d$aperture_mm / max(d$aperture_mm) * (d$fixation == f)  # 1 at the largest aperture
-  terms <- c(terms, paste0("blur_", f))
-}
-fixed <- c(terms, if (length(terms) > 1) "fixation", if (length(unique(d$scene)) > 1) "scene")
-model <- as.formula(paste("y ~", paste(fixed, collapse = " + "), "+ (1 +", paste(terms, collapse = " + "),
-                          "| participant_id)"))
-fit <- clmm(model, d, control = clmm.control(gradTol = 1e-4))
-slope <- coef(fit)[terms]; v <- vcov(fit)[terms, terms, drop = FALSE]
-if (length(terms) > 1) {
-  pairs <- combn(length(terms), 2); k <- diag(length(terms))
-  for (i in seq_len(ncol(pairs))) {
-    k <- rbind(k, diag(length(terms))[pairs[1, i], ] - diag(length(terms))[pairs[2, i], ])
-    terms <- c(terms, paste(terms[pairs[1, i]], "less", terms[pairs[2, i]]))
-  }
-  slope <- as.vector(k %*% slope); v <- k %*% v %*% t(k)
-}
-t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
-print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)), t = t, p = p,
-                 p_holm = p.adjust(p, "holm"), odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
-# Over scenes, too: they are random here, as subjects are. z in place of t: clmm has no degrees of freedom; and its
-# variance of the scenes is by maximum likelihood, where the report takes Cochran's Q.
-blurs <- grep("^blur_", names(d), value = TRUE)
-if (length(unique(d$scene)) >= FEWEST_SCENES) {
-  own <- paste("(1 +", paste(blurs, collapse = " + "), "|")
-  fixed <- paste(c(blurs, if (length(blurs) > 1) "fixation"), collapse = " + ")
-  d$scene <- factor(d$scene)
-  fit <- clmm(as.formula(paste("y ~", fixed, "+", own, "participant_id) +", own, "scene)")), d,
-              control = clmm.control(gradTol = 1e-4))
-  cat("over subjects and scenes:\\n"); print(summary(fit)$coefficients[blurs, , drop = FALSE])
-}
 """
 
 MEANS = """student <- function(mean, error, df) {
@@ -355,7 +312,7 @@ def trial_files(
         tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
         tests.append(("difference", result.ordinal.interaction))
         tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
-        files["headline_ordinal.R"] = (_with_fewest(ORDINAL) + _found(tests)).encode()
+        files["headline_ordinal.R"] = (ordinal_script(result.ordinal) + _found(tests)).encode()
     if isinstance(result, DepthRatingResult) and result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_rises(out))
         rises = [(each.fixation, each.rise) for each in result.fixations]
@@ -367,10 +324,6 @@ def trial_files(
         files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES, **said) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=PREPARE, **said) + found).encode()
     return files
-
-
-def _with_fewest(script: str) -> str:
-    return script.replace("FEWEST_SCENES", str(FEWEST_SCENES))
 
 
 def _found(tests: Sequence[tuple[str, Effect | NotComputed]]) -> str:

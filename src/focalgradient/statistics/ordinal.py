@@ -85,6 +85,9 @@ class OrdinalResult:
         At the maximum; None where there is no fit.
     these_scenes
         The rises, and then the differences of each pair, over subjects and for these scenes only.
+    by_people
+        Whether subjects' own rises were tested, as the mixed model's errors could not be trusted; all tests are then
+        over subjects, for these scenes.
 
     Notes
     -----
@@ -103,6 +106,7 @@ class OrdinalResult:
     log_likelihood: float | None
     differences: Mapping[tuple[str, str], Effect | NotComputed] = field(default_factory=dict)
     these_scenes: tuple[Effect | NotComputed, ...] = ()
+    by_people: bool = False
 
     def __repr__(self) -> str:
         """In short; `summary` has the results."""
@@ -300,6 +304,7 @@ def _by_people(
         None if fit is None else fit.log_likelihood,
         differences if size > 2 else {},
         tuple(tests),
+        by_people=True,
     )
 
 
