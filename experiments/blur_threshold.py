@@ -67,7 +67,7 @@ def next_level(sitting: Sitting, trial: BlurTrial) -> float:
 
 
 def blurred(sitting: Sitting, scene: str, amount: float) -> Any:
-    """Blur a scene's pinhole picture, evenly by dioptres, or by its depth through so many millimetres of aperture."""
+    """Blur a scene's pinhole picture, evenly by dioptres, or by its depth through an aperture of that diameter (mm)."""
     design, stimuli = sitting.design, sitting.stimuli
     assert stimuli is not None, "--stimuli is asked for before the window opens"
     picture = stimuli.picture(scene, "pinhole", design.fixation)

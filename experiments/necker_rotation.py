@@ -35,7 +35,7 @@ def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
     for number, light in enumerate(
         frames_of(trial, sitting.design, frame_count(sitting.design, 1 / screen.frame_s), pixel_angle)
     ):
-        if number % 10 == 0:  # the screen stays alive, and ESC is heard
+        if number % 10 == 0:  # the screen is redrawn, and ESC is noticed
             moment.draw()
             screen.frame()
             screen.stop_if_asked(screen.keys.events())

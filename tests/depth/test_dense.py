@@ -1,4 +1,4 @@
-"""Completed depth: unchanged where it is measured, covered where it is not, and told apart by how it is known."""
+"""Completed depth: unchanged where it is measured, covered where it is not, and classified by its evidence."""
 
 import numpy as np
 import pytest

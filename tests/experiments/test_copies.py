@@ -55,7 +55,7 @@ class Drawn:
 
 
 class Screen:
-    """Keeps a record of what is shown and when, on a clock that the frames move."""
+    """Records each drawn item and its time, on a clock that the frames move."""
 
     frame_s = 1 / 60
 

@@ -35,7 +35,7 @@ def blind(monkeypatch):
 
 
 def moved(motion, seconds, steps=1, count=200_000, velocity=None):
-    """Samples that begin at 3 D with the stationary velocity, or the one given, after so many seconds."""
+    """Samples that begin at 3 D with the stationary velocity, or the one given, after that many seconds."""
     random = np.random.default_rng(4)
     if velocity is None:
         velocity = motion.speed * random.standard_normal(count)

@@ -66,7 +66,7 @@ def calibrate_dual_pixel(views: Sequence[View], distance: float) -> DualPixelFit
     Raises
     ------
     InputError
-        If the views are no pair of halves, or the sheet is in focus or without texture.
+        If the views are not a pair of halves, or the sheet is in focus or without texture.
 
     Examples
     --------

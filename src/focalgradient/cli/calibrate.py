@@ -87,7 +87,7 @@ def calibrate(
     --calibration, or from a line calibration = "CAMERA.toml" under [camera] in VIEWS.toml.
 
     Ordinary scenes do as well, each with a map of its distances from a depth camera, a phone or stereo, on the
-    photograph's pixels: each [[view]] then names it, as depth = "depth_mm.png", in place of distance_m. Two f-numbers
+    photograph's pixels: each [[view]] then names it, as depth = "depth_mm.png", instead of distance_m. Two f-numbers
     of each scene, ten scenes or more, all at one focus. One robust fit over the scenes gives focus, f-numbers, offset
     and blur over the field; it is tested on the half of the scenes that was left out.
 
@@ -119,7 +119,7 @@ def calibrate(
       f_number = 10              # as marked
       focus_distance_m = 0.25    # as marked; may be left out where all share one focus
       flat = "flat_f10.jpg"      # a blank, evenly lit surface, to divide out vignetting; may be left out
-      # of a scene, in place of distance_m, with depth_unit = "mm" and depth_step = 1 under [camera]:
+      # of a scene, instead of distance_m, with depth_unit = "mm" and depth_step = 1 under [camera]:
       depth = "depth_mm.png"     # distances on the photograph's pixels, 0 where none
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if sheet is not None:

@@ -23,7 +23,7 @@ __all__ = ["collect"]
     metavar="DIR",
     help="Folder of the pictures that the study was made with, for depth rating.",
 )
-@click.option("--store", metavar="URL", help="In place of FILES: the database of 'focalgradient serve --store'.")
+@click.option("--store", metavar="URL", help="Instead of FILES: the database of 'focalgradient serve --store'.")
 @task_file_option
 @json_option
 def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: str | None) -> None:

@@ -127,14 +127,14 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
 @click.option(
     "--accommodate",
     metavar="TARGET",
-    help="In place of SCENE: let the eye focus a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
+    help="Instead of SCENE: let the eye focus a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
     "or sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.",
 )
 @click.option(
     "--through-focus",
     "is_through_focus",
     is_flag=True,
-    help="In place of SCENE: modulation transfer, visual Strehl ratio and point spreads against the target's vergence.",
+    help="Instead of SCENE: modulation transfer, visual Strehl ratio and point spreads against the target's vergence.",
 )
 @shared_options
 @force_option

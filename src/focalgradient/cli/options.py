@@ -123,7 +123,7 @@ def positive(
 
 
 def tolerance(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
-    """Refuse, as an option's callback, what is no relative standard deviation."""
+    """Refuse, as an option's callback, values that cannot be a relative standard deviation."""
     if given is not None:
         check_tolerance(option.opts[0], given)
     return given
@@ -323,7 +323,7 @@ _DISPLAY: list[Callable[[Any], Any]] = [
         type=float,
         metavar="CM",
         callback=positive(" of centimetres"),
-        help="In place of --pixel-pitch: width of its picture, in centimetres.",
+        help="Instead of --pixel-pitch: width of its picture, in centimetres.",
     ),
     click.option(
         "--distance",

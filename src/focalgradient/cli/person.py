@@ -41,7 +41,7 @@ _PERSON = [
         type=float,
         metavar="CD",
         callback=positive(" of cd/m^2"),
-        help="In place of --pupil: the natural pupil of --age before 20 degrees of this luminance, in cd/m^2.",
+        help="Instead of --pupil: the natural pupil of --age before 20 degrees of this luminance, in cd/m^2.",
     ),
 ]
 """Of a person's eye."""

@@ -42,7 +42,7 @@ __all__ = ["serve"]
 @click.option(
     "--store",
     metavar="URL",
-    help="In place of --data, for several servers: keep journals and links in a PostgreSQL database, as "
+    help="Instead of --data, for several servers: keep journals and links in a PostgreSQL database, as "
     "postgresql://user@host/name. 'focalgradient collect --store' makes the data set.",
 )
 @trials_option

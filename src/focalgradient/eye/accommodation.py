@@ -109,8 +109,8 @@ class Accommodation:
         in `Microfluctuations.of`. Another course is added as it is; None is a steady focus.
     horizon
         Seconds by which the controller is ahead of its estimates where the target has moved predictably (`Predictor`);
-        0 is none. What is left of latency, controller and lens, of 0.6 s at 0.5 and 1 Hz, is then the 0.17 s of the
-        phase lags that people show (Heron & Charman 2004).
+        0 is none. Of the delay of latency, controller and lens, 0.6 s at 0.5 and 1 Hz, the 0.17 s remain that people's
+        phase lags show (Heron & Charman 2004).
     motion
         How it expects targets to move.
     noise

@@ -142,7 +142,7 @@ def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **se
                 warnings.simplefilter("ignore", FocalGradientWarning)
             maps.append((weight, recover_depth([_seen_by(view, scale, light) for view in views], **settings)))
     first = maps[0][1]
-    # An eye that does not explain a place at all is no candidate there.
+    # An eye that does not explain a place at all is left out there.
     weights = np.stack([weight * one.valid for weight, one in maps])
     total = np.maximum(weights.sum(axis=0), 1e-9)
     vergences = np.stack([one.vergence for _, one in maps])

@@ -76,7 +76,7 @@ def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
 def read_dual_pixel_raw(path: Path) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
     """Return the halves of a dual-pixel raw file (Canon's "DPRAW"), as `read_raw` returns a picture: left, right.
 
-    Such a file holds the sum of both halves, and one half, which is taken for the left; the right is what is left of
+    Such a file holds the sum of both halves, and one half, which is taken for the left; the right is the rest of
     the sum. Where it is the right one, near and far are exchanged: exchange the two.
 
     Raises

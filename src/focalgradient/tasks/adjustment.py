@@ -37,7 +37,7 @@ class Adjustment:
     Parameters
     ----------
     views
-        What is shown, side by side.
+        The two pictures, side by side.
     least, most
         Ends of the knob, in dioptres.
     question

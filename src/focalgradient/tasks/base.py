@@ -203,7 +203,7 @@ class Task(ABC):
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def adjustment(self, design: Any, words: Any, trial: Any, pixels_per_degree: float) -> Adjustment:
-        """Return what a trial asks to be set by a knob, in place of `shown` and `control`.
+        """Return what a trial asks to be set by a knob, instead of `shown` and `control`.
 
         The answer is made by `answered`, which then has the keyword `start` as well: the value at the start.
         """

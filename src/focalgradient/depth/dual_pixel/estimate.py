@@ -27,7 +27,7 @@ LEAST_ERROR = 0.06
 
 
 def estimate(problem: Problem) -> Estimate:
-    """Return depth from the left and the right half of one lens' dual pixels; both sides of focus are told apart."""
+    """Return depth from the left and the right half of one lens' dual pixels; with the side of focus."""
     pair = halves_of(problem.views)
     if pair is None:
         raise InputError("dual pixels need the left and the right view of one lens: give DualPixel.pair(lens).")

@@ -69,7 +69,7 @@ class HalfRadius:
 
 
 def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
-    """Return which views are left and right halves of one lens, None where they are no such pair.
+    """Return which views are left and right halves of one lens, None where they are not such a pair.
 
     A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
     """

@@ -74,7 +74,7 @@ def estimate(problem: Problem) -> Estimate:
 
 OWN_BLUR = 1.0
 """Width of edges (sigma, pixels) up to which a camera's own blur, which differs over the frame and is known to a pixel
-squared (`calibration.Priors`), cannot be told from defocus: there no depth is claimed."""
+squared (`calibration.Priors`), cannot be distinguished from defocus: there no depth is claimed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -329,7 +329,8 @@ def _by_tiles(
         law, some = _even_out(first, whole, at, shared is None)
         if again or raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
             break
-        # Compression's errors have the spectrum of neither view's noise, by which these were told apart: all are alike.
+        # Compression's errors have the spectrum of neither view's noise, by which these were distinguished: all are
+        # treated alike.
         noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
     scale = 1.0 if raisable is None else min(raisable, first.noise_found(some))
     if len(parts) > 1:

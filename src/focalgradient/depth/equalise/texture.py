@@ -22,8 +22,8 @@ edge less than this from 1.6 standard deviations of the wide window on."""
 
 BESIDE, OWN = 2.0, 0.1
 """Standard deviation in pixels of the window that is a pixel's own; and information there, over that in the window in
-which depth is estimated, both for each pixel, from which depth rests on what is there: even texture gives 1, and where
-texture ends 0.4 lie 2 pixels beyond its end, 0.07 lie 4."""
+which depth is estimated, both for each pixel, from which depth rests on texture at the pixel: even texture gives 1, and
+where texture ends 0.4 lie 2 pixels beyond its end, 0.07 lie 4."""
 
 GAP = 8
 """Pixels that may lack texture of their own between such as have it: texture is uneven."""
