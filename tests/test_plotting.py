@@ -186,6 +186,19 @@ def test_legible_and_nothing_off_the_page(count, shape):
     assert (f"4 of {count} views" in written(figure)) == (count > 4)
 
 
+@pytest.mark.parametrize("truth", [None, np.full(SHAPE, 1.5)])
+def test_a_completed_map_is_drawn_whole_below_the_measured_one(truth):
+    evidence = np.full(SHAPE, 2, np.uint8)
+    evidence[:, : SHAPE[1] // 2] = 1
+    evidence[:, : SHAPE[1] // 4] = 0
+    figure = depth_figure(views(16, 5.6), ramp(valid=evidence == 2, evidence=evidence), truth=truth)
+    completed = panel(figure, "Completed")
+    assert completed.get_title(loc="left") == "Completed depth: 50 % measured,\n25 % near evidence, 25 % guessed"
+    assert not is_grey(pixels(figure, completed)).any()
+    assert is_grey(pixels(figure, panel(figure, "Recovered"))).any()
+    assert all(text.get_window_extent().x1 <= figure.bbox.x1 for text in texts(figure))
+
+
 @pytest.mark.parametrize("truth", [None, np.full(SHAPE, np.inf)])
 def test_a_map_of_rejected_pixels_alone_can_be_drawn(truth):
     nothing = np.zeros(SHAPE, bool)

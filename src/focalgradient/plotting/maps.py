@@ -104,7 +104,8 @@ def depth_figure(
     limits = _vergence_limits(depth, truth)
     with style():
         rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 if _side_note(depth) is None else 2)]
-        figure, panels = _page(depth.shape, [*rows, (2, 1)] if truth is not None else rows)
+        rows += [(2, 1)] * (truth is not None) + [(2, 2)] * (depth.evidence is not None)
+        figure, panels = _page(depth.shape, rows)
         for ax, view, title in zip(panels[0], shown, titles, strict=False):
             draw_view(ax, view, title)
         for ax in panels[0][len(shown) :]:  # beside a single view: its depth in words
@@ -115,6 +116,8 @@ def depth_figure(
                 "\n".join(fill(line, 48, subsequent_indent="   ") for line in depth.summary().splitlines()),
                 va="top",
             )
+        if depth.evidence is not None:
+            _draw_completed(*panels.pop(), depth, limits)
         if truth is None:
             depth_ax, sd_ax = panels[1]
         else:
@@ -144,6 +147,7 @@ def _thinned(
     arrays = {name: getattr(depth, name)[some] for name in ("vergence", "vergence_sd", "valid", "side_known")}
     thin = [View(view.image[some], view.optics, every * view.pixel_angle) for view in views]
     arrays["common_errors"] = depth.common_errors[:, ::every, ::every]
+    arrays["evidence"] = None if depth.evidence is None else depth.evidence[some]
     return thin, replace(depth, **arrays), None if truth is None else truth[some]
 
 
@@ -233,6 +237,20 @@ def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: st
         bias = round(float(np.median(percent[usable])), 2) + 0.0  # no negative zero
         text += f", bias {bias:+.2g} %".replace("-", "−")
     return _picture(ax, text if title is None else title)
+
+
+def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[float, float]) -> None:
+    """Draw a completed map, measured or guessed, and its standard deviation (D), with the share of each evidence."""
+    assert depth.evidence is not None
+    measured, near, guessed = (_percent(float(np.mean(depth.evidence == how))) for how in (2, 1, 0))
+    everywhere = np.ones(depth.shape, bool)
+    label = f"distance from {depth.plane} (m)"
+    bar = _map(depth_ax, np.maximum(depth.vergence, 0), everywhere, "viridis", limits, label)
+    title = f"Completed depth: {measured} measured,\n{near} near evidence, {guessed} guessed"
+    _with_metres(depth_ax, bar, limits, title, depth.offset)
+    low, high = _robust(depth.vergence_sd, 0, 98)
+    _map(sd_ax, depth.vergence_sd, everywhere, "magma", (min(low, 0.8 * high), high), "sd (D)")
+    _picture(sd_ax, "Uncertainty of the completed map")
 
 
 def describe_optics(optics: Optics) -> str:
