@@ -112,11 +112,14 @@ def estimate(problem: Problem) -> Estimate:
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
     informative = informative_nodes(nodes, gains is None)
-    informative &= ~among_outside(nodes, AROUND * settings.window / equalised.step)
     left = np.zeros(nodes.level.shape)
     if gains is None:
+        informative &= ~among_outside(nodes, AROUND * settings.window / equalised.step)
         left = _coherent_error(equalised, nodes, informative, _by_contrast(frame.law, registered, equalised.step))
-    vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, left, search, tau, registered.shape)
+    one_waveband = gains is None
+    vergence, vergence_sd, known = _to_pixels(
+        equalised, nodes, frame.curved, left, search, tau, registered.shape, one_waveband
+    )
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     explained = float(informative[textured].mean()) if textured.any() else 0.0
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
@@ -231,6 +234,7 @@ def _to_pixels(
     search: Search,
     tau: float,
     shape: tuple[int, int],
+    one_waveband: bool,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
 
@@ -253,7 +257,9 @@ def _to_pixels(
         band = slice(top, top + rows)
         vergence[band] = search.lowest + level * search.spacing
         radius = search.radius(vergence[band].astype(float))
-        known[band] = blur_is_known(sd * search.spacing * search.slope, radius) & _model_holds(radius, tau)
+        known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
+        if one_waveband:  # of others coarse and fine detail may differ
+            known[band] &= _model_holds(radius, tau)
         sd = np.sqrt(sd**2 + more)
         vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, tau))
     return vergence, vergence_sd, known
