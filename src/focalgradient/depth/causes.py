@@ -139,7 +139,7 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
     return [Cause("unclear", 1.0, str(unclear)), *causes]
 
 
-ORDER = ("scenes", "displacement", "optics", "jpeg", "range", "noise", "texture", "edges", "saturation", "blur")
+ORDER = ("scenes", "displacement", "optics", "edges", "jpeg", "range", "noise", "texture", "saturation", "blur")
 """Causes by name: of several that are clear the first also explains what the later ones show."""
 
 
