@@ -117,7 +117,8 @@ def depth_figure(
                 va="top",
             )
         if depth.evidence is not None:
-            _draw_completed(*panels.pop(), depth, limits)
+            completed_ax, completed_sd_ax = panels.pop()
+            _draw_completed(completed_ax, completed_sd_ax, depth, limits)
         if truth is None:
             depth_ax, sd_ax = panels[1]
         else:
