@@ -6,8 +6,9 @@
 Each set is an experiment: N people, 2 conditions, two alternatives, nine levels as often as each other. A person's log
 threshold is normal about log 0.2 (standard deviation 0.4) and differs by condition by 0.15 more; log slopes are normal
 about log 3.5 (0.2), log odds of lapses about those of 2 % (0.5). Conditions do not differ, so that rejections are
-errors. Printed: bias and coverage of the mean threshold and slope, false positives and coverage of the difference,
-coverage over persons, the spread of a person's estimate, the mean standard deviations, and sets without a fit.
+errors. Printed: bias (against the mean of these people) and coverage of the mean threshold and slope, false positives
+and coverage of the difference, coverage over persons, the spread of a person's estimate, the mean standard deviations,
+and sets without a fit.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ class Cell(NamedTuple):
     lapse: Literal["common", "people"]
 
 
-def experiment(rng: np.random.Generator, cell: Cell) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Answers, and the log thresholds of people in conditions."""
+def experiment(rng: np.random.Generator, cell: Cell) -> tuple[dict[str, FloatArray], FloatArray, FloatArray]:
+    """Answers, the log thresholds of people in conditions, and their slopes."""
     people = cell.subjects
     own = math.log(THRESHOLD) + SD * rng.normal(size=(people, 1)) + SD_BY_CONDITION * rng.normal(size=(people, 2))
     slope = SLOPE * np.exp(SD_SLOPE * rng.normal(size=(people, 1, 1)))
@@ -62,18 +63,17 @@ def experiment(rng: np.random.Generator, cell: Cell) -> tuple[dict[str, FloatArr
         "level": np.broadcast_to(level, right.shape).ravel(),
         "correct": (rng.random(right.shape) < right).ravel(),
     }
-    return table, own
+    return table, own, slope
 
 
 def session(job: tuple[Cell, int]) -> FloatArray:
     """Errors and coverage of one set, or NaN without a fit."""
     cell, seed = job
     rng = np.random.default_rng([seed, cell.subjects, cell.trials])
-    table, own = experiment(rng, cell)
+    table, own, slopes = experiment(rng, cell)
     found = fit_psychometric_groups(table, lapse=cell.lapse, overdispersed=cell.overdispersion > 0)
     if isinstance(found, NotComputed):
         return np.full(13, np.nan)
-    true = math.log(THRESHOLD)
     group, effect = found.groups[0], found.differences[0].effect
     persons = [(one, own[int(one.participant_id), int(one.condition)]) for one in found.people]
     errors = np.array([math.log(one.threshold.estimate) - at for one, at in persons])
@@ -84,9 +84,9 @@ def session(job: tuple[Cell, int]) -> FloatArray:
 
     return np.array(
         [
-            math.log(group.threshold.estimate) - true,
+            np.mean([math.log(each.threshold.estimate) for each in found.groups]) - own.mean(),
             covers(group.threshold, THRESHOLD),
-            math.log(group.slope.estimate / SLOPE),
+            np.mean([math.log(each.slope.estimate) for each in found.groups]) - np.log(slopes).mean(),
             covers(group.slope, SLOPE),
             effect.p < 0.05,
             effect.low <= 0 <= effect.high,

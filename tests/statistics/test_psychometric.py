@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import optimize, special
 
 from focalgradient.errors import InputError
 from focalgradient.statistics import (
@@ -64,6 +65,28 @@ def test_gradient_of_the_joint_density_is_that_of_differences(overdispersed):
         up = model._derivatives(sd, free, exact=True)
         assert vv[1, :, place] == pytest.approx(-(up[1][1] - by_v[1]) / step, rel=1e-3, abs=1e-2)
         assert bv[1, :, place] == pytest.approx(-(up[0] - by_b) / step, rel=1e-3, abs=1e-2)
+
+
+def test_fixed_effects_are_near_the_maximum_of_the_exact_integral_over_people():
+    """By a grid over each person's deviations; in the joint mode of people and means the slope is too steep."""
+    data = psychometric_data(answered(8, ("near",), trials=36, lapse=0.0), lapse=0.0)
+    model, sd = _Model(data.counts, data.layout, data.shape), np.array([0.4, 0.3])
+    model.integrated(np.log(sd))
+    joint = model.b
+    model.move_to_marginal_mode(sd, np.log(sd))
+    v = np.stack(np.meshgrid(*[np.linspace(-5, 5, 61)] * 2)).reshape(2, -1)
+    counts = data.counts
+
+    def lost(b):
+        z = np.exp(b[1] + sd[1] * v[1]) * (counts.x[:, None] - b[0] - sd[0] * v[0])
+        p = np.clip(0.5 + 0.5 * data.shape.values(z)[0], 1e-12, 1 - 1e-12)
+        own = counts.right[:, None] * np.log(p) + (counts.shown - counts.right)[:, None] * np.log1p(-p)
+        people = np.stack([own[counts.person == person].sum(axis=0) for person in range(8)])
+        return -special.logsumexp(people - (v**2).sum(axis=0) / 2, axis=1).sum() - model._prior(b)[0]
+
+    exact = optimize.minimize(lost, joint, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-4}).x
+    assert joint[1] - exact[1] > 0.03
+    assert np.abs(model.b - exact).max() < 0.35 * (joint[1] - exact[1])
 
 
 @pytest.mark.slow

@@ -3,7 +3,9 @@
 P(right) = guess + (1 - guess - lapse) F(exp(w) (x - t)). The threshold t, the log slope w and the log odds of lapse and
 guess are each a mean (fixed effects b, one a condition) plus a normal deviation of the person (standard deviation times
 v, v standard normal). Fixed effects and deviations are integrated out together about their joint mode, as REML does it
-for normal answers (Laplace's approximation; Tierney & Kadane 1986); the standard deviations maximise what is left.
+for normal answers (Laplace's approximation; Tierney & Kadane 1986); the standard deviations maximise what is left. The
+fixed effects maximise the integral over the deviations alone: in their joint mode slopes are too steep, as every person
+has a threshold fitted to their answers (Neyman & Scott 1948).
 """
 
 from __future__ import annotations
@@ -221,6 +223,7 @@ def fit_model(
     errors = _outer_errors(cost, free, np.array(low), np.array(high))
     model.integrated(free)
     covariance, together = model.covariances()
+    model.move_to_marginal_mode(np.exp(free[:sds])[model.which], free)
     units = np.concatenate([np.ones(layout.fixed), np.exp(free[:sds])[model.which]])
     return ModelFit(
         model.b.copy(),
@@ -242,6 +245,9 @@ STARTS = (0.3, 1.0)
 """Standard deviations that the search begins from: the joint density can have two modes of nearly the same height, as
 where a function rises between two levels, and what is left of the integral then a maximum for each."""
 
+MARGINAL_REACH = 2.0
+"""Standard errors between the joint mode and where the fixed effects are searched."""
+
 OUTER_STEP = 0.05
 """Step of the second differences by the logarithms of standard deviations."""
 
@@ -258,15 +264,8 @@ def _outer_errors(cost: Callable[[FloatArray], float], at: FloatArray, low: Floa
     second = np.diag([one + other - 2 * here for one, other in zip(up, down, strict=True)])
     for j in range(len(inner)):
         for k in range(j):
-            second[j, k] = second[k, j] = (
-                cost(at + steps[j] + steps[k])
-                + cost(at - steps[j] - steps[k])
-                - up[j]
-                - down[j]
-                - up[k]
-                - down[k]
-                + 2 * here
-            ) / 2
+            both = cost(at + steps[j] + steps[k]) + cost(at - steps[j] - steps[k])
+            second[j, k] = second[k, j] = (both - up[j] - down[j] - up[k] - down[k] + 2 * here) / 2
     second /= OUTER_STEP**2
     with np.errstate(invalid="ignore"):
         found = np.diag(np.linalg.pinv(second, hermitian=True))
@@ -425,8 +424,8 @@ class _Model:
         size = self.layout.fixed
         return height - float(own.sum() + np.linalg.slogdet(schur)[1] - size * math.log(2 * math.pi)) / 2 + penalty
 
-    def _find_mode(self, sd: FloatArray, free: FloatArray) -> bool:
-        """Newton's method with halved steps, from where the last search ended."""
+    def _find_mode(self, sd: FloatArray, free: FloatArray, *, people_only: bool = False) -> bool:
+        """Newton's method with halved steps, from where the last search ended; `people_only`: fixed effects stay."""
         best = self._height(self.b, self.v, sd, free)
         for _ in range(NEWTON_STEPS):
             for exact in (True, False):
@@ -434,9 +433,10 @@ class _Model:
                 solved = np.linalg.solve(vv, np.concatenate([bv.transpose(0, 2, 1), by_v[:, :, None]], axis=2))
                 taken = (bv @ solved).sum(axis=0)
                 schur, right = bb - taken[:, :-1], by_b - taken[:, -1]
-                if np.linalg.eigvalsh(schur)[0] <= 1e-10 or (len(self.which) and np.linalg.eigvalsh(vv).min() <= 0):
+                flat = not people_only and np.linalg.eigvalsh(schur)[0] <= 1e-10
+                if flat or (len(self.which) and np.linalg.eigvalsh(vv).min() <= 0):
                     continue
-                step_b = np.linalg.solve(schur, right)
+                step_b = np.zeros(len(right)) if people_only else np.linalg.solve(schur, right)
                 step_v = solved[:, :, -1] - solved[:, :, :-1] @ step_b
                 gain = float(by_b @ step_b + (by_v * step_v).sum())
                 if gain > -1e-12:
@@ -456,6 +456,27 @@ class _Model:
                 return gain < 1e-5
             self.b, self.v, best = b, v, height
         return False
+
+    def move_to_marginal_mode(self, sd: FloatArray, free: FloatArray) -> None:
+        """Move fixed effects to the maximum of the integral over deviations, and deviations to their mode there.
+
+        The integral is Laplace's, about the deviations' own mode for given fixed effects, with the answers' own second
+        derivatives. Searched within `MARGINAL_REACH` standard errors of the joint mode, where `integrated` ended.
+        """
+        assert self._curvature is not None
+        joint = self.b, self.v
+        unit = np.sqrt(np.diag(np.linalg.inv(self._curvature[0])))
+
+        def lost(away: FloatArray) -> float:
+            self.b, self.v = joint[0] + unit * away, joint[1]
+            if not self._find_mode(sd, free, people_only=True):
+                return IMPOSSIBLE
+            volume = -float(np.linalg.slogdet(self._derivatives(sd, free, exact=True)[-1])[1].sum()) / 2
+            return -self._height(self.b, self.v, sd, free) - volume
+
+        reach = [(-MARGINAL_REACH, MARGINAL_REACH)] * len(unit)
+        found = optimize.minimize(lost, 0 * unit, method="L-BFGS-B", bounds=reach, options={"eps": 1e-3, "ftol": 1e-8})
+        lost(found.x)
 
     def covariances(self) -> tuple[FloatArray, FloatArray]:
         """Covariance of the fixed effects, and jointly with each person's v."""
