@@ -139,7 +139,10 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
     return [Cause("unclear", 1.0, str(unclear)), *causes]
 
 
-ORDER = ("scenes", "displacement", "optics", "edges", "jpeg", "range", "noise", "texture", "saturation", "blur")
+BESIDE_EDGES = 0.99
+"""Evidence of compression, at most, beside that of hard edges: it ranks after them."""
+
+ORDER = ("scenes", "displacement", "optics", "jpeg", "range", "noise", "texture", "edges", "saturation", "blur")
 """Causes by name: of several that are clear the first also explains what the later ones show."""
 
 
@@ -162,6 +165,9 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
     one_is_sharp = found.fine_signal >= SHARP
     one_scene = found.agreement >= AGREES
     light, hidden = found.noise, found.noise >= NOISY
+    edges = 0.0 if method == "edges" or clear_of_noise < 1 else min(1.0, CONCENTRATED / max(found.textured, 1e-3))
+    # Beside hard edges compression leaves its blocks, too, which are then no cause by themselves.
+    blocks = float(np.clip(np.log(found.blocks) / np.log(BLOCKY), 0, 1 if edges < 1 else BESIDE_EDGES))
     candidates = [
         (
             "scenes",
@@ -194,13 +200,13 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
         ),
         (
             "edges",
-            0.0 if method == "edges" or clear_of_noise < 1 else min(1.0, CONCENTRATED / max(found.textured, 1e-3)),
+            edges,
             f"nearly all contrast lies in {found.textured:.0%} of the frame, as of hard edges on blank surfaces: use "
             "the method for edges (method='edges')",
         ),
         (
             "jpeg",
-            float(np.clip(np.log(found.blocks) / np.log(BLOCKY), 0, 1)),
+            blocks,
             "the files show the blocks of JPEG compression, which removes fine detail: store the views without loss",
         ),
         (
