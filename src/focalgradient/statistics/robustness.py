@@ -139,7 +139,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     >>> found = robustness(pd.DataFrame(rows))
     >>> [main] = [each for each in found if each.main]
     >>> round(main.estimate, 3), round(main.p, 4), main.subjects, len({each.without for each in found}) - 1
-    (0.289, 0.0004, 6, 6)
+    (0.289, 0.0005, 6, 6)
     """
     analysis = analysis_named(scale)
     rules = rules or Rules()

@@ -72,9 +72,10 @@ def estimate(problem: Problem) -> Estimate:
     )
 
 
-OWN_BLUR = 1.0
-"""Width of edges (sigma, pixels) up to which a camera's own blur, which differs over the frame and is known to a pixel
-squared (`calibration.Priors`), cannot be distinguished from defocus: there no depth is claimed."""
+OWN_BLUR, CALIBRATED = 1.0, 0.5
+"""Width of edges (sigma, pixels) up to which a camera's own blur, which differs over the frame, cannot be distinguished
+from defocus, so that no depth is claimed: where it is known to a pixel squared (`calibration.Priors`); and where a
+calibration gives it. Cards of 0.6 pixels are right to 5 % then (`tests/test_cli_demo.py`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +102,7 @@ def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) ->
     radius = np.sqrt(np.maximum(whole.radius**2 - residual, 0.0))
     stated = capabilities(view.optics)
     if stated.focus_tolerance or stated.aperture_tolerance or residual:  # a camera, whose own blur is not known exactly
-        seen = radius * per_sigma > OWN_BLUR
+        seen = radius * per_sigma > (CALIBRATED if residual else OWN_BLUR)
         pixel, whole, radius = pixel[seen], _of(whole, seen), radius[seen]
     steeper = whole.radius / np.maximum(radius, 0.1 * whole.radius + 1e-9) if residual else 1.0
     defocus, sd = per_pixel * radius, per_pixel * whole.radius_sd * steeper
