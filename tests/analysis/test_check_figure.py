@@ -16,4 +16,6 @@ def test_reflections_are_found_and_a_sound_wall_is_left_alone():
     assert np.mean(sound.statistic > chi2.isf(0.01, 1)) < 0.1
     assert (mirrored.statistic[mirrored.wrong][:, None] > sound.statistic).mean() > 0.9
     assert sound.default_rejected.mean() < 0.1
-    assert mirrored.default_found > 0.5
+    # The default method states so much more uncertainty that hardly an answer is wrong by it, and claims none.
+    assert mirrored.default_rejected.mean() > 0.9
+    assert (mirrored.default_wrong & ~mirrored.default_rejected).mean() < 0.05
