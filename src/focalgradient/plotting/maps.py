@@ -47,7 +47,7 @@ _MOST_VIEWS = 4
 _MOST_PIXELS = 2000
 """Side in pixels of the largest picture that is drawn whole: 180 mm at 280 to the inch."""
 
-LETTER = 1.4
+LETTER = 1.3
 """Width (mm) of a letter of a colour bar's label, with some to spare: a label longer than its bar takes two lines."""
 
 
