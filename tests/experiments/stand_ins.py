@@ -20,6 +20,7 @@ class Gazepoint(threading.Thread):
     def __init__(self, host: str, place: tuple[float, float]):
         super().__init__(daemon=True)
         self._server = socket.create_server((host, 0))
+        self._server.settimeout(None)  # PsychoPy, once imported, sets a timeout for all new ones
         self.port = self._server.getsockname()[1]
         self.place, self.asked = place, list[str]()
         self.start()

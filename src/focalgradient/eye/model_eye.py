@@ -305,7 +305,7 @@ class Eye:
     def chromatic_shift(self) -> tuple[float, float]:
         """Angles x and y in radians by which the image in the eye's light lies off that in light of 580 nm.
 
-        The wavefront of defocus V |p|^2 / 2 about the visual axis has the slope V p at the pupil's middle (Thibos,
+        The wavefront of defocus V p^2 / 2 about the visual axis has the slope V p at the pupil's middle (Thibos,
         Bradley, Still, Zhang & Howarth 1990, Vision Res. 30, 33).
 
         >>> eye = Eye(0.004, 1.0, pupil_offset=(0.0004, 0.0))

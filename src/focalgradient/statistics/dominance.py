@@ -61,7 +61,7 @@ class PerceptDurations:
 
     seconds: NDArray[np.float64]
     censored: NDArray[np.bool_]
-    participant: NDArray[np.str_]
+    participant: NDArray[Any]
     reading: NDArray[np.float64]
     trial: NDArray[np.float64]
     first: NDArray[np.bool_]

@@ -134,7 +134,10 @@ def estimate(problem: Problem) -> Estimate:
     if ends is not None:
         at = ends.replaced
         vergence[at], vergence_sd[at], known_there = _about_outlines(ends, left, equalised.step, search, tau)
-        valid[at] = (known_there & registered.usable)[at]
+        # Both sides of an outline are continued from places about it: some must rest on signal.
+        reach = 2 * math.ceil(AROUND * settings.window / equalised.step) + 1
+        about = equalised.to_blocks(ndimage.maximum_filter(informative & textured, reach), registered.shape)
+        valid[at] = (known_there & registered.usable & about)[at]
     if gains is None:
         valid &= frame.textured
     mixture = capabilities(problem.views[0].optics).mixture
