@@ -180,7 +180,7 @@ class _Field:
 
     def _anchor(self) -> float:
         """Precision of each node about the mean: by it the field lies within its spread far from what is known."""
-        return (STEP_SD / self.spread) ** 2 / STEP_SD**2 * 1e-3
+        return 1e-3 / self.spread**2
 
 
 def _to_pixels(values: FloatArray, step: int, shape: tuple[int, ...]) -> FloatArray:
