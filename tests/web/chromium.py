@@ -104,6 +104,10 @@ def _look(page: Page, name: str, number: int) -> None:
 
 
 KIND = """([until, title]) => {
+    if (!window.answered) {
+        window.answered = [];
+        addEventListener("keydown", () => window.answered.push(document.body.innerText.trim()), true);
+    }
     const arrived = title
         ? [...document.querySelectorAll("h1")].some((one) => one.innerText.trim() === title)
         : until && document.querySelector(until);
@@ -111,9 +115,9 @@ KIND = """([until, title]) => {
         ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
         ["card", "#page-size"], ["button", "#stage button:enabled"], ["arrows", ".foot.arrows"],
     ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
-    return [found?.[0] ?? "none", document.body.innerText.trim()];
+    return [found?.[0] ?? "none", document.body.innerText.trim(), window.answered.splice(0)];
 }"""
-"""What is on the screen, and what it says, at one moment, in which the screen cannot change."""
+"""What is on the screen, and what it says, at one moment, in which the screen cannot change; screens that got a key."""
 
 
 FAINT = """() => {
@@ -143,7 +147,8 @@ FAINT = """() => {
 
 def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "") -> bool:
     """Answer the screen by keys; `seen` gains what it says. True, and unanswered, where `until` or `title` is there."""
-    kind, text = page.evaluate(KIND, [until, title])
+    kind, text, answered = page.evaluate(KIND, [until, title])
+    seen += [one for one in dict.fromkeys(answered) if one and one not in seen[-1:]]  # shown between two looks
     if kind == "arrived":
         return True
     if text and (not seen or seen[-1] != text):
