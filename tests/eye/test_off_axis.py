@@ -5,7 +5,17 @@ import pytest
 from scipy.optimize import brentq
 
 from focalgradient import InputError
-from focalgradient.eye import EMMETROPES, MYOPES, Cones, Eye, field_coma, field_foci, off_axis, resolved_cpd
+from focalgradient.eye import (
+    EMMETROPES,
+    MYOPES,
+    SCHEMATIC,
+    Cones,
+    Eye,
+    field_coma,
+    field_foci,
+    off_axis,
+    resolved_cpd,
+)
 
 # Escudero-Sanz & Navarro (1999): vertex and radius in mm, conic constant, index behind.
 EYE = [(0.0, 7.72, -0.26, 1.3777), (0.55, 6.5, 0.0, 1.3391), (3.6, 10.2, -3.1316, 1.4222), (7.6, -6.0, -1.0, 1.3377)]
@@ -74,7 +84,7 @@ def test_foci_are_where_traced_rays_meet(place) -> None:
 
 def test_an_eye_off_axis_is_focused_in_one_plane_where_its_tangential_focus_is() -> None:
     """At the tangential focus, detail across the tangential plane is sharp, and detail along it is not."""
-    eye = off_axis(Eye(0.003, 1.0), 30.0)
+    eye = off_axis(Eye(0.003, 1.0), 30.0, foci=SCHEMATIC)
     tangential, sagittal = (1.0 + one for one in field_foci(30.0))
     cones = Cones.of(eye, "L+M", wavelengths=1)
     shift = cones.focus_vergence - eye.focus_vergence
@@ -83,7 +93,7 @@ def test_an_eye_off_axis_is_focused_in_one_plane_where_its_tangential_focus_is()
         along = [abs(cones.optical_transfer(y, x, focus + shift)) for y, x in ((0.0, fine), (fine, 0.0))]
         assert along[plane] > 0.8
         assert along[1 - plane] < 0.3
-    turned = off_axis(Eye(0.003, 1.0), 30.0, "superior")
+    turned = off_axis(Eye(0.003, 1.0), 30.0, "superior", foci=SCHEMATIC)
     assert turned.aberrations[0][2] == pytest.approx(-eye.aberrations[0][2])
 
 
@@ -96,11 +106,18 @@ def test_measured_foci_take_the_place_of_the_model_s() -> None:
 
 @pytest.mark.parametrize(
     ("given", "said"),
-    [((-1.0,), "eccentricity_deg"), ((50.0,), "from 0 to 40"), ((10.0, "left"), "meridian is 'left'")],
+    [((-1.0,), "eccentricity_deg"), ((50.0,), "from 0 to 40|to 40"), ((10.0, "left"), "meridian is 'left'")],
 )
-def test_places_that_are_none_are_refused(given, said) -> None:
+@pytest.mark.parametrize("foci", [EMMETROPES, SCHEMATIC])
+def test_places_that_are_none_are_refused(given, said, foci) -> None:
     with pytest.raises(InputError, match=said):
-        off_axis(Eye(0.004, 1.0), *given)
+        off_axis(Eye(0.004, 1.0), *given, foci=foci)
+
+
+@pytest.mark.parametrize("foci", [None, 1.0, (0.1,), "emmetropes"])
+def test_foci_that_are_none_are_refused(foci) -> None:
+    with pytest.raises(InputError, match="foci is .*EMMETROPES, MYOPES, SCHEMATIC"):
+        off_axis(Eye(0.004, 1.0), 10.0, foci=foci)
 
 
 def test_terms_of_one_order_add_up_as_the_wavefront_does() -> None:
@@ -132,7 +149,7 @@ def test_coma_is_that_of_traced_rays(place) -> None:
 def test_coma_points_to_what_is_looked_at() -> None:
     """Opposite sides have opposite signs, coma grows with the cube of the pupil, and there is none in the middle."""
     terms = {
-        side: {(n, m): c for n, m, c in off_axis(Eye(0.004, 1.0), 20.0, side, coma=True).aberrations}
+        side: {(n, m): c for n, m, c in off_axis(Eye(0.004, 1.0), 20.0, side, foci=SCHEMATIC, coma=True).aberrations}
         for side in ("temporal", "nasal", "superior", "inferior")
     }
     size = field_coma(20.0, 0.004)
@@ -158,6 +175,16 @@ def test_people_off_axis_are_refracted_as_measured(people, angle, m, j0) -> None
     assert people.at(abs(angle), side) == pytest.approx((m, j0), abs=0.14)
     eye = off_axis(Eye(0.004, 1.0), abs(angle), side, foci=people)
     assert eye.accommodation == pytest.approx(1.0 - m, abs=0.14)  # myopic is focused nearer
+
+
+@pytest.mark.parametrize(("side", "degrees"), [(side, far) for side in ("temporal", "nasal") for far in (20.0, 30.0)])
+def test_an_eye_is_myopic_off_axis_by_default_and_the_schematic_eye_hyperopic(side, degrees) -> None:
+    """Measured of emmetropes at 20 and 30 degrees: M of -0.08 and -0.48 (temporal), -0.65 and -1.04 D (nasal field)."""
+    measured = {("temporal", 20): -0.08, ("temporal", 30): -0.48, ("nasal", 20): -0.65, ("nasal", 30): -1.04}
+    eye = Eye.of_person("plano", age=30, pupil_diameter=0.004)
+    nearer = off_axis(eye, degrees, side).focus_vergence - eye.focus_vergence
+    assert nearer == pytest.approx(-measured[side, int(degrees)], abs=0.14)
+    assert nearer > 0 > off_axis(eye, degrees, side, foci=SCHEMATIC).focus_vergence - eye.focus_vergence
 
 
 def test_people_were_measured_along_the_horizontal_meridian_only() -> None:

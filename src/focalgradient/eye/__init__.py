@@ -33,7 +33,7 @@ from focalgradient.eye.light import (
 from focalgradient.eye.local_colour import ColouredCones, KnownSpectrum, LocalColours, SeenContrast, estimate_colours
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
-from focalgradient.eye.off_axis import field_coma, field_foci, off_axis
+from focalgradient.eye.off_axis import SCHEMATIC, SchematicPeriphery, field_coma, field_foci, off_axis
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
 from focalgradient.eye.periphery import midget_density, resolved_cpd
 from focalgradient.eye.photons import Photons
@@ -60,6 +60,7 @@ __all__ = [
     "EMMETROPES",
     "MYOPES",
     "REFERENCE_NM",
+    "SCHEMATIC",
     "Aberrations",
     "Accommodation",
     "Band",
@@ -86,6 +87,7 @@ __all__ = [
     "Predictor",
     "Refraction",
     "Scatter",
+    "SchematicPeriphery",
     "SeenContrast",
     "SpectralBasis",
     "SpectralImage",

@@ -1,12 +1,13 @@
-"""The eye's focus away from the fovea: curvature of the field and oblique astigmatism of a schematic eye.
+"""The eye's focus away from the fovea: mean refraction of people, or a schematic eye's field curvature and astigmatism.
 
-The wide-angle eye of Escudero-Sanz & Navarro (1999, "Off-axis aberrations of a wide-angle schematic eye model", J. Opt.
+By default an eye off axis has the mean refraction of emmetropic people (`peripheral_refraction.EMMETROPES`), who are
+myopic there. `SCHEMATIC`, the wide-angle eye of Escudero-Sanz & Navarro (1999, "Off-axis aberrations of a wide-angle schematic eye model", J. Opt.
 Soc. Am. A 16, 1881): four conic surfaces of revolution and a spherical retina, in light of 543 nm, relaxed. Its ray
-through the middle of the pupil is traced, and the two foci along it follow from Coddington's equations.
+through the middle of the pupil is traced, and the two foci along it follow from Coddington's equations. It is hyperopic
+off axis, where few people's eyes are, but covers all meridians.
 
-What it leaves out: real eyes are not symmetric (the fovea lies some 5 degrees from the axis), differ from each other by
-a dioptre and more in the periphery, and their pupil looks narrower from the side. Emmetropic people are myopic off axis
-where this eye is hyperopic: `peripheral_refraction` has their means.
+Both leave out that eyes differ by a dioptre and more in the periphery, and that the pupil looks narrower from the side;
+the schematic eye, that real eyes are not symmetric (the fovea lies some 5 degrees from the axis).
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_number, described
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.peripheral_refraction import PeripheralRefraction
+from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, check_meridian
 from focalgradient.eye.ranges import check_pupil
 
-__all__ = ["field_coma", "field_foci", "off_axis"]
+__all__ = ["SCHEMATIC", "SchematicPeriphery", "field_coma", "field_foci", "off_axis"]
 
 Surface = tuple[float, float, float, float]
 """Place of the vertex and radius of curvature (m), conic constant, refractive index behind."""
@@ -90,12 +91,30 @@ def field_coma(eccentricity_deg: float, pupil_diameter: float) -> float:
     return -1e6 * bend * (pupil_diameter / 2) ** 3 / (18 * math.sqrt(2))
 
 
+@dataclass(frozen=True, slots=True)
+class SchematicPeriphery:
+    """Refraction of the schematic eye away from its axis, alike in all meridians."""
+
+    def foci(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
+        """Vergences in focus, less that at the fovea, in the tangential and the sagittal plane (D): `field_foci`.
+
+        >>> sum(SCHEMATIC.foci(30.0, "superior")) / 2 < 0  # hyperopic, where emmetropic people are myopic
+        True
+        """
+        check_meridian(meridian)
+        return field_foci(eccentricity_deg)
+
+
+SCHEMATIC = SchematicPeriphery()
+"""Peripheral refraction of Escudero-Sanz & Navarro's schematic eye."""
+
+
 def off_axis(
     eye: Eye,
     eccentricity_deg: float,
     meridian: Meridian = "temporal",
     *,
-    foci: tuple[float, float] | PeripheralRefraction | None = None,
+    foci: tuple[float, float] | PeripheralRefraction | SchematicPeriphery = EMMETROPES,
     coma: bool = False,
 ) -> Eye:
     """The same eye for what lies away from the fovea: refracted as there, and astigmatic.
@@ -110,26 +129,30 @@ def off_axis(
     eccentricity_deg, meridian
         Where in the visual field, in degrees from the fovea.
     foci
-        Of a measured eye there, instead of the schematic eye's `field_foci`: dioptres nearer than at the fovea, in the
-        tangential and the sagittal plane; or of people, such as `EMMETROPES`.
+        Refraction there: the mean of emmetropic people (`EMMETROPES`, the default) or of myopic ones (`MYOPES`), both
+        along the horizontal meridian only; of the schematic eye in any meridian (`SCHEMATIC`); or that of a measured
+        eye, in dioptres nearer than at the fovea, in the tangential and the sagittal plane.
     coma
         Whether the eye has the schematic eye's coma there (`field_coma`), as a right eye.
 
     Raises
     ------
     InputError
-        If the eccentricity is out of range, or the meridian unknown.
+        If the eccentricity is out of range, the meridian unknown, or one in which the people were not measured.
 
     Examples
     --------
-    >>> side = off_axis(Eye(0.004, 1.0), 20.0)
-    >>> round(side.focus_vergence, 2), [(n, m, round(um, 2)) for n, m, um in side.aberrations]
-    (0.71, [(2, 2, 0.34)])
+    Emmetropes are myopic off axis, more so in the nasal field; the schematic eye is hyperopic.
+
+    >>> eye = Eye(0.004, 1.0)
+    >>> [round(off_axis(eye, 20.0, side).focus_vergence, 2) for side in ("temporal", "nasal")]
+    [1.18, 1.65]
+    >>> round(off_axis(eye, 20.0, foci=SCHEMATIC).focus_vergence, 2)
+    0.71
     """
     check_meridian(meridian)
-    if foci is None:
-        foci = field_foci(eccentricity_deg)
-    tangential, sagittal = foci.foci(eccentricity_deg, meridian) if isinstance(foci, PeripheralRefraction) else foci
+    is_model = isinstance(foci, PeripheralRefraction | SchematicPeriphery)
+    tangential, sagittal = foci.foci(eccentricity_deg, meridian) if is_model else _pair(foci)
     for focus in (tangential, sagittal):
         check_number("foci", focus, "dioptres")
     across = 1 if meridian in ("temporal", "nasal") else -1  # whether the tangential plane is horizontal
@@ -147,6 +170,16 @@ def off_axis(
         accommodation=eye.accommodation + (tangential + sagittal) / 2,
         aberrations=tuple((n, m, c) for (n, m), c in sorted(terms.items()) if c),
     )
+
+
+def _pair(foci: object) -> tuple[float, float]:
+    """Refuse foci that are neither a model nor two numbers."""
+    if not (isinstance(foci, tuple | list) and len(foci) == 2):
+        raise InputError(
+            f"foci is {described(foci)}, but must be EMMETROPES, MYOPES, SCHEMATIC, or two focus changes: give the "
+            "tangential and the sagittal one in dioptres."
+        )
+    return foci[0], foci[1]
 
 
 def _checked(eccentricity_deg: float) -> float:

@@ -24,7 +24,7 @@ FARTHEST = 40.0
 
 @dataclass(frozen=True, slots=True)
 class PeripheralRefraction:
-    """Mean refraction relative to the fovea, by horizontal angle.
+    """Mean refraction relative to the fovea, by horizontal angle; `off_axis` takes that of emmetropes by default.
 
     Parameters
     ----------
@@ -54,7 +54,10 @@ class PeripheralRefraction:
         check_meridian(meridian)
         check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
         if meridian not in ("temporal", "nasal"):
-            raise InputError(f"meridian is {meridian!r}, but people were measured in the temporal and nasal field.")
+            raise InputError(
+                f"meridian is {meridian!r}, but people were measured in the temporal and nasal field only: give the "
+                "schematic eye's refraction, foci=SCHEMATIC, or two foci of your own."
+            )
         if eccentricity_deg > FARTHEST:
             raise InputError(f"eccentricity_deg is {eccentricity_deg:g}, but people were measured to {FARTHEST:g}.")
         tens = eccentricity_deg / 10 * (1 if meridian == "temporal" else -1)
