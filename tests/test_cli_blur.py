@@ -34,6 +34,30 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def test_a_picture_lit_by_an_illuminant_is_blurred_as_its_light_is_focused(folder: Path) -> None:
+    """A white surface stays white in any light; in a bulb's light, where there is little blue, other blur is left."""
+    white = np.full((48, 64, 3), 200, np.uint8)
+    white[:, 32:] = 90
+    cv2.imwrite(str(folder / "edge.png"), white)
+    np.save(folder / "wall.npy", np.full((48, 64), 1.0))
+    light = {}
+    for name, more in {
+        "A": ["--illuminant", "A"],
+        "D65": ["--illuminant", "D65"],
+        "3000 K": ["--illuminant", "3000 K"],
+        "old": ["--illuminant", "D65", "--age", "75", "--refraction", "-1.00"],
+    }.items():
+        given = ["--pupil", 4, "--focus", "1.0", "--field", 1, "--chromatic", "--wavelengths", 5, *more]
+        result = run(folder / "edge.png", folder / "wall.npy", "--out", folder / name, *given)
+        assert result.exit_code == 0, result.output
+        light[name] = np.load(folder / name / "blurred-1.0m.npy")
+        assert np.ptp(light[name][24, 4]) < 0.02 * light[name].max()  # far from the edge: grey
+        assert json.loads((folder / name / "summary.json").read_text())["settings"]["illuminant"] == more[1]
+    assert np.abs(light["A"] - light["D65"]).max() > 0.01
+    assert np.abs(light["A"] - light["3000 K"]).max() < 0.3 * np.abs(light["A"] - light["D65"]).max()
+    assert np.abs(light["old"] - light["D65"]).max() > 0.01
+
+
 def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) -> None:
     out = folder / "out"
     result = run(
@@ -198,6 +222,9 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
         ([*LENS, "--field", "4", "--chromatic"], "an eye"),
         (["--pupil", "4", "--field", "4", "--wavelengths", "9"], "add --chromatic"),
         (["--pupil", "4", "--field", "4", "--to-show"], "add --chromatic"),
+        (["--pupil", "4", "--field", "4", "--illuminant", "A"], "add --chromatic"),
+        (["--pupil", "4", "--field", "4", "--chromatic", "--to-show", "--illuminant", "A"], "leave out --to-show"),
+        (["--pupil", "4", "--field", "4", "--chromatic", "--illuminant", "sun"], "illuminant is 'sun'"),
         ([*LENS, "--field", "4", "--depth-unit", "disparity"], "baseline"),
         ([*LENS, "--field", "4", "--gamma", "9"], "gamma"),
         ([*LENS, "--field", "1e-4"], "reduce the picture"),

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from focalgradient.cli.blur_eye import spectra_of
 from focalgradient.cli.options import (
     GIVEN,
     SCREEN,
@@ -104,6 +105,12 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @shape_options("Shape of a lens's blur: auto is a disc, and of an eye its own.")
 @click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
 @click.option(
+    "--illuminant",
+    metavar="NAME",
+    help="With --chromatic: surfaces in this light (D65, A, LED-B1 or another by the CIE, or '3000 K') instead of a "
+    "display.",
+)
+@click.option(
     "--wavelengths",
     type=click.IntRange(3, 81),
     metavar="N",
@@ -158,6 +165,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
       focalgradient blur demo/picture.png demo/distance.npy --out pentagon --f-number 2.8 --focal-length 25 \\
         --focus 0.8 --field 6 --psf polygon --blades 5
       focalgradient blur demo/picture.png demo/distance.npy --out seen --pupil 4 --focus 0.8 --field 3 --chromatic
+      focalgradient blur demo/picture.png demo/distance.npy --out old --pupil 3 --refraction "-2.00 -0.75 x 180" \\
+        --age 60 --focus 2 --field 3 --chromatic --illuminant A
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     pairs, several = list(_pairs(picture, depth)), depth.is_dir()
@@ -351,7 +360,7 @@ class _Job:
             return 1
         if self.options["wavelengths"] is not None:
             return int(self.options["wavelengths"])
-        if find_spec("colour") is None:
+        if find_spec("colour") is None and self.options["illuminant"] is None:
             warnings.warn(
                 "colour-science is not installed, so that red, green and blue are each blurred in one focus, which is "
                 "in error by up to 0.1 of white: install focalgradient[eye].",
@@ -362,7 +371,7 @@ class _Job:
         from focalgradient.eye import parts_needed
 
         eye: Any = optics
-        return parts_needed(metres, eye, pixel_angle=angle)
+        return parts_needed(metres, eye, pixel_angle=angle, basis=spectra_of(self.options))
 
     def _seen(
         self, light: Any, metres: Any, optics: Optics, angle: float, parts: int, tell: Progress
@@ -376,7 +385,8 @@ class _Job:
         if self.options["wavelengths"] is not None or find_spec("colour") is not None:
             from focalgradient.eye import retinal_image
 
-            return retinal_image(colours, metres, eye, pixel_angle=angle, wavelengths=parts, progress=tell)
+            basis = spectra_of(self.options)
+            return retinal_image(colours, metres, eye, pixel_angle=angle, wavelengths=parts, basis=basis, progress=tell)
         from focalgradient.stimuli import depth_rating
 
         seen = [
@@ -435,6 +445,11 @@ def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
     """The lens or the eye, focused at each distance."""
     if options["wavelengths"] is not None and not options["chromatic"]:
         raise InputError("--wavelengths is how many parts of the light --chromatic has: add --chromatic.")
+    if options["illuminant"] is not None and (options["to_show"] or not options["chromatic"]):
+        raise InputError(
+            "--illuminant lights surfaces for an eye that sees colour: add --chromatic, and leave out --to-show, "
+            "whose light is a display's."
+        )
     if options["to_show"] and not (options["chromatic"] and all(math.isfinite(metres) for metres in focus)):
         raise InputError("--to-show is for an eye and a display at --focus: add --chromatic, and a finite --focus.")
     if options["chromatic"] and (options["f_number"] is not None or options["focal_length"] is not None):

@@ -11,9 +11,9 @@ from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
-    from focalgradient.eye import Eye
+    from focalgradient.eye import Eye, SpectralBasis
 
-__all__ = ["eye_of"]
+__all__ = ["eye_of", "spectra_of"]
 
 
 def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
@@ -23,6 +23,20 @@ def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
     path: Path = options["eye_file"]
     with given_as({"pupil_diameter": ("pupil_mm", "mm")}):
         return _of_file(path, accommodation)
+
+
+def spectra_of(options: dict[str, Any]) -> SpectralBasis | None:
+    """Spectra of a picture's colours in the light of ``--illuminant``, as a lens of ``--age`` passes them.
+
+    None: those of the display that the toolkit assumes.
+    """
+    if options["illuminant"] is None and options["age"] is None:
+        return None
+    from focalgradient.eye import SpectralBasis
+
+    name = options["illuminant"]
+    basis = SpectralBasis.of_display() if name is None else SpectralBasis.of_srgb(name)
+    return basis if options["age"] is None else basis.through_lens(options["age"])
 
 
 def _of_file(path: Path, accommodation: float) -> Eye:

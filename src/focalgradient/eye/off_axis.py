@@ -1,10 +1,10 @@
 """The eye's focus away from the fovea: mean refraction of people, or a schematic eye's field curvature and astigmatism.
 
 By default an eye off axis has the mean refraction of emmetropic people (`peripheral_refraction.EMMETROPES`), who are
-myopic there. `SCHEMATIC`, the wide-angle eye of Escudero-Sanz & Navarro (1999, "Off-axis aberrations of a wide-angle schematic eye model", J. Opt.
-Soc. Am. A 16, 1881): four conic surfaces of revolution and a spherical retina, in light of 543 nm, relaxed. Its ray
-through the middle of the pupil is traced, and the two foci along it follow from Coddington's equations. It is hyperopic
-off axis, where few people's eyes are, but covers all meridians.
+myopic there. `SCHEMATIC` is the wide-angle eye of Escudero-Sanz & Navarro (1999, "Off-axis aberrations of a wide-angle
+schematic eye model", J. Opt. Soc. Am. A 16, 1881): four conic surfaces of revolution and a spherical retina, in light
+of 543 nm, relaxed. Its ray through the middle of the pupil is traced, and the two foci along it follow from
+Coddington's equations. It is hyperopic off axis, where few people's eyes are, but covers all meridians.
 
 Both leave out that eyes differ by a dioptre and more in the periphery, and that the pupil looks narrower from the side;
 the schematic eye, that real eyes are not symmetric (the fovea lies some 5 degrees from the axis).

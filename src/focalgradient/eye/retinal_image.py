@@ -30,6 +30,7 @@ def retinal_image(
     pixel_angle: float,
     wavelengths: int | None = None,
     primaries: str = PRIMARIES,
+    basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.float32]:
     """What a display shows, as it lies on the retina of an eye: light that gives each cone what the blurred light does.
@@ -53,6 +54,9 @@ def retinal_image(
         Parts of what a cone class catches of a primary; None is as many as the pupil needs (see `Cones.of`).
     primaries
         The display's name in colour-science.
+    basis
+        Spectra that red, green and blue stand for, instead of a display's: ``SpectralBasis.of_srgb("A")`` takes the
+        picture for reflectances in linear sRGB in the light of an illuminant, and gives back such reflectances.
     progress
         Called with the share done, 0 to 1, and a few words.
 
@@ -85,6 +89,7 @@ def retinal_image(
         pixel_angle=pixel_angle,
         wavelengths=wavelengths,
         primaries=primaries,
+        basis=basis,
         progress=progress,
     )
     back: NDArray[np.float32] = (cones @ np.linalg.inv(caught)).astype(np.float32)
@@ -99,6 +104,7 @@ def caught_by_cones(
     pixel_angle: float,
     wavelengths: int | None,
     primaries: str,
+    basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What L, M and S cones catch of the `retinal_image` (H x W x 3), and of each primary (primaries x cones)."""
@@ -109,7 +115,7 @@ def caught_by_cones(
         raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
     if wavelengths is not None and not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
         raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
-    shown = SpectralPicture(image, SpectralBasis.of_display(primaries))
+    shown = SpectralPicture(image, _basis(basis, primaries))
     cones = np.zeros(image.shape)
     for number, band in enumerate(CLASSES):
         if progress is not None:
@@ -118,7 +124,14 @@ def caught_by_cones(
     return cones, np.stack([shown.basis.catch(band) for band in CLASSES], axis=1)
 
 
-def parts_needed(distance: ArrayLike, eye: Eye, *, pixel_angle: float, primaries: str = PRIMARIES) -> int:
+def parts_needed(
+    distance: ArrayLike,
+    eye: Eye,
+    *,
+    pixel_angle: float,
+    primaries: str = PRIMARIES,
+    basis: SpectralBasis | None = None,
+) -> int:
     """Return the number of parts of each light that leave a step from black to white right to 0.01 of white.
 
     A step at the nearest and at the farthest distance, and in focus where that lies between, is blurred with ever more
@@ -131,12 +144,17 @@ def parts_needed(distance: ArrayLike, eye: Eye, *, pixel_angle: float, primaries
     vergence = 1 / np.asarray(distance, dtype=float)
     low, high = float(vergence.min()), float(vergence.max())
     levels = sorted({low, high, min(max(eye.focus_vergence, low), high)})
-    return fewest(lambda count: _steps(count, eye, levels, pixel_angle, primaries))
+    seen = _basis(basis, primaries)
+    return fewest(lambda count: _steps(count, eye, levels, pixel_angle, seen))
 
 
-def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, primaries: str) -> NDArray[np.float64]:
+def _basis(basis: SpectralBasis | None, primaries: str) -> SpectralBasis:
+    """The spectra given, or a display's."""
+    return SpectralBasis.of_display(primaries) if basis is None else basis
+
+
+def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, basis: SpectralBasis) -> NDArray[np.float64]:
     """A step from black to white at each vergence: red, green and blue of its retinal image (levels x 3 x pixels)."""
-    basis = SpectralBasis.of_display(primaries)
     caught = np.stack([basis.catch(band) for band in CLASSES])  # class x primary
     # Two dioptres more than the widest are what light of other wavelengths is out of focus by.
     widest = max(abs(level - eye.focus_vergence) for level in levels) + 2

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, described
+from focalgradient.eye.age import lens_passes
 from focalgradient.eye.colours import PRIMARIES, display_primaries
 from focalgradient.eye.light import Light, band_sensitivity, illuminant, spectra
 from focalgradient.eye.model_eye import Eye
@@ -100,6 +101,19 @@ class SpectralBasis:
         if values.ndim != 2 or len(values) != len(nm):
             raise InputError(f"reflectances has shape {values.shape}, but must be {len(nm)} x K: one row a wavelength.")
         return cls(nm, values * white[:, None], white)
+
+    def through_lens(self, age: float) -> SpectralBasis:
+        """Return the same spectra as a lens of this `age` (years) passes them, from what one of 32 passes.
+
+        The cone fundamentals are of 32 years. White is seen through the same lens, and stays 1.
+
+        >>> young, old = (SpectralBasis.of_srgb("D65").through_lens(age) for age in (20, 80))
+        >>> [round(one.mixed("S", [1, 1, 1]).effective_wavelength_nm) for one in (young, old)]
+        [448, 459]
+        """
+        nm = np.asarray(self.wavelength_nm)
+        passed = lens_passes(nm, age)
+        return SpectralBasis(nm, np.asarray(self.radiance) * passed[:, None], np.asarray(self.white) * passed)
 
     @property
     def components(self) -> int:
