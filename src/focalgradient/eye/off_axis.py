@@ -151,8 +151,9 @@ def off_axis(
     0.71
     """
     check_meridian(meridian)
-    is_model = isinstance(foci, PeripheralRefraction | SchematicPeriphery)
-    tangential, sagittal = foci.foci(eccentricity_deg, meridian) if is_model else _pair(foci)
+    if isinstance(foci, PeripheralRefraction | SchematicPeriphery):
+        foci = foci.foci(eccentricity_deg, meridian)
+    tangential, sagittal = _pair(foci)
     for focus in (tangential, sagittal):
         check_number("foci", focus, "dioptres")
     across = 1 if meridian in ("temporal", "nasal") else -1  # whether the tangential plane is horizontal
