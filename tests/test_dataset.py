@@ -284,8 +284,8 @@ SPOILT = {
     "trial twice": (lambda root: edit(rating_file(root), 3, "trial", "1"), "row 3: its trial stands in a row above"),
     "column gone": (lambda root: edit(rating_file(root), 1, "rating", "score"), "there is no column rating"),
     "cell gone": (
-        lambda root: rating_file(root).write_text(rating_file(root).read_text()[:-3]),
-        "row 35: there are 15 cells, but must be 16",
+        lambda root: rating_file(root).write_text(rating_file(root).read_text().rpartition("\t")[0] + "\n"),
+        "row 35: there are 16 cells, but must be 17",
     ),
     "unknown kind": (lambda root: edit(root / "participants.tsv", 2, "kind", "robot"), "row 2: kind is 'robot'"),
     "unknown participant": (

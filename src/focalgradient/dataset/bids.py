@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from focalgradient.dataset.append import append
-from focalgradient.dataset.columns import NOTED, Column, cell, columns_of
+from focalgradient.dataset.columns import NOTED, TIMES, Column, cell, columns_of
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.markers import HED_VERSION
 from focalgradient.dataset.percepts import Press, percepts
+from focalgradient.dataset.times import trials_with_times
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, read_tsv
@@ -280,19 +281,17 @@ def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> N
 def table_rows(log: Log) -> list[dict[str, Any]]:
     """Rows of the long table that a journal makes."""
     rows: list[dict[str, Any]] = []
-    sitting = 1
-    for event in log.events:
-        if event["event"] == "resumed":
-            sitting += 1
-        if event["event"] == "trial" and event["phase"] == "main":
-            noted = {name: one["value"] for name, one in event.get(EXTRA, {}).items()}
-            rows += [row | noted for row in _rows(event, sitting, log.head)]
+    for sitting, event, times in trials_with_times(log):
+        noted = {name: one["value"] for name, one in event.get(EXTRA, {}).items()}
+        rows += [row | times | noted for row in _rows(event, sitting, log.head)]
     return rows
 
 
 def _columns(log: Log) -> tuple[Column, ...]:
-    """The columns of the table that a journal makes: those of its design, then what was noted beside the answers."""
-    return (*columns_of(log.head["design"]["task"], log.head["design"]), *_noted(log))
+    """The columns of the table that a journal makes: of its design, of times, of what was noted with the answers."""
+    timed = {name for _, _, times in trials_with_times(log) for name in times}
+    of_times = (column for column in TIMES if column.name in timed)
+    return (*columns_of(log.head["design"]["task"], log.head["design"]), *of_times, *_noted(log))
 
 
 def _noted(log: Log) -> tuple[Column, ...]:

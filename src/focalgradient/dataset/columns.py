@@ -9,10 +9,24 @@ from typing import Any
 
 from focalgradient.tasks import Column, task_named
 
-__all__ = ["APERTURE", "FORMULA", "NOTED", "Column", "cell", "columns_of", "columns_stated"]
+__all__ = ["APERTURE", "FORMULA", "NOTED", "TIMES", "Column", "cell", "columns_of", "columns_stated"]
 
 NOTED = "Noted"
 """Key of a sidecar that lists the columns of what was noted beside the answers."""
+
+
+def _onset(name: str, about: str) -> Column:
+    about = f"When {about}, on the clock of the sitting; n/a where none did."
+    return Column(name, about, "number", "s", least=0, optional=True)
+
+
+TIMES: tuple[Column, ...] = (
+    Column("sitting_began", "Date and time (UTC) at which the sitting began.", "text", optional=True),
+    _onset("mark_onset", "the mark to be fixated appeared, before the picture"),
+    _onset("mask_onset", "the mask appeared, after the picture"),
+    _onset("question_onset", "the question appeared"),
+)
+"""Columns after those of the design, each where some trial has a value."""
 
 APERTURE = re.compile(r"pinhole|f/\d+(\.\d+)?")
 
@@ -70,7 +84,7 @@ def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...
 
 
 def columns_stated(task: str, sidecar: Mapping[str, Any]) -> tuple[Column, ...]:
-    """Return the columns that a session's table has, by its sidecar: those of the design, then what was noted.
+    """Return the columns that a session's table has, by its sidecar: of the design, then times, then what was noted.
 
     >>> stated = {"Noted": ["interest"], "interest": {"Description": "How interesting.", "Format": "number"}}
     >>> columns_stated("depthrating", stated)[-1].name
@@ -78,4 +92,5 @@ def columns_stated(task: str, sidecar: Mapping[str, Any]) -> tuple[Column, ...]:
     """
     names = sidecar.get(NOTED, ())
     noted = [name for name in names if isinstance(sidecar.get(name), dict)] if isinstance(names, list) else []
-    return (*columns_of(task, sidecar.get("Design")), *(Column.noted(name, sidecar[name]) for name in noted))
+    timed = (column for column in TIMES if column.name in sidecar and column.name not in noted)
+    return (*columns_of(task, sidecar.get("Design")), *timed, *(Column.noted(name, sidecar[name]) for name in noted))

@@ -63,6 +63,8 @@ def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | 
         return _wrong_sitting(event)
     if kind == "note" and event.get("kind") in ("gaze", "eye tracker"):
         return _wrong_gaze(event)
+    if kind == "note" and event.get("kind") in ("events", "frames"):
+        return _wrong_times(event)
     if kind != "trial":
         return None
     if event.get("phase") not in ("practice", "main"):
@@ -204,6 +206,21 @@ def _wrong_presses(event: Event) -> str | None:
         return f"a press is {press!r}"[:90] + ", but must be a time, a key, and whether it went down"
     if not all(one[0] <= other[0] for one, other in pairwise(presses)):
         return "presses are not in order of time"
+    return None
+
+
+def _wrong_times(event: Event) -> str | None:
+    """Say what keeps the times of what happened in a trial from being used."""
+    for one in event.get("events", ()):
+        match one:
+            case [str(), float() | int(), float() | int()]:
+                continue
+        return f"something that happened is {one!r}"[:90] + ", but must be a name, a time and a time of the wall clock"
+    for one in event.get("shown", ()):
+        match one:
+            case {"event": str(), "stamps": [float() | int(), *_]}:
+                continue
+        return f"something shown is {one!r}"[:90] + ", but must be an event with its time stamps"
     return None
 
 

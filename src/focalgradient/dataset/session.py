@@ -23,6 +23,7 @@ from focalgradient.dataset.bids import (
     check_participant,
     make_table,
 )
+from focalgradient.dataset.columns import TIMES
 from focalgradient.dataset.events import Event, cell_test
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
@@ -38,6 +39,7 @@ RESERVED = frozenset(
         *("participant_id", "session", "simulated", "file", "row", "event", "phase", "presses", "received"),
         *("TaskName", "TaskDescription", "Simulated", "Seed", "Design", "Keys", "StimuliSHA256", "Sittings"),
         *("Participant", "Journal", "Repaired", "Noted"),
+        *(column.name for column in TIMES),
     }
 )
 """Names with a meaning of their own beside the columns of a table: of its rows, of events, of the sidecar."""
@@ -61,8 +63,8 @@ class Session:
     ...     with begun as session:
     ...         for number, trial in enumerate(session.remaining()):
     ...             session.record(trial, Rated(onset=10.0 * number, rating=1.2, response_time=2.0))
-    ...     session.files.table.read_text().splitlines()[1]
-    '1\treal\ttube\troom\t1\t0.0\t1.2\t2.0\tn/a\t0\tn/a\t1'
+    ...     session.files.table.read_text().splitlines()[1].split("\t")[:7]
+    ['1', 'real', 'tube', 'room', '1', '0.0', '1.2']
     """
 
     def __init__(self, files: Files, design: Design, journal: Journal, done: Sequence[Event]):

@@ -20,6 +20,7 @@ RESERVED = frozenset(
     {
         *("participant_id", "session", "simulated", "kind", "phase", "trial", "scene", "aperture", "aperture_mm"),
         *("fixation", "repetition", "catch", "break_before", "standard_before", "interval", "factors", "onset"),
+        *("sitting_began", "mark_onset", "mask_onset", "question_onset"),
         *("rating", "response_time", "confidence", "dropped_frames", "stimulus", "sitting", "start", "answer", "event"),
     }
 )

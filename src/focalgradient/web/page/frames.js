@@ -75,4 +75,7 @@ export function inDevicePixels(canvas, width, height) {
   });
 }
 
+// Of an interval, the onset and the offset alone.
+export const ends = (stamps) => rounded([stamps[0], stamps.at(-1)]);
+
 export const rounded = (stamps) => stamps.map((stamp) => Math.round(stamp * 100) / 100);

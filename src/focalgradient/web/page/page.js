@@ -13,7 +13,7 @@ import { measurement } from "./distance.js";
 import { exampleScale } from "./example.js";
 import { Exported } from "./exported.js";
 import FormPlugin from "./form.js";
-import { measureFrame } from "./frames.js";
+import { ends, measureFrame } from "./frames.js";
 import { gammaMatches } from "./gamma.js";
 import { significant } from "./numbers.js";
 import { Outbox, Refused } from "./outbox.js";
@@ -382,12 +382,21 @@ class Page {
       ...this.picture(() => trial.intervals),
       on_start: () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]),
       on_finish: (data) => {
-        kept.onset = seconds(data.shown[0].stamps[0]);
+        kept.onset = seconds(data.shown.find(({ event }) => event !== "mark").stamps[0]);
         kept.frames = { shown: data.shown, ...data.lost };
         kept.dropped_frames = data.dropped_frames;
       },
     };
-    const question = this.question(trial, (answer) => Object.assign(kept, answer));
+    let asked = null;
+    const question = this.question(trial, (answer) => {
+      kept.frames.shown.push({ event: "question", stamps: ends([asked, asked + 1000 * answer.response_time]) });
+      Object.assign(kept, answer);
+    });
+    const { on_load } = question;
+    question.on_load = () => {
+      asked = performance.now();
+      on_load?.();
+    };
     return [picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 

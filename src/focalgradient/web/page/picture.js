@@ -1,7 +1,7 @@
 // A plugin of jsPsych: pictures shown pixel for pixel, each after a mark on what is to be fixated, all frames recorded.
 
 import { ParameterType } from "jspsych";
-import { inDevicePixels, late, play, rounded, Watch } from "./frames.js";
+import { ends, inDevicePixels, late, play, rounded, Watch } from "./frames.js";
 
 const loaded = new Map();
 
@@ -81,7 +81,8 @@ export default class PicturePlugin {
       const pause = (seconds) => play(() => empty(context), seconds, trial.frame);
       if (trial.pause_seconds && !number) await pause(trial.pause_seconds);
       if (one.mark_seconds) {
-        await play(() => (empty(context), drawMark(context, one.mark, trial.mark_radius)), one.mark_seconds, trial.frame);
+        const mark = () => (empty(context), drawMark(context, one.mark, trial.mark_radius));
+        shown.push({ event: "mark", stamps: ends(await play(mark, one.mark_seconds, trial.frame)) });
       }
       const draw = (seconds) => {
         if (seconds > 0) return; // it stands

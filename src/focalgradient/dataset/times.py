@@ -1,0 +1,54 @@
+"""When what belongs to a trial appeared, and when its sitting began: columns made of the journal's notes of events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from typing import Any
+
+from focalgradient.dataset.journal import Log
+
+__all__ = ["trials_with_times"]
+
+BESIDE = ("mark", "mask", "question")
+"""Events that are not what is judged, which appears at the trial's onset."""
+
+
+def trials_with_times(log: Log) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
+    """Give each trial that counts: number of its sitting, its event, and its times by column."""
+    sitting, began = 1, log.head["time"]
+    simulated = log.head["kind"] == "simulated"
+    note: Mapping[str, Any] = {}
+    for event in log.events:
+        if event["event"] == "resumed":
+            sitting, began = sitting + 1, event["time"]
+        elif event["event"] == "note" and event.get("kind") in ("events", "frames"):
+            note = event
+        elif event["event"] == "trial":
+            if event["phase"] == "main":
+                date = {} if simulated else {"sitting_began": _utc(began)}
+                yield sitting, event, date | _onsets(event["onset"], note)
+            note = {}
+
+
+def _utc(time: str) -> str:
+    return datetime.fromisoformat(time).astimezone(UTC).isoformat(timespec="seconds")
+
+
+def _onsets(onset: float, note: Mapping[str, Any]) -> dict[str, float]:
+    """Return when the last mark before the onset of what is judged appeared, and the first mask and question after."""
+    happened = [*_happened(onset, note)]
+    found = {"mark": max((seconds for name, seconds in happened if name == "mark" and seconds <= onset), default=None)}
+    for name in ("mask", "question"):
+        found[name] = min((seconds for one, seconds in happened if one == name and seconds >= onset), default=None)
+    return {f"{name}_onset": round(seconds, 6) for name, seconds in found.items() if seconds is not None}
+
+
+def _happened(onset: float, note: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    """Name and time (s of the sitting) of each event; the browser notes stamps of another clock."""
+    for name, seconds, _ in note.get("events", ()):
+        yield name, seconds
+    shown = note.get("shown", ())
+    judged = next((one["stamps"][0] for one in shown if one["event"] not in BESIDE), None)
+    for one in shown if judged is not None else ():
+        yield one["event"], onset + (one["stamps"][0] - judged) / 1e3
