@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from typing import get_args
 
 import numpy as np
 
-from focalgradient.eye import Accommodation, accommodate
+from focalgradient.eye import Accommodation, accommodate, target_course
 from focalgradient.eye.accommodation import Cue
 
 SECONDS = 8.0
@@ -29,20 +30,33 @@ TARGETS = {
     "step": lambda t: 3.0 if t >= SECONDS / 2 else 1.5,
     "ramp": lambda t: 1.0 + 0.25 * t,
 }
+NAMES = [*TARGETS, "random walk"]
+WALK = 0.4
+"""Dioptres by which the random walk moves in a second, root mean square."""
+
+
+def target(name: str, seed: int) -> Callable[[float], float]:
+    """Vergence (D) of the target by time (s); each seed has a random walk of its own, turned back at .5 and 4 D."""
+    if name in TARGETS:
+        return TARGETS[name]
+    times = np.arange(0.0, SECONDS + 0.1, 0.1)
+    steps = WALK * math.sqrt(0.1) * np.random.default_rng([seed, 77]).standard_normal(times.size)
+    walked = 1.5 + np.cumsum(steps)
+    return target_course(times, 0.5 + 3.5 - np.abs(np.mod(walked, 7.0) - 3.5))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=8, help="courses a row")
     parser.add_argument("--first", type=int, default=100, help="first seed")
-    parser.add_argument("--targets", nargs="+", choices=TARGETS, default=[*TARGETS])
+    parser.add_argument("--targets", nargs="+", choices=NAMES, default=NAMES)
     options = parser.parse_args()
     print("target        cue      rms error  within 2 sd  stated sd  gain  phase")
     for name in options.targets:
         for cue in get_args(Cue):
             errors, stated, response = [], [], []
             for seed in range(options.first, options.first + options.seeds):
-                course = accommodate(TARGETS[name], SECONDS, Accommodation(cue=cue), seed=seed)
+                course = accommodate(target(name, seed), SECONDS, Accommodation(cue=cue), seed=seed)
                 errors.append(course.estimate - course.target)
                 stated.append(course.estimate_sd)
                 if name in HERTZ:

@@ -9,7 +9,7 @@ import platform
 import re
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -146,7 +146,8 @@ def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> N
             "pupil_mm": pupil_mm,
             "cue": cue,
             "seed": seed,
-            "plant": {name: getattr(eye.plant, name) for name in eye.plant.__slots__},
+            "plant": asdict(eye.plant),
+            "pulse": asdict(eye.pulse) if eye.pulse else None,
             "noise_of_mean": eye.noise,
             "moments_per_second": eye.rate,
         },

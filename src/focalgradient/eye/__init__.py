@@ -40,6 +40,7 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
+from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.prior import EyePrior, learn_chromatic_scale, recover_eye_depth
 from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
@@ -85,6 +86,8 @@ __all__ = [
     "Photons",
     "Plant",
     "Predictor",
+    "Pulse",
+    "PulsedPlant",
     "Refraction",
     "Scatter",
     "SchematicPeriphery",

@@ -24,6 +24,7 @@ from focalgradient.eye.light import Band
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.prediction import Predictor
+from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.ranges import check_pupil
 from focalgradient.eye.retina import S_FINEST_CPD, Cones
 from focalgradient.eye.target import Target
@@ -104,6 +105,8 @@ class Accommodation:
         Metres.
     plant
         Its lens and controller.
+    pulse
+        What drives disaccommodation after a sudden change of the demand; None: as accommodation, by the plant alone.
     fluctuation
         Microfluctuations of its focus about what the plant does, at a response of 2 D: they grow with the response as
         in `Microfluctuations.of`. Another course is added as it is; None is a steady focus.
@@ -128,6 +131,7 @@ class Accommodation:
     cue: Cue = "both"
     pupil_diameter: float = 0.004
     plant: Plant = field(default_factory=Plant)
+    pulse: Pulse | None = field(default_factory=Pulse)
     fluctuation: TimeCourse | None = field(default_factory=Microfluctuations)
     motion: Motion = field(default_factory=Motion)
     noise: float = 0.2
@@ -243,17 +247,19 @@ def accommodate(
     random = np.random.default_rng([seed, 5])
     tracker = Tracker(eye.noise, stimulus.target.correlation, True, eye.motion)
     tracker.start(wanted[0], 0.3)
-    state = np.full(2, eye.plant.steady(wanted[0]))
+    lens = PulsedPlant(eye.plant, eye.pulse, float(wanted[0]))
     waiting = [float(wanted[0])] * (1 + round(eye.plant.latency * eye.rate))
     rows = np.empty((times.size, 3))
     for number, time in enumerate(times):
-        focus = float(state[1] + fluctuation[number] * (growth(state[1]) if grows else 1.0))
+        focus = float(
+            lens.accommodation + fluctuation[number] * (growth(lens.accommodation) if grows else 1.0)
+        )
         fixation = number if eye.cue == "bands" else int((time + SETTLE) / eye.fixation + 1e-9)
         views = _retina(eye, stimulus, time, focus, wanted, number, random, 10_000 * seed + fixation)
         estimate, sd = tracker.update(float(time), views, fixation)
         rows[number] = focus, estimate, sd
         waiting = [*waiting[1:], min(max(predictor.update(estimate), 0.0), eye.plant.nearest)]
-        state = eye.plant.advance(state, waiting[0], step)
+        lens.advance(waiting[0], step)
         if progress is not None:
             progress((number + 1) / times.size, "accommodating")
     kept = slice(before, None)
