@@ -40,8 +40,8 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
-from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.prior import EyePrior, learn_chromatic_scale, recover_eye_depth
+from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones

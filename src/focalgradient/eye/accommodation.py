@@ -251,9 +251,7 @@ def accommodate(
     waiting = [float(wanted[0])] * (1 + round(eye.plant.latency * eye.rate))
     rows = np.empty((times.size, 3))
     for number, time in enumerate(times):
-        focus = float(
-            lens.accommodation + fluctuation[number] * (growth(lens.accommodation) if grows else 1.0)
-        )
+        focus = float(lens.accommodation + fluctuation[number] * (growth(lens.accommodation) if grows else 1.0))
         fixation = number if eye.cue == "bands" else int((time + SETTLE) / eye.fixation + 1e-9)
         views = _retina(eye, stimulus, time, focus, wanted, number, random, 10_000 * seed + fixation)
         estimate, sd = tracker.update(float(time), views, fixation)
