@@ -11,22 +11,12 @@ from focalgradient.cli.options import shared_options, shared_work, trials_option
 from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.progress import Progress
-from focalgradient.tasks import task_named, task_names
+from focalgradient.tasks import Task, task_named, task_names
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from focalgradient.design import DepthRatingDesign
     from focalgradient.observers.experiment import Simulated
 
 __all__ = ["simulate"]
-
-OBSERVER_S = {"depth-rating": 0.5, "necker": 0.05, "blur-threshold": 1.5}
-"""Seconds that an observer's experiment takes about, on one core."""
-
-OWN_S = 0.1
-"""The same, of a task of one's own, whose observers look at no pictures: a guess."""
 
 LEFT = "what is recorded stays, and the same command goes on from it."
 
@@ -94,18 +84,20 @@ def simulate(
     known = [task.called for task in map(task_named, task_names()) if task.simulates]
     if experiment not in known:
         raise click.UsageError(f"{experiment!r} is not one of {', '.join(map(repr, known))}.")
-    if experiment != "depth-rating" and stimuli is not None:
-        why = "whose cube is drawn as its design says" if experiment == "necker" else "whose observers look at none"
-        raise InputError(f"--stimuli cannot go with {experiment}, {why}: leave it out.")
+    task = task_named(experiment)
+    if task.no_pictures and stimuli is not None:
+        raise InputError(f"--stimuli cannot go with {experiment}, {task.no_pictures}: leave it out.")
     from focalgradient.observers import observer_named
+    from focalgradient.observers import simulate as simulated
 
     observer_named(observer)
-    chosen = with_trials(_design(experiment, design), trials)
-    seconds = OBSERVER_S.get(experiment, OWN_S) * observers
+    chosen = with_trials(_design(task, design), trials)
+    seconds = task.observer_s * observers
     with resumable(LEFT) as say, warnings_given(), shared_work(workers, scheduler, seconds) as executor:
-        run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}
         # The pictures lie in a folder of this machine, which the workers of a scheduler need not see.
-        new = _run(chosen, out, stimuli, executor if scheduler is None else None, say, run)
+        seen = task.seen(chosen, stimuli, executor if scheduler is None else None, say)
+        who: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer}
+        new = simulated(chosen, out, **who, **seen, executor=executor, progress=say)
     kept = f"; {observers - new} were there already" if new < observers else ""
     show(
         {"observer": observer, "new": new, "kept": observers - new, "written": printable(out)},
@@ -114,47 +106,10 @@ def simulate(
     )
 
 
-def _run(
-    design: Simulated,
-    out: Path,
-    stimuli: Path | None,
-    pool: Executor | None,
-    say: Progress,
-    run: dict[str, Any],
-) -> int:
-    from focalgradient.design import DepthRatingDesign, NeckerDesign
-    from focalgradient.observers import check_pictures, encoded_cubes, encoded_stimuli, simulate, small_set
-    from focalgradient.stimuli import read_set
-
-    run["progress"] = say
-    if isinstance(design, NeckerDesign):
-        say(0.0, "encoding the cube")
-        return simulate(design, out, encoded=encoded_cubes(design, pool), **run)
-    if not isinstance(design, DepthRatingDesign):
-        return simulate(design, out, **run)
-    pictures = read_set(stimuli) if stimuli is not None else small_set(_scenes(design), say)
-    check_pictures(design, pictures)
-    encoded = encoded_stimuli(pictures, pool, say)
-    return simulate(design, out, encoded=encoded, stimuli=pictures.folder, **run)
-
-
-def _scenes(design: DepthRatingDesign) -> int:
-    """How many scenes the small set needs for a design: all of them are named spheres-NN."""
-    names = {*design.scenes, design.standard_scene}
-    numbers = [name.removeprefix("spheres-") for name in names]
-    if not all(number.isdigit() and len(number) == 2 for number in numbers):
-        raise InputError(
-            "the design has scenes of other names than spheres-00 to spheres-99, which are not made here: give their "
-            "folder by --stimuli."
-        )
-    return max(map(int, numbers)) + 1
-
-
-def _design(experiment: str, path: Path | None) -> Simulated:
+def _design(task: Task, path: Path | None) -> Simulated:
     from focalgradient.design import load_design
 
-    task = task_named(experiment)
     found: Any = task.design() if path is None else load_design(path)
     if found.task != task.name:
-        raise InputError(f"{path} is a design of {found.task}, but {experiment} is to be simulated: give one of that.")
+        raise InputError(f"{path} is a design of {found.task}, but {task.called} is to be simulated: give one of that.")
     return found

@@ -24,7 +24,7 @@ from focalgradient.observers.likelihood import (
 from focalgradient.observers.looking import Look, blur_threshold, look
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
-from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, small_set
+from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, seen_pictures, small_set
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
 from focalgradient.observers.thresholds import choose, known_threshold, right_share
 
@@ -62,6 +62,7 @@ __all__ = [
     "rate",
     "relief",
     "right_share",
+    "seen_pictures",
     "simulate",
     "simulated_choices",
     "simulated_ratings",

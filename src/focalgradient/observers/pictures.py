@@ -13,15 +13,17 @@ import platformdirs
 from numpy.typing import NDArray
 
 from focalgradient.dataset import check_stimuli
+from focalgradient.design import DepthRatingDesign
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_arrays, write_whole
 from focalgradient.observers.answers import EncodedPictures, PictureKey
 from focalgradient.observers.encoding import EncodedStimulus, encode
+from focalgradient.observers.experiment import check_pictures
 from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
 
-__all__ = ["CACHE", "cache_folder", "encoded_stimuli", "natural_set", "small_set"]
+__all__ = ["CACHE", "cache_folder", "encoded_stimuli", "natural_set", "seen_pictures", "small_set"]
 
 CACHE = "FOCALGRADIENT_CACHE"
 """Environment variable that names another folder for what is made once and kept."""
@@ -160,3 +162,41 @@ def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> Encoded
         )
         for index, one in enumerate(stimuli.pictures)
     }
+
+
+def seen_pictures(
+    design: DepthRatingDesign, folder: Path | None, executor: Executor | None, progress: Progress
+) -> dict[str, Any]:
+    """Return what observers of ratings look at: arguments `encoded` and `stimuli` of `simulate`.
+
+    Parameters
+    ----------
+    design
+        That they take part in.
+    folder
+        Of the pictures; None: small ones are made.
+    executor
+        What encodes them; None: this process.
+    progress
+        Takes the share that is done, and what is done.
+
+    Raises
+    ------
+    InputError
+        If a picture of the design is missing.
+    """
+    pictures = read_set(folder) if folder is not None else small_set(_scenes(design), progress)
+    check_pictures(design, pictures)
+    return {"encoded": encoded_stimuli(pictures, executor, progress), "stimuli": pictures.folder}
+
+
+def _scenes(design: DepthRatingDesign) -> int:
+    """How many scenes the small set needs for a design: all of them are named spheres-NN."""
+    names = {*design.scenes, design.standard_scene}
+    numbers = [name.removeprefix("spheres-") for name in names]
+    if not all(number.isdigit() and len(number) == 2 for number in numbers):
+        raise InputError(
+            "the design has scenes of other names than spheres-00 to spheres-99, which are not made here: give the "
+            "folder of their pictures."
+        )
+    return max(map(int, numbers)) + 1

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any, ClassVar, Literal, Union
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,10 @@ from focalgradient.scales import Control
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+    from pathlib import Path
 
 __all__ = ["Response", "Rows", "Task", "paper_settings"]
 
@@ -119,6 +123,10 @@ class Task(ABC):
     """Columns of answers that are ratios, analysed on their logarithm."""
     settings_of_report: ClassVar[frozenset[str]] = frozenset()
     """Settings of a preregistration that only some tasks have: "bound", "ordinal", "far_effect"."""
+    observer_s: ClassVar[float] = 0.1
+    """Seconds of one core that a simulated observer's session takes about."""
+    no_pictures: ClassVar[str] = "whose observers look at none"
+    """Why simulated observers need no pictures from a folder; empty where they look at some."""
     earlier: ClassVar[Mapping[str, Any]] = {}
     """Meaning of settings that designs of earlier versions do not state."""
 
@@ -299,6 +307,22 @@ class Task(ABC):
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
         """Return a simulated observer's answer, without its `onset` in time: `chance` is a NumPy generator."""
         raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
+
+    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
+        """Return what simulated observers look at: `encoded` and `stimuli` of `focalgradient.observers.simulate`.
+
+        Parameters
+        ----------
+        design
+            That they take part in.
+        folder
+            Of the pictures; None: small ones are made where there are any.
+        executor
+            What encodes them; None: this process.
+        progress
+            Takes the share that is done, and what is done.
+        """
+        return {}
 
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
         """Return a simulated observer's answers to all trials, one after the other in time."""

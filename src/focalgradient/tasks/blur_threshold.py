@@ -41,6 +41,7 @@ class BlurThreshold(Task):
     name: ClassVar[str] = "blurthreshold"
     title: ClassVar[str] = "Threshold of blur, or of depth from blur, by an adaptive procedure"
     command: ClassVar[str] = "blur-threshold"
+    observer_s: ClassVar[float] = 1.5
 
     @property
     def design(self) -> type[Any]:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 from focalgradient.scales import AnswerColumn, scale_of
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+    from pathlib import Path
 
 __all__ = ["DepthRating", "rating_column"]
 
@@ -107,6 +111,8 @@ class DepthRating(Task):
     name: ClassVar[str] = "depthrating"
     title: ClassVar[str] = "Three-dimensionality of pictures by aperture and fixation"
     command: ClassVar[str] = "depth-rating"
+    observer_s: ClassVar[float] = 0.5
+    no_pictures: ClassVar[str] = ""
     settings_of_report: ClassVar[frozenset[str]] = frozenset({"bound", "ordinal", "far_effect"})
     earlier: ClassVar[Mapping[str, Any]] = {
         "catch_pictures": ["standard"],
@@ -171,6 +177,11 @@ class DepthRating(Task):
         from focalgradient.lab.depth_rating import DEPTH_RATING
 
         return DEPTH_RATING
+
+    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
+        from focalgradient.observers import seen_pictures
+
+        return seen_pictures(design, folder, executor, progress)
 
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
         from focalgradient.observers.answers import rate

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+    from pathlib import Path
 
 __all__ = ["NeckerRotation"]
 
@@ -69,6 +73,8 @@ class NeckerRotation(Task):
     title: ClassVar[str] = "Rigidity of a rotating Necker cube by focal gradient"
     onset: ClassVar[str] = "trial_onset"
     percepts: ClassVar[bool] = True
+    observer_s: ClassVar[float] = 0.05
+    no_pictures: ClassVar[str] = "whose cube is drawn as its design says"
 
     @property
     def design(self) -> type[Any]:
@@ -97,6 +103,12 @@ class NeckerRotation(Task):
         from focalgradient.lab.necker import NECKER
 
         return NECKER
+
+    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
+        from focalgradient.observers import encoded_cubes
+
+        progress(0.0, "encoding the cube")
+        return {"encoded": encoded_cubes(design, executor)}
 
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
         from focalgradient.observers.answers import watch
