@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from focalgradient.observers.perception import SD_PER_RADIUS
-from focalgradient.observers.retinal_blur import CONTRAST, LINE, estimate_blur, retinal_image
+from focalgradient.observers.retinal_blur import CONTRAST, LINE, estimate_blur, power_law, retinal_image
 from focalgradient.psf import disc_transfer
 from focalgradient.render import wireframe
 
@@ -63,7 +63,7 @@ def test_blur_of_lone_edges_is_estimated(sigma):
 def test_blur_of_lines_is_estimated(sigma):
     lines = [[[-20, 16 + 64 * n], [SIDE + 20, 16 + 64 * n]] for n in range(4)]
     image = wireframe(lines, np.zeros((4, 2)), (SIDE, SIDE), width=sigma, brightness=np.sqrt(2 * np.pi) * sigma)
-    estimate = estimate_blur(image.astype(float), 32, power=LINE, edges=False)
+    estimate = estimate_blur(image.astype(float), 32, law=power_law(LINE), edges=False)
     estimates = np.exp(estimate.log_blur[0::2])  # the rows of places that lines run through
     assert np.median(estimates) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
 

@@ -25,6 +25,7 @@ from focalgradient.observers.looking import Look, blur_threshold, look
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
 from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, seen_pictures, small_set
+from focalgradient.observers.questions import BlurDiscrimination, Choice, DepthOrder, FigureGround, Question
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
 from focalgradient.observers.thresholds import choose, known_threshold, right_share
 
@@ -33,14 +34,19 @@ __all__ = [
     "OBSERVERS",
     "AnswerModel",
     "Answers",
+    "BlurDiscrimination",
+    "Choice",
     "Choices",
+    "DepthOrder",
     "EncodedCubes",
     "EncodedPictures",
     "EncodedStimulus",
+    "FigureGround",
     "Look",
     "Observer",
     "ObserverComparison",
     "ObserverFit",
+    "Question",
     "Ratings",
     "blur_threshold",
     "cache_folder",

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from focalgradient.display import Display
 from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    from focalgradient.observers.questions import Choice, Question
 
 __all__ = ["CATEGORIES", "OBSERVERS", "Observer", "Sign", "observer_named"]
 
@@ -49,6 +54,9 @@ class Observer:
     prior
         What more blur means: from 1, farther, to -1, nearer; 0 where blur means nothing. Between them it is the
         difference of the two probabilities.
+    defocus
+        Probability that blur is of defocus, and not of the texture itself, where a picture is looked at without a
+        layout (`look`); our choice.
     sign
         How depth by blur meets the layout.
     discounting
@@ -94,6 +102,7 @@ class Observer:
     """
 
     prior: float = 0.8
+    defocus: float = 0.9
     sign: Sign = "prior"
     discounting: float = 1.0
     guesses: bool = False
@@ -114,6 +123,40 @@ class Observer:
     scatter: float = 0.15
     categories: int = 0
 
+    def look(self, light: NDArray[np.float64], display: Display, question: Question) -> Choice:
+        """Answer a question about a picture, from its pixels and the display alone.
+
+        Parameters
+        ----------
+        light
+            Linear luminance in shares of white, H x W; at least 64 pixels along each side.
+        display
+            That shows it: its pixels per degree.
+        question
+            `DepthOrder`, `FigureGround` or `BlurDiscrimination`.
+
+        Raises
+        ------
+        InputError
+            If the picture is too small, or a region is not a mask of its shape or too small.
+
+        Examples
+        --------
+        A blurred border beside a blurred texture: the blurred side is in front, against the prior.
+
+        >>> from focalgradient.observers import DepthOrder
+        >>> from focalgradient.stimuli import texture_border
+        >>> ppd = Display().pixels_per_degree
+        >>> look = {"right_blur_arcmin": 4, "pixels_per_degree": ppd, "width_deg": 8, "height_deg": 8}
+        >>> for blur in (0, 4):
+        ...     drawn = texture_border(border_blur_arcmin=blur, border="straight", **look)
+        ...     order = DepthOrder(drawn.masks["left"], drawn.masks["right"])
+        ...     print(Observer().look(drawn.picture, Display(), order).likeliest)
+        first
+        second
+        """
+        return question.answer(light, display, self)
+
     def person(self, random: np.random.Generator) -> Observer:
         """One of the people whom this observer stands for; a control without a prior, or with the other, stays one."""
         scale, pace, weber, spread, gain, prior, discounting, lasting, preference = random.standard_normal(9)
@@ -133,7 +176,7 @@ class Observer:
 
 OBSERVERS: dict[str, Observer] = {
     "default": Observer(),
-    "blur-blind": Observer(prior=0.0),
+    "blur-blind": Observer(prior=0.0, defocus=0.0),
     "opposite": Observer(prior=-0.8),
     "guessing": Observer(guesses=True),
     "lapsing": Observer(lapses=0.15),

@@ -13,6 +13,7 @@ falls with the power 3/2 only and would be taken for blurred, falls with 7/4. A 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,9 +24,22 @@ from scipy.ndimage import gaussian_filter
 from focalgradient.depth.edges.measure import measure_edges
 from focalgradient.eye import mean_eye_mtf
 
-__all__ = ["LINE", "TEXTURE", "BlurEstimate", "estimate_blur", "retinal_image", "texture_power"]
+__all__ = [
+    "LINE",
+    "TEXTURE",
+    "BlurEstimate",
+    "Law",
+    "estimate_blur",
+    "eye_law",
+    "power_law",
+    "retinal_image",
+    "texture_slope",
+]
 
 FloatArray = NDArray[np.float64]
+
+Law = Callable[[FloatArray, FloatArray], FloatArray]
+"""E, but for a factor, of receptive fields of each scale (px) and each blur (sd, px): blurs x scales."""
 
 TEXTURE, LINE = 2.0, 2.75
 """Powers by which E falls with s^2 + b^2."""
@@ -102,7 +116,58 @@ def retinal_image(light: NDArray[np.floating], pixels_per_degree: float, pupil: 
     return np.asarray(blurred[margin:-margin, margin:-margin])
 
 
-def estimate_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, edges: bool = True) -> BlurEstimate:
+def power_law(power: float) -> Law:
+    """E = (s^2 + b^2)^-power: of a texture or line without any transfer but that of a Gaussian blur.
+
+    >>> power_law(2.0)(np.array([1.0]), np.array([0.0, 1.0])).tolist()
+    [[1.0], [0.25]]
+    """
+
+    def law(scales: FloatArray, blur: FloatArray) -> FloatArray:
+        return np.asarray((scales**2 + blur[:, None] ** 2) ** -power)
+
+    return law
+
+
+def eye_law(slope: float, pixels_per_degree: float, pupil: float) -> Law:
+    """E of a texture of amplitude 1/f^slope seen through the mean eye: the blur is that of the picture alone.
+
+    The integral of (2 pi f)^4 f^(-2 slope) M(f)^2 exp(-4 pi^2 f^2 (s^2 + b^2)) over the frequencies that pixels have,
+    M being the eye's transfer. No Gaussian has its shape: taken for one, a steep texture looks blurred.
+
+    Examples
+    --------
+    The eye leaves less to fine fields than the texture has: the fall from one size to the next is less steep.
+
+    >>> scales, sharp = np.array([1.0, 2.0]), np.array([0.0])
+    >>> one, other = (law(scales, sharp)[0] for law in (eye_law(1.0, 60, 0.004), power_law(TEXTURE)))
+    >>> bool(one[0] / one[1] < other[0] / other[1])
+    True
+    """
+    weight = _eye_weight(pixels_per_degree, pupil) * FREQUENCIES ** (4 - 2 * slope)
+
+    def law(scales: FloatArray, blur: FloatArray) -> FloatArray:
+        return _gaussians(scales, blur) @ weight
+
+    return law
+
+
+def _eye_weight(pixels_per_degree: float, pupil: float) -> FloatArray:
+    """Squared transfer of the eye times what part of all frequencies each of `FREQUENCIES` stands for."""
+    within = np.clip(4 * np.arccos(np.minimum(0.5 / FREQUENCIES, 1.0)) / np.pi, 0, 1)  # of a circle cut by a square
+    transfer = mean_eye_mtf(pixels_per_degree * FREQUENCIES, pupil_diameter=pupil)
+    return np.asarray(transfer**2 * FREQUENCIES**2 * (1 - within))  # f df = f^2 d log f
+
+
+def _gaussians(scales: FloatArray, blur: FloatArray) -> FloatArray:
+    """Squared transfer of field and blur: blurs x scales x frequencies."""
+    square = scales[:, None] ** 2 + blur[:, None, None] ** 2
+    return np.asarray(np.exp(-((2 * np.pi * FREQUENCIES) ** 2) * square))
+
+
+def estimate_blur(
+    image: FloatArray, spacing: int, *, law: Law | None = None, own: float = 0.0, edges: bool = True
+) -> BlurEstimate:
     """Estimate blur at places `spacing` pixels apart, each from its surroundings.
 
     Parameters
@@ -111,8 +176,11 @@ def estimate_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, ed
         Contrast, as the logarithm of light, H x W.
     spacing
         Between places, a multiple of 4; the first is half as far from the image's corner.
-    power
-        `TEXTURE`, or `LINE` for drawings of lines.
+    law
+        How responses fall with the size of the field: that of a 1/f texture and a Gaussian blur if None;
+        ``power_law(LINE)`` for drawings of lines; `eye_law` where blur is asked for without the eye's own.
+    own
+        Blur of the eye itself, in pixels, that is taken off that of edges.
     edges
         Whether sharp edges are used too.
 
@@ -128,32 +196,32 @@ def estimate_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, ed
     >>> round(float(np.exp(np.median(estimate.log_blur))), 1)
     2.0
     """
-    log_blur, log_sd = _texture(image, spacing, power)
+    log_blur, log_sd = _texture(image, spacing, law or power_law(TEXTURE))
     weight = log_sd**-2.0
     if edges:
-        log_edge, edge_weight = _edges(image, spacing)
+        log_edge, edge_weight = _edges(image, spacing, own)
         weight, total = weight + edge_weight, weight * log_blur + edge_weight * log_edge
         log_blur = np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), log_blur)
     with np.errstate(divide="ignore"):
         return BlurEstimate(log_blur, weight**-0.5)
 
 
-def _texture(image: FloatArray, spacing: int, power: float) -> tuple[FloatArray, FloatArray]:
+def _texture(image: FloatArray, spacing: int, law: Law) -> tuple[FloatArray, FloatArray]:
     window = spacing / 2
-    scales = np.asarray(2.0 ** np.arange(0.0, math.log2(window / 1.4) + 0.01, 0.5), float)
+    scales = _scales(spacing)
     blur = np.geomspace(LEAST, scales[-1], LEVELS)[:, None]
     energy = _energies(image, scales, spacing)[None]  # blurs x scales x places
     square = (scales**2)[:, None]
     variance = (square / window**2) + MISFIT**2
     precision = 1 / (variance * energy**2)
-    law = (square + blur[..., None] ** 2) ** -power
+    shape = law(scales, blur[:, 0])[..., None]
     floor = CONTRAST**2 / (2 * math.pi * square**3)
     costs = []
     for times in NOISES:
         noise = times**2 * floor
         # The contrast that fits best, each energy weighted by its precision; then how well it fits.
-        contrast = (precision * law * (energy - noise)).sum(1) / (precision * law**2).sum(1)
-        expected = np.maximum(contrast, 0.0)[:, None] * law + noise
+        contrast = (precision * shape * (energy - noise)).sum(1) / (precision * shape**2).sum(1)
+        expected = np.maximum(contrast, 0.0)[:, None] * shape + noise
         costs.append((np.log(energy / expected) ** 2 / variance).sum(1) + UNLIKELY * math.log(times))
     cost = np.array(costs)  # noises x blurs x places
     posterior = np.exp(-0.5 * (cost - cost.min((0, 1))))
@@ -165,36 +233,41 @@ def _texture(image: FloatArray, spacing: int, power: float) -> tuple[FloatArray,
     noise = floor * (of_noise.T @ np.array(NOISES)) ** 2
     # Where only the widest fields respond, it is to what lies beside the place.
     reliable = ((energy[0] > 2 * noise).mean(0) > 0.6) & (sd < VAGUE)
-    shape = (image.shape[0] // spacing, image.shape[1] // spacing)
-    return mean.reshape(shape), np.where(reliable, sd, np.inf).reshape(shape)
+    places = (image.shape[0] // spacing, image.shape[1] // spacing)
+    return mean.reshape(places), np.where(reliable, sd, np.inf).reshape(places)
 
 
-POWERS = np.arange(1.25, 2.51, 0.05)
-"""Powers of texture that are compared: amplitude spectra from 1/f^1.75 to 1/f^0.5."""
+SLOPES = np.arange(0.5, 1.91, 0.05)
+"""Slopes of texture that are compared: amplitude spectra from 1/f^0.5 to 1/f^1.9."""
+
+FREQUENCIES = np.geomspace(2e-4, math.sqrt(0.5), 400)
+"""Cycles per pixel over which E is summed, at equal steps of the logarithm, to the corner of what pixels have."""
 
 
-def texture_power(image: FloatArray, spacing: int) -> float:
-    """Estimate the power by which E falls with s^2 + b^2, one for the whole picture, whatever the blur of each place.
+def texture_slope(images: Sequence[FloatArray], spacing: int, pixels_per_degree: float, pupil: float) -> float:
+    """Estimate the slope of a texture's amplitude, 1/f^slope, one for all of the images, whatever each place's blur.
 
-    The power of the largest likelihood, blur and contrast of each place integrated or fitted. At 60 pixels per degree
-    and a spacing of 32 it is 0.05 to 0.25 below 3 - slope for textures of amplitude 1/f^slope, slopes 0.75 to 1.5: the
-    eye's own transfer is not the Gaussian that the law supposes.
+    The slope of the largest likelihood, blur and contrast of each place integrated or fitted, by `eye_law`.
     """
-    window = spacing / 2
-    scales = np.asarray(2.0 ** np.arange(0.0, math.log2(window / 1.4) + 0.01, 0.5), float)
-    blur = np.geomspace(LEAST, scales[-1], LEVELS)[:, None, None]
-    energy = _energies(image, scales, spacing)[None]
-    square = (scales**2)[:, None]
-    variance = square / window**2 + MISFIT**2
+    scales = _scales(spacing)
+    blur = np.geomspace(LEAST, scales[-1], LEVELS)
+    energy = np.concatenate([_energies(image, scales, spacing) for image in images], axis=1)[None]
+    variance = (scales**2)[:, None] / (spacing / 2) ** 2 + MISFIT**2
     precision = 1 / (variance * energy**2)
+    passed, weight = _gaussians(scales, blur), _eye_weight(pixels_per_degree, pupil)
     evidence = []
-    for power in POWERS:
-        law = (square + blur**2) ** -power
-        contrast = (precision * law * energy).sum(1) / (precision * law**2).sum(1)
-        cost = (np.log(energy / (contrast[:, None] * law)) ** 2 / variance).sum(1)
+    for slope in SLOPES:
+        shape = (passed @ (weight * FREQUENCIES ** (4 - 2 * slope)))[..., None]
+        contrast = (precision * shape * energy).sum(1) / (precision * shape**2).sum(1)
+        cost = (np.log(energy / (contrast[:, None] * shape)) ** 2 / variance).sum(1)
         least = cost.min(axis=0)
         evidence.append(float((np.log(np.exp(-(cost - least) / 2).mean(axis=0)) - least / 2).sum()))
-    return float(POWERS[int(np.argmax(evidence))])
+    return float(SLOPES[int(np.argmax(evidence))])
+
+
+def _scales(spacing: int) -> FloatArray:
+    """Sizes of receptive fields in pixels: half octaves from a pixel up to what a place has room for."""
+    return np.asarray(2.0 ** np.arange(0.0, math.log2(spacing / 2.8) + 0.01, 0.5), float)
 
 
 def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray:
@@ -215,7 +288,7 @@ def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray
     return np.maximum(np.array(found), 1e-30)
 
 
-def _edges(image: FloatArray, spacing: int) -> tuple[FloatArray, FloatArray]:
+def _edges(image: FloatArray, spacing: int, own: float) -> tuple[FloatArray, FloatArray]:
     """Mean logarithm of the blur of the edges in each place's square, and its weight: 1 / variance."""
     edges = measure_edges(image, noise=STEP, length=BAND)
     good = edges.valid
@@ -224,8 +297,9 @@ def _edges(image: FloatArray, spacing: int) -> tuple[FloatArray, FloatArray]:
     inside = (row < rows) & (column < columns) & (row >= 0) & (column >= 0)
     place = (row * columns + column)[inside]
     radius, sd = edges.radius[good][inside], edges.radius_sd[good][inside]
+    seen, radius = radius, np.sqrt(np.maximum(radius**2 - own**2, 0.0))
     # Points of one band are one estimate.
-    weight = 1 / BAND / ((radius * sd / (radius**2 + SAMPLING_BLUR**2)) ** 2 + MISFIT**2)
+    weight = 1 / BAND / ((seen * sd / (radius**2 + SAMPLING_BLUR**2)) ** 2 + MISFIT**2)
     total = np.bincount(place, weight, rows * columns)
     weighted = np.bincount(place, weight * np.log(np.hypot(radius, SAMPLING_BLUR)), rows * columns)
     mean = np.where(total > 0, weighted / np.where(total > 0, total, 1.0), 0.0)

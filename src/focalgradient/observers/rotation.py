@@ -15,7 +15,7 @@ from focalgradient.design import Direction, Gradient, NeckerDesign, NeckerTrial
 from focalgradient.observers.encoding import PUPIL, EncodedStimulus
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import blur_amplitude, blur_depth, response
-from focalgradient.observers.retinal_blur import LINE, estimate_blur, retinal_image
+from focalgradient.observers.retinal_blur import LINE, estimate_blur, power_law, retinal_image
 from focalgradient.render import necker_frame
 from focalgradient.scenes import NeckerCube, departure_from_rigid
 from focalgradient.scenes.necker import EDGES, SYMMETRY
@@ -95,7 +95,7 @@ def encode_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> Encode
             aperture=1e-3 * strength,
         )
         seen = retinal_image(frame, math.radians(1) / pixel, PUPIL)
-        estimated = estimate_blur(seen, SPACING, power=LINE, edges=False)
+        estimated = estimate_blur(seen, SPACING, law=power_law(LINE), edges=False)
         depth = _line_depth(cube, float(turn), pixel, estimated.log_blur.shape)
         valid = np.isfinite(depth) & np.isfinite(estimated.log_sd)
         blurs.append(np.degrees(60 * pixel) * np.exp(estimated.log_blur[valid]))

@@ -1,0 +1,104 @@
+"""Blur of the border between two regions, from the light across it: it belongs to the side that ends there.
+
+With the near side's light L, the far side's R, and the near side's coverage a (a step blurred to the sd s) the light
+is a L + (1 - a) R. Of unrelated textures the mean square of its derivative across the border, at the distance x, is
+
+    E(x) = c g(x; s)^2 + a(x)^2 E_L + (1 - a(x))^2 E_R ,
+
+g being a Gaussian, E_L and E_R the mean squares away from the border, and c that of L - R. So how narrow the rise of E
+is gives s, whatever the textures' own blur.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.special import ndtr
+
+from focalgradient.observers.retinal_blur import MISFIT, SAMPLING_BLUR
+
+__all__ = ["border_blur", "share_border"]
+
+FloatArray = NDArray[np.float64]
+Region = NDArray[np.bool_]
+
+REACH = 24
+"""Pixels on either side of the border over which its profile is taken, and as many more for the sides' own."""
+
+FIELD = 1.0
+"""Standard deviation in pixels of the derivative's Gaussian."""
+
+BLURS = np.geomspace(0.05, 12.0, 48)
+"""Blurs in pixels among which that of the border is."""
+
+JUMPS, JUMP_SD = np.geomspace(1 / 16, 16, 17), 1.0
+"""Mean square step across the border over that expected of unrelated textures, and the sd of its logarithm."""
+
+
+def share_border(one: Region, other: Region) -> bool:
+    """Whether two regions meet along 16 pixels or more.
+
+    >>> left = np.arange(64) < 32 + np.zeros((64, 1))
+    >>> share_border(left, ~left), share_border(left, np.roll(left, 20, 1) & ~left & ~np.roll(left, 8, 1))
+    (True, False)
+    """
+    return int((_away(one) <= 1.5)[other].sum()) >= 16
+
+
+def _away(region: Region) -> FloatArray:
+    return np.asarray(distance_transform_edt(~region), float)
+
+
+def border_blur(seen: FloatArray, one: Region, other: Region, own: float) -> tuple[float, float]:
+    """Logarithm of the border's blur and the sd of that logarithm.
+
+    Parameters
+    ----------
+    seen
+        Contrast on the retina, H x W.
+    one, other
+        The regions on either side.
+    own
+        Blur (px) of the eye itself, which is taken off.
+
+    Returns
+    -------
+    tuple of float
+        Logarithm of the sd in pixels, `SAMPLING_BLUR` added in quadrature as for a place, and its sd.
+    """
+    across = np.where(one, 0.5 - _away(other), _away(one) - 0.5)  # px from the border, negative in `one`
+    smooth = gaussian_filter(across, 2.0)
+    down, right = np.gradient(smooth)
+    norm = np.maximum(np.hypot(down, right), 1e-9)
+    light = [gaussian_filter(seen, FIELD, order=order) for order in ((1, 0), (0, 1))]
+    energy = ((light[0] * down + light[1] * right) / norm) ** 2
+    inside = one | other
+    place = np.where(inside, np.floor(across).astype(int), 10**6)
+
+    def mean(low: int, high: int, values: FloatArray) -> float:
+        chosen = values[(place >= low) & (place < high)]
+        return float(chosen.mean()) if chosen.size else 0.0
+
+    x = np.arange(-REACH, REACH)
+    count = np.array([np.count_nonzero(place == at) for at in x])
+    x, count = x[count > 0], count[count > 0]
+    profile = np.array([energy[place == at].mean() for at in x])
+    own_one, own_other = mean(-2 * REACH, -REACH, energy), mean(REACH, 2 * REACH, energy)
+    jump = float(seen[one].var() + seen[other].var() + (seen[one].mean() - seen[other].mean()) ** 2)
+    sd = np.hypot(BLURS, own)[:, None]
+    wide = np.hypot(sd, FIELD)
+    middle = x + 0.5
+    step = np.exp(-((middle / wide) ** 2)) / (2 * np.pi * wide**2)
+    share = ndtr(-middle / sd)
+    sides = share**2 * own_one + (1 - share) ** 2 * own_other
+    expected = JUMPS[:, None, None] * jump * step + sides
+    # A derivative is independent of that three pixels along the border or across it.
+    variance = 2 * 3 / count + MISFIT**2
+    cost = (np.log(np.maximum(profile, 1e-30) / np.maximum(expected, 1e-30)) ** 2 / variance).sum(-1) / 3
+    cost += (np.log(JUMPS) / JUMP_SD)[:, None] ** 2
+    posterior = np.exp(-(cost - cost.min()) / 2).sum(0)
+    posterior /= posterior.sum()
+    log = np.log(np.hypot(BLURS, SAMPLING_BLUR))
+    found = float(posterior @ log)
+    return found, float(np.sqrt(posterior @ (log - found) ** 2 + MISFIT**2))

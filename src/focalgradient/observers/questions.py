@@ -1,0 +1,207 @@
+"""Questions that an observer answers by looking: each a small class, asked by `Observer.look`, answered from pixels.
+
+What is assumed of the world is stated once: a place's blur is that of defocus with the probability `defocus` of the
+observer, and of the texture itself otherwise; the sharper of two regions is in focus, and the more blurred one lies
+beyond it with the probability (1 + prior) / 2; a border has the blur of the side that ends there, the nearer one. Two
+blurs, intrinsic blur included, are told apart so that a ratio of 1 + weber is right in 75 % of two alternatives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from scipy.special import ndtr, ndtri
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.observers.borders import border_blur, share_border
+from focalgradient.observers.looking import SPACING, blur_of, own_blur, seen_by
+from focalgradient.observers.observer import Observer
+from focalgradient.observers.retinal_blur import SAMPLING_BLUR, BlurEstimate
+
+__all__ = ["BlurDiscrimination", "Choice", "DepthOrder", "FigureGround", "Question"]
+
+FloatArray = NDArray[np.float64]
+Region = NDArray[np.bool_]
+
+FIRST, SECOND = "first", "second"
+
+BLURS = 100.0
+"""Ratio of the greatest to the least blur that a border has which belongs to neither side; our choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """An answer among alternatives: the probability of each.
+
+    Examples
+    --------
+    >>> choice = Choice({"first": 0.75, "second": 0.25})
+    >>> choice.likeliest, choice.simulate(np.random.default_rng(1))
+    ('first', 'first')
+    """
+
+    probability: Mapping[str, float]
+
+    @property
+    def likeliest(self) -> str:
+        """The alternative of the greatest probability."""
+        return max(self.probability, key=lambda name: self.probability[name])
+
+    def simulate(self, random: np.random.Generator) -> str:
+        """Draw one answer."""
+        names = list(self.probability)
+        return names[int(random.choice(len(names), p=list(self.probability.values())))]
+
+
+class Question(Protocol):
+    """What can be asked of a picture."""
+
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
+        """Answer from the pixels (H x W, shares of white) and the display alone."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthOrder:
+    """Which of two regions is the nearer one: ``"first"`` or ``"second"``.
+
+    Two cues: which is more blurred, by the prior of the observer, and, where the regions meet, which one the border's
+    blur belongs to.
+
+    Parameters
+    ----------
+    first, second
+        Masks of the picture's shape, each with room for a square of 64 pixels or so.
+    """
+
+    first: Region
+    second: Region
+
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
+        """Answer by the product of both cues' odds."""
+        regions = _checked(light, self.first, self.second)
+        (seen,), slope = seen_by([light], display, observer)
+        estimated = blur_of(seen, slope, display, observer)
+        blurs = [_region_blur(estimated, display, region) for region in regions]
+        farther = (1 + observer.defocus * observer.prior) / 2
+        more = _more_blurred(blurs[1], blurs[0], observer)
+        near = more * farther + (1 - more) * (1 - farther)
+        if share_border(*regions):
+            own = own_blur(display.pixels_per_degree, observer.pupil)
+            border = _seen(*border_blur(seen, self.first, self.second, own), display)
+            first, second = (_belongs(border, blur, observer) for blur in blurs)
+            near = near * first / (near * first + (1 - near) * second)
+        return _answered(near, observer)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FigureGround:
+    """Which of two regions that meet is the figure, to which the border belongs: ``"first"`` or ``"second"``.
+
+    The nearer of both owns the border, so that the answer is that of `DepthOrder`. Regions that do not meet are
+    refused.
+    """
+
+    first: Region
+    second: Region
+
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
+        """Answer as the order in depth of both."""
+        if not share_border(*_checked(light, self.first, self.second)):
+            raise InputError("first and second do not meet: figure and ground need a border of 16 pixels or more.")
+        return DepthOrder(self.first, self.second).answer(light, display, observer)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlurDiscrimination:
+    """Which of two pictures is more blurred: ``"first"``, the one that is looked at, or ``"second"``.
+
+    Parameters
+    ----------
+    second
+        The other picture, in shares of white.
+    region
+        Where to compare them; None: everywhere.
+    """
+
+    second: FloatArray
+    region: Region | None = field(default=None)
+
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
+        """Answer by the ratio of both blurs, the intrinsic one included."""
+        seen, slope = seen_by([light, self.second], display, observer)
+        blurs = []
+        for image in seen:
+            region = np.ones(image.shape, np.bool_) if self.region is None else self.region
+            (one,) = _checked(image, region)
+            blurs.append(_region_blur(blur_of(image, slope, display, observer), display, one))
+        return _answered(_more_blurred(blurs[0], blurs[1], observer), observer)
+
+
+def _answered(first: float, observer: Observer) -> Choice:
+    """The choice of the first, with what is answered without looking."""
+    lapses = 1.0 if observer.guesses else observer.lapses
+    share = lapses / 2 + (1 - lapses) * first
+    return Choice({FIRST: share, SECOND: 1 - share})
+
+
+def _checked(light: FloatArray, *regions: Region) -> tuple[Region, ...]:
+    for region in regions:
+        if np.shape(region) != np.shape(light) or np.asarray(region).dtype != np.bool_:
+            raise InputError(
+                f"a region is a mask of shape {np.shape(region)} and type {np.asarray(region).dtype}, but must be of "
+                f"booleans and of the picture's shape, {np.shape(light)}."
+            )
+    return regions
+
+
+def _region_blur(estimated: BlurEstimate, display: Display, region: Region) -> tuple[float, float]:
+    """Blur of a region (arcmin) and the sd of its logarithm: of the places well within it, by their precision."""
+    rows, columns = estimated.log_sd.shape
+    middle = SPACING * (np.arange(max(rows, columns)) + 0.5)
+    inside = np.asarray(distance_transform_edt(region), float)
+    depth = inside[np.ix_(middle[:rows].astype(int), middle[:columns].astype(int))]
+    known = np.isfinite(estimated.log_sd)
+    for room in (SPACING, SPACING / 2):  # away from the border, where there is room
+        chosen = known & (depth >= room)
+        if chosen.any():
+            break
+    else:
+        raise InputError(
+            f"a region has no place with texture or edges {SPACING} pixels across, so that its blur cannot be "
+            "estimated: give a larger one."
+        )
+    weight = estimated.log_sd[chosen] ** -2.0
+    log = float(weight @ estimated.log_blur[chosen] / weight.sum())
+    return _seen(log, float(weight.sum() ** -0.5), display)
+
+
+def _seen(log: float, log_sd: float, display: Display) -> tuple[float, float]:
+    """Blur in arcmin, without that of the sampling, and the sd of the logarithm that was estimated."""
+    return display.arcmin(1.0) * math.sqrt(max(math.exp(2 * log) - SAMPLING_BLUR**2, 0.0)), log_sd
+
+
+def _more_blurred(one: tuple[float, float], other: tuple[float, float], observer: Observer) -> float:
+    """Probability that one of two looks more blurred: its precision is Weber's, or less where little is to be seen."""
+    ratio = math.log(math.hypot(one[0], observer.intrinsic) / math.hypot(other[0], observer.intrinsic))
+    return float(ndtr(ratio / math.hypot(_weber_sd(observer), one[1], other[1])))
+
+
+def _weber_sd(observer: Observer) -> float:
+    """Standard deviation of the logarithm of the ratio of two blurs: 75 % are right at a ratio of 1 + weber."""
+    return math.log1p(observer.weber) / float(ndtri(0.75))
+
+
+def _belongs(border: tuple[float, float], side: tuple[float, float], observer: Observer) -> float:
+    """Likelihood of the border's blur if it belongs to a side; with 1 - defocus it is of the texture: any blur."""
+    ratio = math.log(math.hypot(border[0], observer.intrinsic) / math.hypot(side[0], observer.intrinsic))
+    sd = math.hypot(_weber_sd(observer), border[1], side[1])
+    own = math.exp(-((ratio / sd) ** 2) / 2) / (sd * math.sqrt(2 * math.pi))
+    return observer.defocus * own + (1 - observer.defocus) / math.log(BLURS)
