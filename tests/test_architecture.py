@@ -53,6 +53,7 @@ ROOMS = {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
         *("render", "scales", "scenes", "stimuli", "tasks"),
     },
+    "published": {"display", "errors", "eye", "observers", "progress", "stimuli"},
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {
         "calibration",

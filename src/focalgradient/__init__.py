@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from focalgradient import power as power
     from focalgradient import progress as progress
     from focalgradient import psf as psf
+    from focalgradient import published as published
     from focalgradient import render as render
     from focalgradient import report as report
     from focalgradient import scenes as scenes

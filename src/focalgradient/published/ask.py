@@ -1,0 +1,163 @@
+"""Ways to ask a simulated observer what people were asked: blur thresholds, order of depth at a border, focus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from focalgradient.display import Display
+from focalgradient.eye import Accommodation, Stimulus, accommodate
+from focalgradient.observers import Observer, blur_threshold, look
+from focalgradient.observers.perception import SD_PER_RADIUS
+from focalgradient.published.record import Prediction
+from focalgradient.stimuli import replica
+
+__all__ = [
+    "blurred_nearer",
+    "detection",
+    "dip",
+    "discrimination",
+    "gain_ratio",
+    "phase_difference",
+    "successive_discrimination",
+    "threshold_ratio",
+    "weber_fraction",
+]
+
+PEDESTALS = np.linspace(0.0, 4.0, 161)
+"""Pedestals of blur (arcmin) among which the dip is sought; the range is our choice."""
+
+STEPS = 4
+"""Successive just noticeable steps of defocus; our choice."""
+
+SEEDS = range(4)
+"""Textures by which the order of depth is asked; our choice."""
+
+SIZE_DEG = 5.0
+"""Width and height of the pictures in degrees; our choice."""
+
+FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
+"""Display of about 60 pixels per degree; our choice."""
+
+LIGHTS = {
+    "white": Stimulus(illuminant="3000 K"),
+    "monochromatic": Stimulus(light_nm=590.0, illuminant="3000 K"),
+    "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
+    "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
+}
+"""Lights and aberrations of Kruger et al. (1993)."""
+
+HERTZ, MEAN, AMPLITUDE = 0.2, 2.0, 0.5
+"""Frequency (Hz), mean and amplitude (D) of their target, which moves from 1.5 to 2.5 D."""
+
+SECONDS, SKIPPED = 6.0, 1.0
+"""Duration of a trial and of its start that is not analysed (s); our choice."""
+
+TRIALS = 3
+"""Pairs of trials in which the target moves the opposite ways; our choice."""
+
+
+def weber_fraction(observer: Observer, pedestal: float) -> Prediction:
+    """Just noticeable increment of blur over a pedestal (arcmin)."""
+    return Prediction(blur_threshold(pedestal, observer) / pedestal)
+
+
+def dip(observer: Observer) -> Prediction:
+    """Smallest threshold of blur over the threshold without a pedestal."""
+    return Prediction(min(blur_threshold(float(one), observer) for one in PEDESTALS) / blur_threshold(0.0, observer))
+
+
+def _arcmin(dioptres: float, observer: Observer) -> float:
+    """Blur (arcmin, standard deviation) of a defocus through the observer's pupil."""
+    return math.degrees(dioptres * observer.pupil / 2 * SD_PER_RADIUS) * 60
+
+
+def detection(observer: Observer) -> Prediction:
+    """Just noticeable defocus (D) of a sharp target, through the observer's pupil."""
+    return discrimination(observer, 0.0)
+
+
+def discrimination(observer: Observer, pedestal: float) -> Prediction:
+    """Just noticeable increment of defocus (D) upon a defocus (D), through the observer's pupil."""
+    return Prediction(blur_threshold(_arcmin(pedestal, observer), observer) / _arcmin(1.0, observer))
+
+
+def successive_discrimination(observer: Observer) -> Prediction:
+    """Mean of the just noticeable steps of defocus (D) that follow the first, each upon all before it."""
+    reached, steps = detection(observer).value, []
+    for _ in range(STEPS):
+        steps.append(discrimination(observer, reached).value)
+        reached += steps[-1]
+    return Prediction(float(np.mean(steps)))
+
+
+def threshold_ratio(observer: Observer, pedestal: float, other: float) -> Prediction:
+    """Just noticeable increment upon a defocus (D) over that upon another one (D)."""
+    return Prediction(discrimination(observer, pedestal).value / discrimination(observer, other).value)
+
+
+@lru_cache(maxsize=64)
+def blurred_nearer(observer: Observer, paper: str, border: str) -> Prediction:
+    """Share of a paper's pictures with a "sharp" or "blurred" border in which the blurred side looks nearer.
+
+    The observer fixates the sharp side; the order is that of the median depth by blur on the two sides, places at the
+    border left out, and equal depths count by half.
+    """
+    answers = []
+    for side in ("left", "right"):
+        for seed in SEEDS:
+            drawn = replica(
+                paper,
+                f"{side} sharp, {border} border",
+                pixels_per_degree=FINE.pixels_per_degree,
+                width_deg=SIZE_DEG,
+                height_deg=SIZE_DEG,
+                seed=seed,
+            )
+            rows, columns = drawn.picture.shape
+            fixation = (columns * (0.2 if side == "left" else 0.8), rows / 2)
+            depth = look(drawn.picture, FINE, fixation, observer).depth
+            left, right = np.nanmedian(depth[:, :3]), np.nanmedian(depth[:, -3:])
+            beyond = right - left if side == "left" else left - right
+            answers.append((1 - np.sign(beyond)) / 2)
+    return _mean(answers)
+
+
+@lru_cache(maxsize=64)
+def _responses(pupil: float, light: str) -> tuple[complex, ...]:
+    """Complex response of accommodation at the target's frequency in each pair of trials of opposite directions."""
+    eye = Accommodation(pupil_diameter=pupil)
+    found = []
+    for seed in range(TRIALS):
+        there, back = (
+            accommodate(
+                lambda t, way=way: MEAN + way * AMPLITUDE * math.sin(2 * math.pi * HERTZ * t),  # type: ignore[misc]
+                SECONDS,
+                eye,
+                LIGHTS[light],
+                seed=seed,
+            )
+            for way in (1, -1)
+        )
+        found.append((there.response(HERTZ, skip=SKIPPED) + back.response(HERTZ, skip=SKIPPED)) / 2)
+    return tuple(found)
+
+
+def gain_ratio(observer: Observer, light: str) -> Prediction:
+    """Gain of accommodation in a light over that in white, through the observer's pupil."""
+    pairs = zip(_responses(observer.pupil, light), _responses(observer.pupil, "white"), strict=True)
+    return _mean([abs(one) / abs(white) for one, white in pairs])
+
+
+def phase_difference(observer: Observer, light: str) -> Prediction:
+    """Phase of accommodation in a light less that in white, in degrees; more lag is negative."""
+    pairs = zip(_responses(observer.pupil, light), _responses(observer.pupil, "white"), strict=True)
+    return _mean([math.degrees(float(np.angle(one / white))) for one, white in pairs])
+
+
+def _mean(values: Sequence[float]) -> Prediction:
+    """Mean and its standard error."""
+    return Prediction(float(np.mean(values)), float(np.std(values, ddof=1)) / math.sqrt(len(values)))

@@ -1,0 +1,184 @@
+"""Records of published experiments: what was found, what that was read from, and the rule that scores a prediction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from focalgradient.errors import InputError, check_fields, check_number
+from focalgradient.observers import Observer
+
+__all__ = ["AGREES", "CANNOT_BE_ASKED", "DIFFERS", "Finding", "Prediction", "Published", "Source", "simulate"]
+
+Source = Literal["full text", "abstract", "secondary", "memory"]
+"""What a number or a direction was read from: the paper, its abstract, another publication, or nothing at hand."""
+
+AGREES, DIFFERS, CANNOT_BE_ASKED = "agrees", "differs", "cannot be asked"
+
+STANDARD_ERRORS = 2.0
+"""Standard errors on either side of a prediction, and of a printed mean, that count as its interval."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """What a simulated observer answers: a value, and its standard error over repetitions (0 where it has none)."""
+
+    value: float
+    standard_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_number("value", self.value, "the units of the finding")
+        check_number("standard_error", self.standard_error, "the units of the finding", least=0)
+
+
+Ask = Callable[[Observer], Prediction]
+"""Do the experiment with a simulated observer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One number, or one direction, that an experiment found.
+
+    The score of a prediction was fixed before any was computed: `AGREES` where the value and 2 of its standard errors
+    on either side lie inside the range from `low` to `high`, its ends excluded; `DIFFERS` elsewhere, so that an
+    uncertain prediction counts as no agreement; `CANNOT_BE_ASKED` where there is no prediction. The range is the one
+    printed, or 2 standard errors on either side of a printed mean, or the printed side of no effect.
+
+    Parameters
+    ----------
+    quantity, units
+        What was measured; "1" for ratios and shares.
+    printed
+        The number or the statement as the source prints it, or as it is remembered.
+    low, high
+        Range of agreement, in `units`; infinite on the open side of a direction.
+    source
+        What it was read from.
+    ask
+        How an observer is asked; None where none can be.
+    remark
+        Why none can be asked; otherwise what of the simulation is our choice.
+
+    Raises
+    ------
+    InputError
+        If a field is of a wrong type, the range is empty or unbounded, a text is missing, or neither a way to ask nor
+        the reason for its absence is given.
+
+    Examples
+    --------
+    >>> found = Finding(
+    ...     quantity="Weber fraction", units="1", printed="0.28 to 0.56", low=0.28, high=0.56, source="abstract",
+    ...     remark="an example",
+    ... )
+    >>> found.score(Prediction(0.4)), found.score(Prediction(0.3, 0.02)), found.score(None)
+    ('agrees', 'differs', 'cannot be asked')
+    """
+
+    quantity: str
+    units: str
+    printed: str
+    low: float
+    high: float
+    source: Source
+    ask: Ask | None = None
+    remark: str = ""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name in ("quantity", "units", "printed"):
+            if not getattr(self, name).strip():
+                raise InputError(f"{name} is empty: state it for each finding.")
+        if not self.low < self.high or (math.isinf(self.low) and math.isinf(self.high)):
+            raise InputError(
+                f"{self.quantity} has the range {self.low:g} to {self.high:g}: give a low end below the high one, and "
+                "one of them finite."
+            )
+        if not (self.ask is None or callable(self.ask)):
+            raise InputError(f"{self.quantity} has an ask that cannot be called: give a function of an observer.")
+        if self.ask is None and not self.remark.strip():
+            raise InputError(f"{self.quantity} has no way to ask an observer: state the reason as its remark.")
+
+    def score(self, prediction: Prediction | None) -> str:
+        """Score a prediction by the rule that is stated above."""
+        if prediction is None:
+            return CANNOT_BE_ASKED
+        reach = STANDARD_ERRORS * prediction.standard_error
+        inside = self.low < prediction.value - reach and prediction.value + reach < self.high
+        return AGREES if inside else DIFFERS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Published:
+    """A published experiment.
+
+    Parameters
+    ----------
+    key
+        Of the bibliography. Where `stimuli.PAPERS` has it, ``stimuli.replica(key, condition)`` draws its stimuli.
+    citation
+        Authors, year and journal.
+    doi
+        As a source prints it; empty where none was verified.
+    design
+        The design in a sentence.
+    conditions
+        Names of its conditions.
+    findings
+        What it found.
+
+    Raises
+    ------
+    InputError
+        If a field is of a wrong type or empty, or two findings have one name.
+    """
+
+    key: str
+    citation: str
+    doi: str
+    design: str
+    conditions: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name in ("key", "citation", "design"):
+            if not getattr(self, name).strip():
+                raise InputError(f"{name} is empty: state it for each published experiment.")
+        if not self.design.endswith("."):
+            raise InputError(f"design is {self.design!r}: end the sentence with a full stop.")
+        if self.doi and not self.doi.startswith("10."):
+            raise InputError(f"doi is {self.doi!r}, but must begin with 10., or be empty where it was not verified.")
+        quantities = [finding.quantity for finding in self.findings]
+        if not self.conditions or not quantities or len(set(quantities)) < len(quantities):
+            raise InputError(f"{self.key} needs conditions, and findings of different names.")
+
+
+def simulate(experiment: Published, observer: Observer) -> Mapping[str, Prediction | None]:
+    """Ask a simulated observer for each finding of an experiment.
+
+    Returns
+    -------
+    Mapping
+        Prediction of each quantity; None where the observer cannot be asked.
+
+    Raises
+    ------
+    InputError
+        If the experiment or the observer is of another class.
+
+    Examples
+    --------
+    >>> from focalgradient.observers import OBSERVERS
+    >>> from focalgradient.published import EXPERIMENTS
+    >>> predicted = simulate(EXPERIMENTS["jacobs1989"], OBSERVERS["default"])
+    >>> round(predicted["least noticeable defocus"].value, 2)
+    0.13
+    """
+    for name, given, kind in (("experiment", experiment, Published), ("observer", observer, Observer)):
+        if not isinstance(given, kind):
+            raise InputError(f"{name} is of the class {type(given).__name__}, but must be of {kind.__name__}.")
+    return {one.quantity: None if one.ask is None else one.ask(observer) for one in experiment.findings}

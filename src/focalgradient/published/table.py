@@ -1,0 +1,118 @@
+"""The table of what a simulated observer predicts beside what was published."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from focalgradient.observers import Observer
+from focalgradient.progress import Progress
+from focalgradient.published.experiments import EXPERIMENTS
+from focalgradient.published.record import Finding, Prediction, Published, simulate
+
+__all__ = ["Row", "csv_of", "markdown", "predicted_beside_published"]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One finding, and what a simulated observer predicts of it; None where it cannot be asked."""
+
+    experiment: Published
+    finding: Finding
+    predicted: Prediction | None
+
+    @property
+    def score(self) -> str:
+        """By the rule of `Finding`."""
+        return self.finding.score(self.predicted)
+
+    @property
+    def range(self) -> str:
+        """Range of agreement in words."""
+        low, high = self.finding.low, self.finding.high
+        if math.isinf(low):
+            return f"below {high:g}"
+        return f"above {low:g}" if math.isinf(high) else f"{low:g} to {high:g}"
+
+    @property
+    def stated(self) -> str:
+        """Predicted value with its standard error, where it has one; a dash where there is none."""
+        if self.predicted is None:
+            return "-"
+        error = self.predicted.standard_error
+        return f"{self.predicted.value:.2f}" + (f" ± {error:.2f}" if error else "")
+
+
+def predicted_beside_published(
+    observer: Observer, experiments: Sequence[Published] = (*EXPERIMENTS.values(),), progress: Progress | None = None
+) -> list[Row]:
+    """Ask a simulated observer for every finding of the experiments.
+
+    Parameters
+    ----------
+    observer
+        Who is asked.
+    experiments
+        By default all.
+    progress
+        Called with the share done and a few words.
+
+    Examples
+    --------
+    >>> from focalgradient.observers import OBSERVERS
+    >>> rows = predicted_beside_published(OBSERVERS["default"], [EXPERIMENTS["jacobs1989"]])
+    >>> [(row.stated, row.range, row.score) for row in rows][:2]
+    [('0.13', '0.1 to 0.18', 'agrees'), ('0.41', '0.05 to 0.07', 'differs')]
+    """
+    rows = []
+    for number, experiment in enumerate(experiments):
+        predicted = simulate(experiment, observer)
+        rows += [Row(experiment, finding, predicted[finding.quantity]) for finding in experiment.findings]
+        if progress is not None:
+            progress((number + 1) / len(experiments), experiment.citation)
+    return rows
+
+
+def csv_of(rows: Iterable[Row]) -> str:
+    """Comma-separated values, one row for each finding; predictions are marked as simulated in their column's name.
+
+    Examples
+    --------
+    >>> row = Row(EXPERIMENTS["held2012"], EXPERIMENTS["held2012"].findings[0], None)
+    >>> csv_of([row]).splitlines()[0].split(",")[:4]
+    ['experiment', 'quantity', 'units', 'published']
+    """
+    written = io.StringIO()
+    writer = csv.writer(written, lineterminator="\n")
+    heads = ("experiment", "quantity", "units", "published", "range of agreement", "read from")
+    writer.writerow((*heads, "predicted (simulated)", "standard error (simulated)", "score", "remark", "doi"))
+    for row in rows:
+        one, predicted = row.finding, row.predicted
+        numbers = ("", "") if predicted is None else (f"{predicted.value:.4g}", f"{predicted.standard_error:.4g}")
+        writer.writerow(
+            (row.experiment.citation, one.quantity, one.units, one.printed, row.range, one.source, *numbers)
+            + (row.score, one.remark, row.experiment.doi)
+        )
+    return written.getvalue()
+
+
+def markdown(rows: Iterable[Row]) -> str:
+    """Table of the documents: one line for each finding.
+
+    Examples
+    --------
+    >>> row = Row(EXPERIMENTS["held2012"], EXPERIMENTS["held2012"].findings[0], None)
+    >>> markdown([row]).splitlines()[0].count("|")
+    8
+    """
+    heads = ("experiment", "quantity", "published", "range of agreement", "read from", "simulated", "score")
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    for row in rows:
+        one = row.finding
+        quantity = one.quantity if one.units == "1" else f"{one.quantity} ({one.units})"
+        cells = (row.experiment.citation, quantity, one.printed, row.range, one.source, row.stated, row.score)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
