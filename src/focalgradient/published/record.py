@@ -118,7 +118,8 @@ class Published:
     Parameters
     ----------
     key
-        Of the bibliography. Where `stimuli.PAPERS` has it, ``stimuli.replica(key, condition)`` draws its stimuli.
+        Of the bibliography, with a suffix for a paper's second experiment. Where `stimuli.PAPERS` has it,
+        ``stimuli.replica(key, condition)`` draws its stimuli.
     citation
         Authors, year and journal.
     doi

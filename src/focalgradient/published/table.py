@@ -92,10 +92,8 @@ def csv_of(rows: Iterable[Row]) -> str:
     for row in rows:
         one, predicted = row.finding, row.predicted
         numbers = ("", "") if predicted is None else (f"{predicted.value:.4g}", f"{predicted.standard_error:.4g}")
-        writer.writerow(
-            (row.experiment.citation, one.quantity, one.units, one.printed, row.range, one.source, *numbers)
-            + (row.score, one.remark, row.experiment.doi)
-        )
+        published = (row.experiment.citation, one.quantity, one.units, one.printed, row.range, one.source)
+        writer.writerow((*published, *numbers, row.score, one.remark, row.experiment.doi))
     return written.getvalue()
 
 
