@@ -22,6 +22,17 @@ from focalgradient.statistics.cube import (
     SubjectShare,
     necker,
 )
+from focalgradient.statistics.cue_combination import (
+    CUE_RULES,
+    CueCombination,
+    CueModel,
+    CuePerson,
+    CuePrediction,
+    CueThreshold,
+    fit_cue_combination,
+    predict_combined,
+    simulate_cue_judgements,
+)
 from focalgradient.statistics.detection import (
     Detection,
     DetectionGroup,
@@ -31,6 +42,12 @@ from focalgradient.statistics.detection import (
     meta_sensitivity,
     rating_roc,
     sensitivity,
+)
+from focalgradient.statistics.difference_scaling import (
+    DifferenceScale,
+    draw_quadruples,
+    draw_triads,
+    fit_difference_scale,
 )
 from focalgradient.statistics.dominance import (
     DominanceModel,
@@ -81,15 +98,22 @@ from focalgradient.statistics.thresholds import (
 )
 
 __all__ = [
+    "CUE_RULES",
     "SHAPES",
     "ComparisonMean",
     "ComparisonResult",
     "ComparisonTests",
     "Components",
     "ConditionTest",
+    "CueCombination",
+    "CueModel",
+    "CuePerson",
+    "CuePrediction",
+    "CueThreshold",
     "DepthRatingResult",
     "Detection",
     "DetectionGroup",
+    "DifferenceScale",
     "Dominance",
     "DominanceModel",
     "DurationFit",
@@ -143,7 +167,11 @@ __all__ = [
     "condition_tests",
     "depth_rating",
     "detection_by_person",
+    "draw_quadruples",
+    "draw_triads",
     "factor_effects",
+    "fit_cue_combination",
+    "fit_difference_scale",
     "fit_dominance",
     "fit_durations_of_people",
     "fit_psychometric_groups",
@@ -152,6 +180,7 @@ __all__ = [
     "meta_sensitivity",
     "necker",
     "planned_tests",
+    "predict_combined",
     "quality",
     "rating_roc",
     "read_detection",
@@ -160,4 +189,5 @@ __all__ = [
     "read_thresholds",
     "response_times",
     "sensitivity",
+    "simulate_cue_judgements",
 ]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.durations import FEWEST, _covariance
+from focalgradient.statistics.durations import FEWEST, covariance_at
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["DominanceModel", "PerceptDurations", "fit_dominance", "log_likelihood_of_people"]
@@ -285,7 +285,7 @@ def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel 
     if not np.isfinite(found.fun) or (np.abs(free) > BOUND).any():
         return NotComputed("The durations have no largest likelihood: too much was cut off, or too little was seen.")
     likelihood.adapt(_model(free, chosen))
-    covariance = _covariance(cost, free)
+    covariance = covariance_at(cost, free)
     errors = {} if covariance is None else dict(zip(chosen, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     return replace(
         _model(free, chosen),

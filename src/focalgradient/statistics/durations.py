@@ -24,6 +24,7 @@ __all__ = [
     "DurationsOfPeople",
     "DurationsOfPerson",
     "Family",
+    "covariance_at",
     "fit_durations",
     "fit_durations_of_people",
 ]
@@ -155,7 +156,7 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
     else:
         mean, cv = scale * math.exp(shape**2 / 2), math.sqrt(math.expm1(shape**2))
         of_mean = np.array([shape**2, 1.0])  # derivatives of log mean by the logarithms of shape and scale
-    covariance = _covariance(lambda free: cost(free, complete, logs, cut), found.x)
+    covariance = covariance_at(lambda free: cost(free, complete, logs, cut), found.x)
     shape_se = mean_se = None
     if covariance is not None:
         shape_se = shape * math.sqrt(covariance[0, 0])
@@ -212,7 +213,7 @@ def fit_durations_of_people(
     if not (found.success and math.isfinite(found.fun)):
         return NotComputed("The distributions have no largest likelihood: too much was cut off.")
     shape, mean, log_sd = (float(number) for number in np.exp(found.x))
-    covariance = _covariance(cost, found.x)
+    covariance = covariance_at(cost, found.x)
     log_se: list[float | None] = [None] * 3 if covariance is None else [*np.sqrt(np.diag(covariance)).tolist()]
     of_shape, of_mean, of_sd = log_se
     return DurationsOfPeople(
@@ -273,7 +274,7 @@ class _PeopleCost:
         return -float((special.logsumexp(density, axis=1) + np.log(sd * (NODES[1] - NODES[0]))).sum())
 
 
-def _covariance(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArray | None:
+def covariance_at(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArray | None:
     """Inverse of the second derivatives of a negative log-likelihood; None where they are not those of a minimum."""
     n, step = len(at), 1e-3 * np.eye(len(at))
     second = np.empty((n, n))

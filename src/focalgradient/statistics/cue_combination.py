@@ -1,0 +1,422 @@
+"""Combination of two depth cues: what single-cue thresholds predict of both cues together, and which rule people use.
+
+`predict_combined` takes thresholds as numbers. `fit_cue_combination` takes trials and fits rules of combination to
+single and combined cues in one likelihood, so that the uncertainty of single-cue thresholds is part of every test
+(Landy, Maloney, Johnston & Young 1995; Ernst & Banks 2002, Nature 415).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import optimize, special, stats
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.durations import covariance_at
+from focalgradient.statistics.records import NotComputed
+
+__all__ = [
+    "CUE_RULES",
+    "CueCombination",
+    "CueModel",
+    "CuePerson",
+    "CuePrediction",
+    "CueThreshold",
+    "fit_cue_combination",
+    "predict_combined",
+    "simulate_cue_judgements",
+]
+
+FloatArray = NDArray[np.float64]
+
+LAPSES = 0.02
+"""Share of answers without looking (Wichmann & Hill 2001); fixed."""
+
+FEWEST = 20
+"""Trials of a person that each of the two single cues and their combination need."""
+
+BOUND = 6.0
+"""Largest change of a log standard deviation or log odds from its start: a search beyond has no maximum."""
+
+
+@dataclass(frozen=True, slots=True)
+class CueThreshold:
+    """A normal psychometric function: `sd` is its standard deviation, `pse` its mean, in the unit of the levels."""
+
+    sd: float
+    sd_se: float
+    pse: float = 0.0
+    pse_se: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CuePrediction:
+    """Optimal combination of independent cues.
+
+    Parameters
+    ----------
+    weights, weight_ses
+        Of each cue, in inverse proportion to its variance, and their standard errors.
+    combined
+        Predicted function of all cues together.
+    p_sd, p_pse
+        Two-sided probabilities of the measured function's departure from it (z tests, of the sd by its logarithm);
+        NaN where nothing was measured.
+    p_best
+        One-sided probability of a measured sd this far below that of the best single cue if it were no better.
+    """
+
+    weights: tuple[float, ...]
+    weight_ses: tuple[float, ...]
+    combined: CueThreshold
+    p_sd: float = math.nan
+    p_pse: float = math.nan
+    p_best: float = math.nan
+
+
+def predict_combined(cues: Sequence[CueThreshold], measured: CueThreshold | None = None) -> CuePrediction:
+    """Predict the function of several cues together from those of each alone; test a measured one against it.
+
+    Raises
+    ------
+    InputError
+        With fewer than 2 cues, or if a standard deviation is not positive.
+
+    Examples
+    --------
+    >>> found = predict_combined([CueThreshold(1.0, 0.1), CueThreshold(2.0, 0.2)], CueThreshold(0.9, 0.08))
+    >>> round(found.weights[0], 2), round(found.combined.sd, 3), round(found.p_sd, 2)
+    (0.8, 0.894, 0.96)
+    """
+    if len(cues) < 2:
+        raise InputError(f"cues must have at least 2 thresholds, got {len(cues)}.")
+    for one in [*cues, *([measured] if measured else [])]:
+        if not (math.isfinite(one.sd) and one.sd > 0 and min(one.sd_se, one.pse_se) >= 0):
+            raise InputError(f"sd must be positive and standard errors must not be negative, got {one}.")
+    sds = np.array([one.sd for one in cues])
+    relative = np.array([one.sd_se for one in cues]) / sds
+    weights = sds**-2 / (sds**-2).sum()
+    slope = 2 * weights[:, None] * (weights[None] - np.eye(len(cues)))  # of the weights by the log sds
+    weight_ses = np.sqrt(slope**2 @ relative**2)
+    pses, pse_ses = np.array([(one.pse, one.pse_se) for one in cues]).T
+    sd = float((sds**-2).sum() ** -0.5)
+    log_se = float(np.hypot.reduce(weights * relative))
+    pse_se = math.sqrt(float(((pses @ slope * relative) ** 2).sum() + ((weights * pse_ses) ** 2).sum()))
+    combined = CueThreshold(sd, sd * log_se, float(weights @ pses), pse_se)
+    stated = tuple(weights.tolist()), tuple(weight_ses.tolist()), combined
+    if measured is None:
+        return CuePrediction(*stated)
+    own, best = measured.sd_se / measured.sd, int(sds.argmin())
+    return CuePrediction(
+        *stated,
+        p_sd=_two_sided(math.log(measured.sd / sd), math.hypot(own, log_se)),
+        p_pse=_two_sided(measured.pse - combined.pse, math.hypot(measured.pse_se, pse_se)),
+        p_best=float(stats.norm.cdf(_score(math.log(measured.sd / sds[best]), math.hypot(own, relative[best])))),
+    )
+
+
+def _score(difference: float, error: float) -> float:
+    return difference / error if error > 0 else math.nan
+
+
+def _two_sided(difference: float, error: float) -> float:
+    return float(2 * stats.norm.sf(abs(_score(difference, error))))
+
+
+Components = Sequence[tuple[FloatArray | float, FloatArray | float, FloatArray | float]]
+"""Share of trials, weight of the first cue, and standard deviation of the estimate."""
+
+
+@dataclass(frozen=True)
+class CueRule:
+    """A rule of combination: from both standard deviations and its own free numbers to the parts of the answers.
+
+    `start` has the first values of its own numbers: log odds of a weight or share, log ratio of a standard deviation.
+    """
+
+    parts: Callable[[float, float, FloatArray], Components]
+    start: tuple[float, ...] = ()
+
+
+def _optimal(a: float, b: float) -> tuple[float, float]:
+    return b**2 / (a**2 + b**2), a * b / math.hypot(a, b)
+
+
+def _best(a: float, b: float, _: FloatArray) -> Components:
+    return [(1.0, float(a <= b), min(a, b))]
+
+
+def _free(a: float, b: float, own: FloatArray) -> Components:
+    """Weight and standard deviation of their own, started at the optimal ones; without conflicts the weight is that."""
+    weight, sd = _optimal(a, b)
+    odds = special.logit(np.clip(weight, 1e-9, 1 - 1e-9)) + (own[1] if len(own) > 1 else 0.0)
+    return [(1.0, float(special.expit(odds)), sd * math.exp(own[0]))]
+
+
+CUE_RULES: Mapping[str, CueRule] = {
+    "optimal": CueRule(lambda a, b, _: [(1.0, *_optimal(a, b))]),
+    "best single cue": CueRule(_best),
+    "average": CueRule(lambda a, b, _: [(1.0, 0.5, math.hypot(a, b) / 2)]),
+    "switching": CueRule(
+        lambda a, b, own: [(special.expit(own[0]), 1.0, a), (special.expit(-own[0]), 0.0, b)], start=(0.0,)
+    ),
+}
+"""Optimal weights; the better cue alone; equal weights; one cue or the other from trial to trial, in a free share."""
+
+
+@dataclass(frozen=True, slots=True)
+class CueModel:
+    """A rule fitted to all people: `weight` is Akaike's, `bayes_factor` is over the optimal rule, by BIC."""
+
+    name: str
+    log_likelihood: float
+    parameters: int
+    aic: float
+    bic: float
+    weight: float
+    bayes_factor: float
+
+
+@dataclass(frozen=True, slots=True)
+class CuePerson:
+    """One person's functions, each with standard errors, and log likelihood of each rule.
+
+    `weight` is that of the first cue, measured by conflicts (NaN without them); `predicted` is from single cues.
+    """
+
+    participant_id: str
+    first: CueThreshold
+    second: CueThreshold
+    combined: CueThreshold
+    weight: float
+    weight_se: float
+    predicted: CuePrediction
+    log_likelihoods: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class CueCombination:
+    """Rules of combination compared.
+
+    Parameters
+    ----------
+    models
+        Each rule, best AIC first.
+    p_optimal
+        Of the likelihood-ratio test of the optimal rule against free weights and standard deviations: small where
+        people do not combine optimally.
+    people
+        Each person.
+    trials
+        Number of answers.
+    """
+
+    models: tuple[CueModel, ...]
+    p_optimal: float
+    people: tuple[CuePerson, ...]
+    trials: int
+
+
+class _Person:
+    """Likelihood of one person's answers by both log standard deviations, both biases and the rule's own numbers."""
+
+    def __init__(self, first: FloatArray, second: FloatArray, larger: NDArray[np.bool_]):
+        self.first, self.second, self.sign = first, second, np.where(larger, 1.0, -1.0)
+        self.alone = np.isnan(second), np.isnan(first)
+        self.both = ~(self.alone[0] | self.alone[1])
+        self.conflict = bool(np.ptp(first[self.both] - second[self.both]) > 0)
+        unit = float(np.nanstd(np.concatenate([first, second])))
+        self.start = np.array([math.log(unit / 2), math.log(unit / 2), 0.0, 0.0])
+        self.unit = unit
+
+    def cost(self, free: FloatArray, rule: CueRule) -> float:
+        beyond = float(np.square(np.maximum(np.abs(free - self.whole(rule)) - BOUND, 0)).sum())
+        free = np.clip(free, self.whole(rule) - 2 * BOUND, self.whole(rule) + 2 * BOUND)
+        a, b = math.exp(free[0]), math.exp(free[1])
+        first, second = self.first - self.unit * free[2], self.second - self.unit * free[3]
+        chance = np.where(self.alone[0], special.ndtr(self.sign * first / a), special.ndtr(self.sign * second / b))
+        one, other, sign = first[self.both], second[self.both], self.sign[self.both]
+        chance[self.both] = sum(
+            share * special.ndtr(sign * (weight * one + (1 - weight) * other) / sd)
+            for share, weight, sd in rule.parts(a, b, free[4:])
+        )
+        return 100 * beyond - float(np.log(LAPSES / 2 + (1 - LAPSES) * chance).sum())
+
+    def whole(self, rule: CueRule) -> FloatArray:
+        return np.concatenate([self.start, rule.start])
+
+    def fitted(self, rule: CueRule) -> tuple[FloatArray, float]:
+        cost = partial(self.cost, rule=rule)
+        found = optimize.minimize(cost, self.whole(rule), method="BFGS", options={"gtol": 1e-3})
+        if rule.start or not found.success:  # a mixture can have a second maximum, the better cue has a corner
+            options: Any = {"xatol": 1e-4, "fatol": 1e-5, "maxiter": 4000}
+            found = optimize.minimize(cost, found.x, method="Nelder-Mead", options=options)
+        return np.asarray(found.x), -float(found.fun)
+
+    def thresholds(self, free: FloatArray, covariance: FloatArray) -> tuple[CueThreshold, CueThreshold]:
+        errors = np.sqrt(np.diag(covariance))
+        sds = np.exp(free[:2])
+        first, second = (
+            CueThreshold(
+                float(sds[k]),
+                float(sds[k] * errors[k]),
+                float(self.unit * free[2 + k]),
+                float(self.unit * errors[2 + k]),
+            )
+            for k in (0, 1)
+        )
+        return first, second
+
+
+def fit_cue_combination(
+    first: ArrayLike, second: ArrayLike, larger: ArrayLike, participant: ArrayLike | None = None
+) -> CueCombination | NotComputed:
+    """Fit each rule of combination to people's judgements by one cue, by the other and by both.
+
+    Parameters
+    ----------
+    first, second
+        Difference of the test from the standard by each cue, in one unit (any; one entry a trial); NaN where the cue
+        was not offered. Where they differ in a trial with both, the cues are in conflict, which measures weights.
+    larger
+        1 or True where the test was judged larger (deeper, more slanted), else 0.
+    participant
+        Whose each trial is; None: one person's.
+
+    Returns
+    -------
+    CueCombination or NotComputed
+        The latter with the reason.
+
+    Raises
+    ------
+    InputError
+        If lengths differ, a trial has neither cue, or an answer is not 0 or 1.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> level, cues = rng.uniform(-3, 3, 1200), np.repeat([0, 1, 2], 400)
+    >>> a, b = np.where(cues == 1, np.nan, level), np.where(cues == 0, np.nan, level)
+    >>> larger = simulate_cue_judgements(a, b, (1.0, 1.5), "optimal", seed=2)
+    >>> found = fit_cue_combination(a, b, larger)
+    >>> bool(found.p_optimal > 0.01), len(found.models)
+    (True, 5)
+    """
+    a, b, answers = np.asarray(first, float), np.asarray(second, float), np.asarray(larger)
+    who = np.zeros(len(answers), int).astype(str) if participant is None else np.asarray(participant).astype(str)
+    if a.ndim != 1 or not a.shape == b.shape == answers.shape == who.shape:
+        raise InputError("first, second, larger and participant differ in length: give one entry a trial in each.")
+    if np.isinf(a).any() or np.isinf(b).any() or (np.isnan(a) & np.isnan(b)).any():
+        raise InputError("A trial has an infinite level or neither cue: leave it out.")
+    if not np.isin(answers, (0, 1)).all():
+        raise InputError("larger must be 1 where the test was judged larger, else 0.")
+    people, of_rules, freedom, ratio = [], dict.fromkeys([*CUE_RULES, "free"], 0.0), 0, 0.0
+    for name in np.unique(who).tolist():
+        own = who == name
+        counts = {
+            "the first cue alone": int((own & np.isnan(b)).sum()),
+            "the second cue alone": int((own & np.isnan(a)).sum()),
+            "both cues": int((own & ~np.isnan(a + b)).sum()),
+        }
+        for what, count in counts.items():
+            if count < FEWEST:
+                return NotComputed(f"{name} has {count} trials by {what}, and {FEWEST} are needed.")
+        person = _Person(a[own], b[own], answers[own].astype(bool))
+        free_rule = CueRule(_free, (0.0, 0.0) if person.conflict else (0.0,))
+        fits = {rule: person.fitted(each) for rule, each in {**CUE_RULES, "free": free_rule}.items()}
+        covariance = covariance_at(partial(person.cost, rule=free_rule), fits["free"][0])
+        if covariance is None:
+            return NotComputed(f"The answers of {name} do not determine the thresholds: use levels nearer to them.")
+        people.append(_person(name, person, fits, covariance))
+        for rule, (_, likelihood) in fits.items():
+            of_rules[rule] += likelihood
+        freedom += len(free_rule.start)
+        ratio += 2 * (fits["free"][1] - fits["optimal"][1])
+    counts_of = {rule: len(people) * (4 + len(each.start)) for rule, each in CUE_RULES.items()}
+    parameters = counts_of | {"free": len(people) * 4 + freedom}
+    return CueCombination(
+        _models(of_rules, parameters, len(answers)),
+        float(stats.chi2.sf(max(ratio, 0.0), freedom)),
+        tuple(people),
+        len(answers),
+    )
+
+
+def _models(likelihoods: Mapping[str, float], parameters: Mapping[str, int], trials: int) -> tuple[CueModel, ...]:
+    aic = {name: 2 * parameters[name] - 2 * value for name, value in likelihoods.items()}
+    bic = {name: parameters[name] * math.log(trials) - 2 * value for name, value in likelihoods.items()}
+    share = {name: math.exp((min(aic.values()) - value) / 2) for name, value in aic.items()}
+    models = [
+        CueModel(
+            name,
+            value,
+            parameters[name],
+            aic[name],
+            bic[name],
+            share[name] / sum(share.values()),
+            math.exp(min((bic["optimal"] - bic[name]) / 2, 700.0)),
+        )
+        for name, value in likelihoods.items()
+    ]
+    return tuple(sorted(models, key=lambda one: one.aic))
+
+
+def _person(
+    name: str, person: _Person, fits: Mapping[str, tuple[FloatArray, float]], covariance: FloatArray
+) -> CuePerson:
+    """Functions of the free rule, those of both cues by the delta method."""
+    free = fits["free"][0]
+    a, b = person.thresholds(free, covariance)
+
+    def both(at: FloatArray) -> FloatArray:
+        ((_, weight, sd),) = _free(math.exp(at[0]), math.exp(at[1]), at[4:])
+        weight = float(weight)
+        return np.array([sd, person.unit * (weight * at[2] + (1 - weight) * at[3]), weight])
+
+    step = 1e-4 * np.eye(len(free))
+    slope = np.array([(both(free + one) - both(free - one)) / 2e-4 for one in step])
+    sd_se, pse_se, weight_se = np.sqrt(np.diag(slope.T @ covariance @ slope)).tolist()
+    sd, pse, weight = both(free).tolist()
+    combined = CueThreshold(sd, sd_se, pse, pse_se)
+    if not person.conflict:
+        weight = weight_se = math.nan
+    likelihoods = {rule: value for rule, (_, value) in fits.items()}
+    return CuePerson(name, a, b, combined, weight, weight_se, predict_combined([a, b]), likelihoods)
+
+
+def simulate_cue_judgements(
+    first: ArrayLike,
+    second: ArrayLike,
+    sds: tuple[float, float],
+    rule: str = "optimal",
+    *,
+    own: float = 0.0,
+    seed: int = 0,
+) -> NDArray[np.bool_]:
+    """Judgements of a simulated person with standard deviations `sds`, who combines by a rule of `CUE_RULES`.
+
+    `first` and `second` are as in `fit_cue_combination`; `own` is the log odds of the first cue in switching.
+
+    Raises
+    ------
+    InputError
+        If there is no rule of that name.
+    """
+    if rule not in CUE_RULES:
+        raise InputError(f"rule is {rule!r}, but must be one of {', '.join(CUE_RULES)}.")
+    a, b = np.asarray(first, float), np.asarray(second, float)
+    chance = np.where(np.isnan(b), special.ndtr(a / sds[0]), special.ndtr(b / sds[1]))
+    both = ~np.isnan(a + b)
+    chance[both] = sum(
+        share * special.ndtr((weight * a + (1 - weight) * b)[both] / sd)
+        for share, weight, sd in CUE_RULES[rule].parts(*sds, np.array([own]))
+    )
+    rng = np.random.default_rng(seed)
+    return np.asarray(rng.random(len(a)) < LAPSES / 2 + (1 - LAPSES) * chance)
