@@ -14,6 +14,7 @@ from report import Progress, Shown, alone
 
 from focalgradient.eye import Accommodation, Oscillation, Stimulus, Target, accommodate, target_course
 from focalgradient.eye.accommodation import Cue
+from focalgradient.parallel import cores, in_order, processes
 from focalgradient.plotting import GREY, ORANGE, new_figure, style
 
 CUES: tuple[Cue, ...] = get_args(Cue)
@@ -182,77 +183,90 @@ def share(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int, ste
     return float(np.mean(found))
 
 
-def right_way(eye: Accommodation, flicker: str, trials: int) -> float:
-    """Share of steps of 1 D from 2 D in which focus has gone the right way after 1.2 s."""
-    right = []
-    for trial in range(trials):
-        focus: tuple[Oscillation, ...] = ()
-        contrast: tuple[Oscillation, ...] = ()
-        turned = [replace(one, phase=one.phase + PHASES[trial % len(PHASES)]) for one in (*FLICKER, *CONTRAST)]
-        if flicker == "focus":
-            focus = tuple(turned[:2])
-        elif flicker == "contrast":
-            contrast = tuple(turned[2:])
-        way = 1 if trial % 2 else -1
-        course = accommodate(
-            target_course([0, 0.05, 0.05, 1], [2.0, 2.0, 2.0 + way, 2.0 + way]),
-            1.3,
-            eye,
-            Stimulus(focus_flicker=focus, contrast_flicker=contrast),
-            seed=trial,
-        )
-        moved = course.accommodation[-2:].mean() - course.accommodation[:4].mean()
-        right.append(moved * way > 0.2)
-    return float(np.mean(right))
+def right_way(eye: Accommodation, flicker: str, trial: int) -> float:
+    """Whether focus has gone the right way (1 or 0) 1.2 s after a step of 1 D from 2 D."""
+    turned = [replace(one, phase=one.phase + PHASES[trial % len(PHASES)]) for one in (*FLICKER, *CONTRAST)]
+    focus = tuple(turned[:2]) if flicker == "focus" else ()
+    contrast = tuple(turned[2:]) if flicker == "contrast" else ()
+    way = 1 if trial % 2 else -1
+    course = accommodate(
+        target_course([0, 0.05, 0.05, 1], [2.0, 2.0, 2.0 + way, 2.0 + way]),
+        1.3,
+        eye,
+        Stimulus(focus_flicker=focus, contrast_flicker=contrast),
+        seed=trial,
+    )
+    moved = course.accommodation[-2:].mean() - course.accommodation[:4].mean()
+    return float(moved * way > 0.2)
 
 
-def measure(*, full: bool, cues: Sequence[Cue] = CUES, progress: Progress | None = None) -> dict[str, Made]:
-    """What every experiment measures, for each of the cues: condition to number."""
-    trials, seeds = (20, range(20)) if full else (6, range(1))
-    lights = {  # white of 3000 K, as Kruger et al. had it
-        "white": Stimulus(illuminant="3000 K"),
-        "monochromatic": Stimulus(light_nm=590.0, illuminant="3000 K"),
-        "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
-        "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
+LIGHTS = {  # white of 3000 K, as Kruger et al. had it
+    "white": Stimulus(illuminant="3000 K"),
+    "monochromatic": Stimulus(light_nm=590.0, illuminant="3000 K"),
+    "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
+    "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
+}
+
+SHOWN = {
+    "real": Stimulus(),
+    "defocus": Stimulus(rendering="defocus"),
+    "chromatic": Stimulus(rendering="chromatic"),
+}
+
+
+def directions(job: tuple[Cue, int]) -> Made:
+    """The experiments on flicker, with an eye of this cue: one trial."""
+    eye = Accommodation(cue=job[0])
+    return {"flicker": {name: right_way(eye, name, job[1]) for name in ("none", "focus", "contrast")}}
+
+
+def courses(job: tuple[Cue, int]) -> Made:
+    """All other experiments, with an eye of this cue: one seed."""
+    cue, seed = job
+    eye = Accommodation(cue=cue)
+    found: Made = {kind: {} for kind in SINE}
+    for name, light in LIGHTS.items():
+        for kind, value in zip(SINE, following(eye, light, 10.0, seed), strict=True):
+            found[kind][name] = value
+    found["pupil"] = {f"{mm:g} mm": slope(replace(eye, pupil_diameter=1e-3 * mm), 5.0, seed) for mm in (0.5, 1.0, 3.0)}
+    found["low-pass"] = {
+        "sharp" if math.isinf(cpd) else f"{cpd:g} c/deg": share(eye, Stimulus(target=Target(finest_cpd=cpd)), 3.0, seed)
+        for cpd in (1.0, 5.6, math.inf)
     }
-    found: dict[str, Made] = {}
-    for done, cue in enumerate(cues):
-        eye = Accommodation(cue=cue)
-        jobs: list[tuple[str | tuple[str, ...], str, Callable[[int], float | tuple[float, ...]]]] = [
-            (SINE, name, partial(following, eye, light, 10.0)) for name, light in lights.items()
-        ]
-        for mm in (0.5, 1.0, 3.0):
-            small = replace(eye, pupil_diameter=1e-3 * mm)
-            jobs.append(("pupil", f"{mm:g} mm", partial(slope, small, 5.0)))
-        for cpd in (1.0, 5.6, math.inf):
-            low = Stimulus(target=Target(finest_cpd=cpd))
-            name = "sharp" if math.isinf(cpd) else f"{cpd:g} c/deg"
-            jobs.append(("low-pass", name, partial(share, eye, low, 3.0)))
-        for start in (0.5, 4.0):
-            jobs.append(("empty", f"from {start:g} D", partial(_empty, eye, start)))
-        shown = {
-            "real": Stimulus(),
-            "defocus": Stimulus(rendering="defocus"),
-            "chromatic": Stimulus(rendering="chromatic"),
-        }
-        for name, stimulus in shown.items():
-            jobs.append(("rendered", name, partial(share, eye, stimulus, 3.0)))
-        each: Made = {}
-        for number, (kind, name, job) in enumerate(jobs):
-            kinds = (kind,) if isinstance(kind, str) else kind
-            values = np.array([np.atleast_1d(job(seed)) for seed in seeds])
-            for one, column in zip(kinds, values.T, strict=True):
-                each.setdefault(one, {})[name] = float(column.mean())
-                if len(seeds) > 1:  # the standard error of the mean over seeds
-                    each.setdefault(f"{one} se", {})[name] = float(column.std(ddof=1) / math.sqrt(len(seeds)))
-            if progress is not None:
-                progress((done + 0.8 * (number + 1) / len(jobs)) / len(cues))
-        for name in ("none", "focus", "contrast"):
-            each.setdefault("flicker", {})[name] = right_way(eye, name, trials)
-        found[cue] = each
-        if progress is not None:
-            progress((done + 1) / len(cues))
+    found["empty"] = {f"from {start:g} D": _empty(eye, start, seed) for start in (0.5, 4.0)}
+    found["rendered"] = {name: share(eye, shown, 3.0, seed) for name, shown in SHOWN.items()}
     return found
+
+
+def averaged(each: Sequence[Made]) -> Made:
+    """Means over seeds, and under "KIND se" the standard errors of the means where there are two seeds or more."""
+    found: Made = {}
+    for kind, conditions in each[0].items():
+        for name in conditions:
+            values = np.array([one[kind][name] for one in each])
+            found.setdefault(kind, {})[name] = float(values.mean())
+            if len(each) > 1:
+                found.setdefault(f"{kind} se", {})[name] = float(values.std(ddof=1) / math.sqrt(len(each)))
+    return found
+
+
+def measure(
+    seeds: int, trials: int, *, cues: Sequence[Cue] = CUES, workers: int = 1, progress: Progress | None = None
+) -> dict[str, Made]:
+    """What every experiment measures, for each of the cues: condition to number. Seeds are shared among processes."""
+    long = [(cue, seed) for cue in cues for seed in range(seeds)]
+    short = [(cue, trial) for cue in cues for trial in range(trials)]
+    found: dict[str, dict[str, list[Made]]] = {cue: {"long": [], "short": []} for cue in cues}
+    with processes(workers) as executor:
+        for done, (job, made) in enumerate(zip(long, in_order(executor, courses, long), strict=True)):
+            found[job[0]]["long"].append(made)
+            if progress is not None:
+                progress(0.9 * (done + 1) / len(long))
+        for job, made in zip(short, in_order(executor, directions, short), strict=True):
+            found[job[0]]["short"].append(made)
+    if progress is not None:
+        progress(1.0)
+    return {cue: averaged(each["long"]) | averaged(each["short"]) for cue, each in found.items()}
 
 
 def _empty(eye: Accommodation, start: float, seed: int) -> float:
@@ -262,7 +276,8 @@ def _empty(eye: Accommodation, start: float, seed: int) -> float:
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
-    measured = measure(full=full, progress=progress)
+    seeds, trials = (20, 20) if full else (1, 6)
+    measured = measure(seeds, trials, workers=cores() if full else 1, progress=progress)
     agreed = {cue: [row.agrees(measured[cue][row.kind]) for row in ROWS] for cue in CUES}
     count = {cue: sum(agreed[cue]) for cue in CUES}
     differ = "; ".join(row.experiment for row, same in zip(ROWS, agreed["both"], strict=True) if not same)

@@ -40,6 +40,7 @@ import people
 import scene
 import simulated
 import stimulus_sheet
+import wavelength_in_focus
 from claims import answers
 from report import Progress, Shown, images, numbers_json, report_html
 from tqdm import tqdm
@@ -72,8 +73,9 @@ FIGURES: tuple[
     ("eye_track", eye_track.make, 25.0),
     ("chromatic_stimuli", chromatic_stimuli.make, 20.0),
     ("colour_and_depth", colour_and_depth.make, 30.0),
+    ("wavelength_in_focus", wavelength_in_focus.make, 15.0),
     ("accommodation", accommodation.make, 15.0),
-    ("accommodation_experiments", accommodation_experiments.make, 900.0),
+    ("accommodation_experiments", accommodation_experiments.make, 3000.0),
     ("people", people.make, 600.0),
     ("necker_strip", necker_strip.make, 5.0),
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
