@@ -130,8 +130,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "of depth from L+M and S cones, which takes all light for white, equals the eye's own focus; the one that "
             "gives L and M cones the most contrast (luminance); or the one that gives the most contrast of L and M "
             "against S cones, each over its response to white (colour-opponent). An estimate that knows the spectrum "
-            "leaves 580 nm in focus, whatever the mixture. Where the estimate has several stable foci, the nearest to the "
-            "target is taken.",
+            "leaves 580 nm in focus, whatever the mixture. Of several foci at which estimates settle, the nearest to "
+            "the target is taken.",
             "Chin et al. measured accommodation to lights of many compositions and found it guided by a colour-"
             "opponent channel rather than by acuity. Their abstract alone was read; the mixtures, the channel's "
             "weights and its frequencies here are our choices, and none was fitted.",
