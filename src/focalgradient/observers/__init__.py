@@ -6,6 +6,7 @@ the adaptive experiment have a known threshold, to be recovered.
 
 from focalgradient.observers.answers import EncodedPictures, rate, watch
 from focalgradient.observers.depth_order import DEPTH_ORDER_OBSERVERS, depth_order_observer
+from focalgradient.observers.distances import DistanceOfFixated, Magnitude, RelativeLayout
 from focalgradient.observers.encoding import EncodedStimulus, encode
 from focalgradient.observers.experiment import check_pictures, simulate
 from focalgradient.observers.likelihood import (
@@ -38,16 +39,19 @@ __all__ = [
     "Choice",
     "Choices",
     "DepthOrder",
+    "DistanceOfFixated",
     "EncodedCubes",
     "EncodedPictures",
     "EncodedStimulus",
     "FigureGround",
     "Look",
+    "Magnitude",
     "Observer",
     "ObserverComparison",
     "ObserverFit",
     "Question",
     "Ratings",
+    "RelativeLayout",
     "blur_threshold",
     "cache_folder",
     "check_pictures",

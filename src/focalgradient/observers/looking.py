@@ -93,11 +93,8 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     estimated = blur_of(seen, slope, display, observer)
     known = np.isfinite(estimated.log_sd)
     log_blur = np.where(known, estimated.log_blur, 0.0)
-    down, right = SPACING * (np.indices(known.shape) + 0.5)
-    away = np.hypot(right - fixation[0], down - fixation[1]) / ppd
-    weight = np.where(known, np.exp(-0.5 * (away / FOVEA) ** 2) / np.maximum(estimated.log_sd, 1e-6) ** 2, 0.0)
     minute = 60 / ppd
-    fixated = minute * math.exp(float((weight * log_blur).sum() / max(weight.sum(), 1e-300)))
+    fixated = minute * fixated_blur(estimated, fixation, ppd)
     blur = np.where(known, minute * np.exp(log_blur), np.nan)
     size = defocus(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)  # the intrinsic blur of both cancels
     share = math.sqrt(observer.weber**2 + 1 - observer.prior**2)
@@ -128,6 +125,17 @@ def blur_of(seen: FloatArray, slope: float, display: Display, observer: Observer
     """Blur of the picture (px) at places of its retinal image, without that of the eye: of texture and edges."""
     ppd = display.pixels_per_degree
     return estimate_blur(seen, SPACING, law=eye_law(slope, ppd, observer.pupil), own=own_blur(ppd, observer.pupil))
+
+
+def fixated_blur(estimated: BlurEstimate, fixation: tuple[float, float], pixels_per_degree: float) -> float:
+    """Blur (px) of what is fixated: the mean of the logarithm over the fovea, by precision."""
+    known = np.isfinite(estimated.log_sd)
+    down, right = SPACING * (np.indices(known.shape) + 0.5)
+    away = np.hypot(right - fixation[0], down - fixation[1]) / pixels_per_degree
+    precision = np.where(known, np.maximum(estimated.log_sd, 1e-6) ** -2.0, 0.0)
+    weight = precision * np.exp(-0.5 * (away / FOVEA) ** 2)
+    log_blur = np.where(known, estimated.log_blur, 0.0)
+    return math.exp(float((weight * log_blur).sum() / max(weight.sum(), 1e-300)))
 
 
 @lru_cache(maxsize=64)

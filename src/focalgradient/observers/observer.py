@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,9 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
-    from focalgradient.observers.questions import Choice, Question
+    from focalgradient.observers.questions import Question
+
+Answered = TypeVar("Answered")
 
 __all__ = ["CATEGORIES", "OBSERVERS", "Observer", "Sign", "observer_named"]
 
@@ -123,7 +125,7 @@ class Observer:
     scatter: float = 0.15
     categories: int = 0
 
-    def look(self, light: NDArray[np.float64], display: Display, question: Question) -> Choice:
+    def look(self, light: NDArray[np.float64], display: Display, question: Question[Answered]) -> Answered:
         """Answer a question about a picture, from its pixels and the display alone.
 
         Parameters
@@ -133,7 +135,7 @@ class Observer:
         display
             That shows it: its pixels per degree.
         question
-            `DepthOrder`, `FigureGround` or `BlurDiscrimination`.
+            `DepthOrder`, `FigureGround`, `BlurDiscrimination` or `DistanceOfFixated`.
 
         Raises
         ------

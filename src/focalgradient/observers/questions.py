@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,9 @@ __all__ = ["BlurDiscrimination", "Choice", "DepthOrder", "FigureGround", "Questi
 
 FloatArray = NDArray[np.float64]
 Region = NDArray[np.bool_]
+
+Answered = TypeVar("Answered", covariant=True)
+"""Of what kind a question's answers are: `Choice`, or `Magnitude`."""
 
 FIRST, SECOND = "first", "second"
 
@@ -60,10 +63,10 @@ class Choice:
         return names[int(random.choice(len(names), p=list(self.probability.values())))]
 
 
-class Question(Protocol):
+class Question(Protocol[Answered]):
     """What can be asked of a picture."""
 
-    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Answered:
         """Answer from the pixels (H x W, shares of white) and the display alone."""
         ...
 

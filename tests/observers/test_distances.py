@@ -1,0 +1,69 @@
+"""Distance in metres by blur: planes of known distance, looked at with their layout up to its scale."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.observers import OBSERVERS, DistanceOfFixated, Magnitude, RelativeLayout
+from focalgradient.stimuli import slanted_plane
+
+DISPLAY = Display()
+
+
+def seen(distance, observer="default", **cues):
+    drawn = slanted_plane(
+        slant_deg=75,
+        distance_m=distance,
+        width_deg=10,
+        height_deg=10,
+        pixels_per_degree=DISPLAY.pixels_per_degree,
+        pupil_mm=4,
+    )
+    question = DistanceOfFixated(RelativeLayout(drawn.depth_m, **cues), (drawn.shape[1] / 2, drawn.shape[0] / 2))
+    one = OBSERVERS[observer] if isinstance(observer, str) else observer
+    return one.look(drawn.picture, DISPLAY, question)
+
+
+def test_the_blur_of_a_layout_gives_its_distance():
+    sure = replace(OBSERVERS["default"], defocus=1.0)
+    answers = {distance: seen(distance, sure) for distance in (0.3, 0.6)}
+    for distance, answer in answers.items():
+        assert abs(np.log(answer.median / distance)) < 2 * answer.log_sd
+        assert answer.log_sd < 1.0  # the layout alone leaves 3
+    assert answers[0.6].median > 1.4 * answers[0.3].median
+
+
+def test_who_does_not_use_blur_sees_what_the_other_cues_suggest():
+    answer = seen(0.3, "blur-blind", expected_m=20.0, log_sd=0.2)
+    assert answer.median == pytest.approx(20.0, rel=0.03)
+    assert answer.log_sd == pytest.approx(0.2, rel=0.03)
+
+
+def test_blur_pulls_what_is_thought_far_away_near_and_less_the_surer_that_is():
+    unsure, sure = (seen(0.3, expected_m=20.0, log_sd=sd).median for sd in (2.0, 0.3))
+    assert unsure < 2
+    assert unsure < sure < 20.5
+
+
+def test_answers_are_drawn_as_stated():
+    random = np.random.default_rng(1)
+    drawn = np.log([Magnitude(2.0, 0.3).simulate(random) for _ in range(3000)])
+    assert drawn.mean() == pytest.approx(np.log(2), abs=0.02)
+    assert drawn.std() == pytest.approx(0.3, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("layout", "fixation", "words"),
+    [
+        (np.ones((64, 65)), (32, 32), "shape"),
+        (np.ones((64, 64)), (64, 32), "fixation"),
+        (np.zeros((64, 64)), (32, 32), "positive numbers"),
+    ],
+)
+def test_what_cannot_be_looked_at_is_refused(layout, fixation, words):
+    light = np.random.default_rng(1).uniform(size=(64, 64))
+    with pytest.raises(InputError, match=words):
+        OBSERVERS["default"].look(light, DISPLAY, DistanceOfFixated(RelativeLayout(layout), fixation))
