@@ -42,6 +42,35 @@ def test_an_irregular_target_is_not_foretold():
     assert np.mean(skills) < 0.2
 
 
+@pytest.mark.parametrize("hertz", [0.7, 0.8])
+def test_sines_on_which_the_horizon_was_not_chosen_are_foretold(hertz):
+    """0.17 s of delay, as people have at 0.5 and 1 Hz."""
+    sine = lambda t: 2 + 0.5 * np.sin(2 * np.pi * hertz * t)  # noqa: E731
+    course, skill = followed(sine, 25, 0.5, seed=1)
+    assert np.degrees(np.angle(course.response(hertz, 8.0))) == pytest.approx(-360 * 0.17 * hertz, abs=12)
+    assert skill > 0.9
+
+
+def _steps(seed):
+    levels = np.random.default_rng(seed).uniform(1, 3, 40)
+    return lambda t: float(levels[int(t / 1.3)])
+
+
+def _waves(seed):
+    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, 6)
+    hertz = np.array([0.11, 0.19, 0.29, 0.43, 0.67, 0.89])
+    return lambda t: 2 + 0.18 * float(np.sin(2 * np.pi * hertz * t + phases).sum())
+
+
+@pytest.mark.parametrize("target", [lambda seed: lambda t: 1 + 0.1 * t, _steps, _waves], ids=["ramp", "steps", "waves"])
+def test_ramps_random_steps_and_unpredictable_sums_are_followed_as_without_prediction(target):
+    for seed in range(2):
+        (with_it, skill), (without, _) = (followed(target(seed), 25, horizon, seed=seed) for horizon in (0.5, 0.0))
+        assert skill < 0.1
+        errors = [np.sqrt(np.mean((c.accommodation - c.target)[80:] ** 2)) for c in (with_it, without)]
+        assert errors[0] == pytest.approx(errors[1], rel=0.05)
+
+
 def test_steps_and_still_targets_pass_as_they_are():
     still, skill = followed(lambda t: 2.0, 20, 0.5)
     assert skill == 0
