@@ -47,6 +47,8 @@ class Shown:
         What was measured, as a few numbers: a table in the report. Units are in the names.
     plotted
         Every number that is drawn as a curve or as points.
+    table
+        Comma-separated values to be kept beside the picture; empty where there are none.
     """
 
     title: str
@@ -54,11 +56,12 @@ class Shown:
     figure: Figure
     summary: Mapping[str, Any]
     plotted: Mapping[str, Any]
+    table: str = ""
 
 
 def images(shown: Shown) -> dict[str, bytes]:
-    """The picture as the contents of a PNG and a PDF file, the same bytes in every run."""
-    files = {}
+    """The picture as the contents of a PNG and a PDF file, the same bytes in every run, and the table of a CSV file."""
+    files = {"csv": shown.table.encode()} if shown.table else {}
     for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
         buffer = io.BytesIO()
         with style():

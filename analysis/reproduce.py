@@ -37,6 +37,7 @@ import observers
 import observers_sensitivity
 import outlines
 import people
+import published
 import scene
 import simulated
 import stimulus_sheet
@@ -81,6 +82,7 @@ FIGURES: tuple[
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
     ("observers", observers.make, 20.0),
     ("observers_sensitivity", observers_sensitivity.make, 40.0),
+    ("published", published.make, 45.0),
 )
 
 OF_DATASET = {"fig3", "necker"}

@@ -10,7 +10,7 @@ import numpy as np
 
 from focalgradient.display import Display
 from focalgradient.eye import Accommodation, Stimulus, accommodate
-from focalgradient.observers import Observer, blur_threshold, look
+from focalgradient.observers import DepthOrder, Observer, blur_threshold
 from focalgradient.observers.perception import SD_PER_RADIUS
 from focalgradient.published.record import Prediction
 from focalgradient.stimuli import replica
@@ -101,28 +101,23 @@ def threshold_ratio(observer: Observer, pedestal: float, other: float) -> Predic
 
 @lru_cache(maxsize=64)
 def blurred_nearer(observer: Observer, paper: str, border: str) -> Prediction:
-    """Share of a paper's pictures with a "sharp" or "blurred" border in which the blurred side looks nearer.
+    """Share in which the blurred side of a paper's pictures looks nearer, with a "sharp" or a "blurred" border.
 
-    The observer fixates the sharp side; the order is that of the median depth by blur on the two sides, places at the
-    border left out, and equal depths count by half.
+    Mean of the probability that the observer answers so, over both sides and `SEEDS`.
     """
     answers = []
-    for side in ("left", "right"):
+    for sharp, blurred in (("left", "right"), ("right", "left")):
         for seed in SEEDS:
             drawn = replica(
                 paper,
-                f"{side} sharp, {border} border",
+                f"{sharp} sharp, {border} border",
                 pixels_per_degree=FINE.pixels_per_degree,
                 width_deg=SIZE_DEG,
                 height_deg=SIZE_DEG,
                 seed=seed,
             )
-            rows, columns = drawn.picture.shape
-            fixation = (columns * (0.2 if side == "left" else 0.8), rows / 2)
-            depth = look(drawn.picture, FINE, fixation, observer).depth
-            left, right = np.nanmedian(depth[:, :3]), np.nanmedian(depth[:, -3:])
-            beyond = right - left if side == "left" else left - right
-            answers.append((1 - np.sign(beyond)) / 2)
+            order = DepthOrder(first=drawn.masks[blurred], second=drawn.masks[sharp])
+            answers.append(observer.look(drawn.picture, FINE, order).probability["first"])
     return _mean(answers)
 
 

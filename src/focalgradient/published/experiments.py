@@ -27,7 +27,13 @@ __all__ = ["EXPERIMENTS"]
 NO_DISTANCE = "This observer sees depth relative to fixation and gives no absolute distance."
 ONE_EYE = "This observer has one eye: it does not see disparity."
 OWN_WEBER = "Not independent: the observer's own Weber fraction was taken from this range."
-PAIRED = "The border's shape, the textures and the blur (4 arcmin) are our choice."
+OWN_BLUR = (
+    "Pedestals of 0 to 4 arcmin. The observer's intrinsic blur was taken from thresholds that the review collects."
+)
+PAIRED = (
+    "Not independent: that the nearer side owns the border's blur is what the observer assumes after these papers, but "
+    "it reads the blurs from the pixels. Textures and the blur of 4 arcmin are our choice."
+)
 KRUGER = "Three pairs of trials of 6 s; the eye of `eye.accommodate` with the observer's pupil."
 
 _RECORDS = (
@@ -197,7 +203,7 @@ _RECORDS = (
                 high=1.0,
                 source="memory",
                 ask=dip,
-                remark="Pedestals of 0 to 4 arcmin.",
+                remark=OWN_BLUR,
             ),
         ),
     ),
@@ -389,7 +395,7 @@ _RECORDS = (
                 high=1.0,
                 source="abstract",
                 ask=dip,
-                remark="Pedestals of 0 to 4 arcmin.",
+                remark=OWN_BLUR,
             ),
             Finding(
                 quantity="intrinsic blur at 12 degrees over that at 0",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -121,7 +122,7 @@ class Published:
         Of the bibliography, with a suffix for a paper's second experiment. Where `stimuli.PAPERS` has it,
         ``stimuli.replica(key, condition)`` draws its stimuli.
     citation
-        Authors, year and journal.
+        Authors, year of four digits, and journal; at its end, which of a paper's experiments it is.
     doi
         As a source prints it; empty where none was verified.
     design
@@ -151,11 +152,19 @@ class Published:
                 raise InputError(f"{name} is empty: state it for each published experiment.")
         if not self.design.endswith("."):
             raise InputError(f"design is {self.design!r}: end the sentence with a full stop.")
+        if not re.search(r"\b\d{4}\b", self.citation):
+            raise InputError(f"citation is {self.citation!r}: give the year in four digits.")
         if self.doi and not self.doi.startswith("10."):
             raise InputError(f"doi is {self.doi!r}, but must begin with 10., or be empty where it was not verified.")
         quantities = [finding.quantity for finding in self.findings]
         if not self.conditions or not quantities or len(set(quantities)) < len(quantities):
             raise InputError(f"{self.key} needs conditions, and findings of different names.")
+
+    @property
+    def short(self) -> str:
+        """Authors and year, and which experiment of the paper it is, where there are several."""
+        authors, year, rest = re.split(r"(\d{4})", self.citation, maxsplit=1)
+        return authors + year + (f" ({rest.rpartition(', ')[2]})" if rest.endswith("experiment") else "")
 
 
 def simulate(experiment: Published, observer: Observer) -> Mapping[str, Prediction | None]:
