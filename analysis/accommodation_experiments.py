@@ -67,6 +67,13 @@ ROWS = (
         lambda m: abs(m["reversed"] - 2) > 0.5 > abs(m["white"] - 2),
     ),
     Row(
+        "the same; error of focus, root mean square (D)",
+        "severely disrupted (Kruger et al. 1993)",
+        "error",
+        ("reversed", "white"),
+        lambda m: m["reversed"] > 3 * m["white"],
+    ),
+    Row(
         "light of 590 nm alone; phase at 0.2 Hz (degrees)",
         "lags more (Kruger et al. 1993)",
         "phase",

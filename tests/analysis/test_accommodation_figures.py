@@ -25,6 +25,7 @@ def test_agreement_follows_the_numbers():
     published = {
         "gain": {"white": 0.8, "monochromatic": 0.4, "neutralised": 0.45, "reversed": 0.1},
         "focus": {"white": 2.0, "reversed": 0.2},
+        "error": {"white": 0.3, "reversed": 2.0},
         "phase": {"white": -30.0, "monochromatic": -50.0},
         "pupil": {"0.5 mm": 0.2, "1 mm": 0.5, "3 mm": 0.9},
         "low-pass": {"1 c/deg": 0.0, "5.6 c/deg": 0.8, "sharp": 0.9},
