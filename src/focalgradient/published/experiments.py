@@ -24,7 +24,9 @@ from focalgradient.stimuli import PAPERS
 
 __all__ = ["EXPERIMENTS"]
 
-NO_DISTANCE = "This observer sees depth relative to fixation and gives no absolute distance."
+DISTANCE = (
+    "Not asked in this table yet: `DistanceOfFixated` answers in metres, given the layout that other cues suggest."
+)
 ONE_EYE = "This observer has one eye: it does not see disparity."
 OWN_WEBER = "Not independent: the observer's own Weber fraction was taken from this range."
 OWN_BLUR = (
@@ -292,7 +294,7 @@ _RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="memory",
-                remark=NO_DISTANCE,
+                remark=DISTANCE,
             ),
         ),
     ),
@@ -356,7 +358,7 @@ _RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="abstract",
-                remark=NO_DISTANCE,
+                remark=DISTANCE,
             ),
         ),
     ),
