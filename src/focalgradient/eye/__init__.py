@@ -16,6 +16,7 @@ from focalgradient.eye.age import (
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
+from focalgradient.eye.cone_density import cone_density, cone_nyquist_cpd
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fixation import FixationalMovements
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
@@ -33,6 +34,7 @@ from focalgradient.eye.light import (
 from focalgradient.eye.local_colour import ColouredCones, KnownSpectrum, LocalColours, SeenContrast, estimate_colours
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
+from focalgradient.eye.mosaic import ConeMosaic
 from focalgradient.eye.off_axis import SCHEMATIC, SchematicPeriphery, field_coma, field_foci, off_axis
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
 from focalgradient.eye.periphery import midget_density, resolved_cpd
@@ -68,6 +70,7 @@ __all__ = [
     "BlurName",
     "ChromaticStimulus",
     "ColouredCones",
+    "ConeMosaic",
     "Cones",
     "Correction",
     "Course",
@@ -117,8 +120,10 @@ __all__ = [
     "chromatic_stimulus",
     "chromatic_wavelength",
     "cone_catches",
+    "cone_density",
     "cone_fundamentals",
     "cone_images",
+    "cone_nyquist_cpd",
     "contrast_sensitivity",
     "cutoff_cpd",
     "draw_people",
