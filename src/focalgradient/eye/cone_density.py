@@ -70,7 +70,7 @@ def cone_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -
     Examples
     --------
     >>> cone_density([0, 1, 10]).round(-1).tolist()
-    [14800.0, 4150.0, 670.0]
+    [14800.0, 4250.0, 720.0]
     """
     check_meridian(meridian)
     far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
@@ -89,7 +89,7 @@ def cone_nyquist_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal
     Outside the fovea ganglion cells resolve less: see `resolved_cpd`.
 
     >>> cone_nyquist_cpd([0, 10]).round(1).tolist()
-    [65.4, 13.9]
+    [65.4, 14.4]
     """
     return np.asarray(np.sqrt(cone_density(eccentricity_deg, meridian) / (2 * math.sqrt(3))))
 

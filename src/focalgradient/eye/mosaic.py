@@ -63,7 +63,7 @@ class ConeMosaic:
 
     >>> angle = np.radians(0.1) / 24
     >>> [len(ConeMosaic.over((24, 24), angle, eccentricity_deg=far).spacing) for far in (0, 10)]
-    [139, 6]
+    [142, 6]
     """
 
     place: FloatArray
