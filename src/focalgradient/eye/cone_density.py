@@ -2,8 +2,8 @@
 
 "Human photoreceptor topography", J. Comp. Neurol. 292, 497. The means along four meridians were read from a public
 transcription (the repository rjonnal/cone_density), which rounds densities to three digits and eccentricities to
-0.1 mm: the four between 0 and 0.3 mm are taken to be 0.05, 0.10, 0.15 and 0.20 mm. Millimetres become visual angles, and
-areas square degrees, by Watson (2014, J. Vis. 14(7):15, equations A6 and A7, after Drasdo & Fowler 1974).
+0.1 mm: the four between 0 and 0.3 mm are taken to be 0.05, 0.10, 0.15 and 0.20 mm. Millimetres become visual angles,
+and areas square degrees, by Watson (2014, J. Vis. 14(7):15, equations A6 and A7, after Drasdo & Fowler 1974).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PLACES = (*(0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 2
 """Eccentricity in millimetres of retina."""
 
 PEAK = 196.87
-"""Thousand cones in a square millimetre at the centre: 14,804.6 in a square degree (Curcio et al. 1990; Watson 2014)."""
+"""Thousand cones in a square millimetre at the centre: 14,804.6 in a square degree (Curcio et al.; Watson 2014)."""
 
 THOUSANDS: dict[str, tuple[float, ...]] = {
     "temporal": (

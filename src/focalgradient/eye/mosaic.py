@@ -1,6 +1,6 @@
 """The cone mosaic: a retinal image as cones sample it, with or without the noise of photons, and back to an image.
 
-Cones lie on a golden-angle spiral about the fovea: the kth at k times 137.5 degrees, as far out as k cones reach there by
+Cones lie on a golden-angle spiral about the fovea: the kth at k times 137.5 degrees, as far out as k cones reach by
 `cone_density`. Their density is then that of the retina at every place, and neighbours are everywhere about evenly
 spaced. A real mosaic is less even, and rather hexagonal.
 """
@@ -32,7 +32,12 @@ GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 APERTURE = 0.7
 """Diameter of the disc over which a cone gathers light, over the distance between cones, as ISETBio has it."""
 
-TOWARDS: dict[Meridian, tuple[int, int]] = {"temporal": (1, 0), "nasal": (-1, 0), "superior": (0, -1), "inferior": (0, 1)}
+TOWARDS: dict[Meridian, tuple[int, int]] = {
+    "temporal": (1, 0),
+    "nasal": (-1, 0),
+    "superior": (0, -1),
+    "inferior": (0, 1),
+}
 """Direction of each side of a right eye's visual field in the image: x to the right and y down."""
 
 STEP_DEG = 0.005
@@ -92,8 +97,10 @@ class ConeMosaic:
         eccentricity_deg, meridian
             Where the middle of the picture is seen, in degrees from the fovea.
         share
-            Share of the cones that belong to the class that is looked at, chosen at random by `seed`: about 0.07 for
-            S cones (Curcio et al. 1991), of which there are none within 0.3 degree, what this leaves out.
+            Share of the cones that belong to the class that is looked at, chosen at random: about 0.07 for
+            S cones (Curcio et al. 1991), whose absence within 0.3 degree is left out.
+        seed
+            Of the choice of these.
 
         Raises
         ------
@@ -160,7 +167,9 @@ class ConeMosaic:
         """
         light = check_finite("image", image, "linear light")
         if light.shape != self.shape:
-            raise InputError(f"image has shape {light.shape}, but the mosaic lies under {self.shape}: make it for both.")
+            raise InputError(
+                f"image has shape {light.shape}, but the mosaic lies under {self.shape}: make it for both."
+            )
         total, count = np.zeros(len(self)), 0
         for radius, points in RINGS:
             for turn in 2 * np.pi * (np.arange(points) + 0.25 * radius) / points:
@@ -188,8 +197,8 @@ class ConeMosaic:
         values = check_finite("caught", caught, "linear light")
         if values.shape != self.spacing.shape or len(self) < 4:
             raise InputError(
-                f"caught has shape {values.shape}, but the mosaic has {len(self)} cones: give what each caught, of 4 or "
-                "more cones."
+                f"caught has shape {values.shape}, but the mosaic has {len(self)} cones: give what each "
+                "caught, of 4 or more cones."
             )
         height, width = self.shape
         x = (np.arange(width) - (width - 1) / 2) * self.pixel_angle
@@ -212,8 +221,8 @@ class ConeMosaic:
         """
         if not math.isclose(view.pixel_angle, self.pixel_angle, rel_tol=1e-6):
             raise InputError(
-                f"the view's pixels subtend {view.pixel_angle:g} and the mosaic's {self.pixel_angle:g} radians: make the "
-                "mosaic for the view."
+                f"the view's pixels subtend {view.pixel_angle:g} and the mosaic's {self.pixel_angle:g} radians: make "
+                "the mosaic for the view."
             )
         seen = self.image(self.catch(view.image, quanta=quanta, seed=seed))
         return replace(view, image=seen.astype(view.image.dtype))
