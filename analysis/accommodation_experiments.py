@@ -338,7 +338,8 @@ def _draw(measured: dict[str, Made], agreed: dict[Cue, list[bool]]) -> Figure:
                 same = agreed[cue][number]
                 values = ", ".join(_stated(measured[cue], row.kind, one) for one in row.conditions)
                 words = f"{values}: {'agrees' if same else 'differs'}"
-                ax.text(places[cue], y, words, va="center", color="black" if same else ORANGE)
+                size = 5.5 if len(row.conditions) > 2 else None  # for three numbers with errors to fit
+                ax.text(places[cue], y, words, va="center", fontsize=size, color="black" if same else ORANGE)
         figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=7)
     return figure
 
