@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.special import ndtr
 
 from focalgradient.errors import InputError
 from focalgradient.observers import (
     Answers,
+    Durations,
     Ratings,
     compare_observers,
     depth_order_observer,
@@ -17,6 +19,7 @@ from focalgradient.observers import (
     simulated_choices,
     simulated_ratings,
 )
+from focalgradient.observers.likelihood import log_likelihood_by_person
 
 
 def answers_of(observer, people, values, seed):
@@ -107,3 +110,56 @@ def test_few_people_and_wrong_lengths_are_refused():
         Answers(np.zeros(2), {"level": np.zeros(3)}, np.zeros(2))
     with pytest.raises(InputError, match="finite"):
         Answers(np.zeros(1), {}, [math.nan])
+
+
+def law(conditions, values, own):
+    """Blur shortens the reading that it contradicts: log median by half the log odds."""
+    median = np.log(values["median"]) + values["blur"] * conditions["blur"] / 2 + values["people"] * own
+    return median, values["spread"] + 0 * median
+
+
+PERCEPTS = Durations(
+    law, {"median": 3.0, "blur": 0.0, "people": 0.3, "spread": 1.0}, frozenset({"median", "people", "spread"})
+)
+SEEN = {"median": 4.0, "blur": 0.6, "people": 0.5, "spread": 0.8}
+
+
+def watched(people, seed, values=SEEN, trial_s=12.0):
+    """60 percepts of each of simulated people, cut off after `trial_s`."""
+    rng = np.random.default_rng(seed)
+    who = np.repeat(np.arange(people), 60)
+    blur = np.tile([1.0, -1.0], 30 * people)
+    median, spread = law({"blur": blur}, values, rng.standard_normal(people)[who])
+    lasted = np.exp(median + spread * rng.standard_normal(len(who)))
+    conditions = {"blur": blur, "censored": (lasted > trial_s).astype(float)}
+    return Answers(who, conditions, np.minimum(lasted, trial_s))
+
+
+def test_durations_have_the_log_normal_density_and_survival():
+    fixed = {"median": 4.0, "blur": 0.0, "people": 0.0, "spread": 0.8}
+    answers = Answers(np.zeros(2), {"blur": np.zeros(2), "censored": np.array([0.0, 1.0])}, [2.0, 9.0])
+    expected = stats.lognorm(s=0.8, scale=4.0)
+    found = PERCEPTS.log_density(answers, fixed, np.zeros(1))[:, 0]
+    assert found == pytest.approx([expected.logpdf(2.0), expected.logsf(9.0)])
+
+
+def test_the_integral_over_people_is_the_joint_normal_density_of_their_durations():
+    values = {"median": 4.0, "blur": 0.0, "people": 0.5, "spread": 0.4}
+    seconds = np.exp(np.random.default_rng(8).normal(2.0, 0.4, 60))
+    answers = Answers(np.zeros(60), {"blur": np.zeros(60), "censored": np.zeros(60)}, seconds)
+    joint = stats.multivariate_normal(np.full(60, np.log(4.0)), 0.4**2 * np.eye(60) + 0.5**2)
+    (found,) = log_likelihood_by_person(answers, PERCEPTS, values).values()
+    assert found == pytest.approx(joint.logpdf(np.log(seconds)) - np.log(seconds).sum(), abs=1e-6)
+
+
+def test_durations_are_recovered_within_standard_errors():
+    fit = fit_observer(watched(30, 6), PERCEPTS)
+    for name, true in SEEN.items():
+        assert fit.values[name] == pytest.approx(true, abs=3 * fit.standard_errors[name]), name
+
+
+def test_durations_without_their_ends_or_of_no_length_are_refused():
+    with pytest.raises(InputError, match="condition censored"):
+        fit_observer(Answers(np.zeros(2), {"blur": np.zeros(2)}, [2.0, 9.0]), PERCEPTS)
+    with pytest.raises(InputError, match="positive number"):
+        fit_observer(Answers(np.zeros(1), {"blur": np.zeros(1), "censored": np.zeros(1)}, [0.0]), PERCEPTS)

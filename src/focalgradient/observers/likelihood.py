@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -22,6 +23,7 @@ __all__ = [
     "AnswerModel",
     "Answers",
     "Choices",
+    "Durations",
     "ObserverComparison",
     "ObserverFit",
     "Ratings",
@@ -36,8 +38,9 @@ FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 Conditions = Mapping[str, FloatArray]
 
-NODES = 15
-"""Gauss-Hermite nodes of the integral over a person's own effect."""
+FEW, MANY = 15, 121
+"""Own effects of the integral over people: Gauss-Hermite nodes, or even steps where many durations of a person leave
+little doubt about theirs."""
 
 DIRICHLET_SAMPLES = 200_000
 """Samples from which exceedance probabilities are counted: standard error at most 0.001."""
@@ -60,7 +63,7 @@ class Answers:
     conditions
         What was shown: an array for each name that the observer uses.
     answer
-        The answers: for `Choices` 1 or 0, for `Ratings` the logarithm of the rating.
+        The answers: for `Choices` 1 or 0, for `Ratings` the logarithm of the rating, for `Durations` seconds.
     count
         How many identical answers each entry stands for; empty: 1.
 
@@ -118,8 +121,25 @@ class AnswerModel(Protocol):
     def positive(self) -> frozenset[str]:
         """Names of those that must be positive."""
 
+    @property
+    def effects(self) -> tuple[FloatArray, FloatArray]:
+        """Own effects at which the density is evaluated, and their weights, which sum to 1."""
+
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
+
+
+@cache
+def _gauss_hermite() -> tuple[FloatArray, FloatArray]:
+    nodes, weights = np.polynomial.hermite_e.hermegauss(FEW)
+    return nodes, weights / math.sqrt(2 * math.pi)
+
+
+@cache
+def _even_steps() -> tuple[FloatArray, FloatArray]:
+    nodes = np.linspace(-5.0, 5.0, MANY)
+    weights = np.exp(-(nodes**2) / 2)
+    return nodes, weights / weights.sum()
 
 
 @dataclass(frozen=True)
@@ -132,6 +152,11 @@ class Choices:
     probability: Callable[[Conditions, Values, FloatArray], FloatArray]
     start: Values
     positive: frozenset[str] = frozenset()
+
+    @property
+    def effects(self) -> tuple[FloatArray, FloatArray]:
+        """Own effects and their weights."""
+        return _gauss_hermite()
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
@@ -149,12 +174,55 @@ class Ratings:
     start: Values
     positive: frozenset[str] = frozenset()
 
+    @property
+    def effects(self) -> tuple[FloatArray, FloatArray]:
+        """Own effects and their weights."""
+        return _gauss_hermite()
+
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         mean, sd = self.moments(columns, values, own[None])
         score = (answers.answer[:, None] - mean) / sd
         return np.asarray(-(score**2) / 2 - np.log(sd) - math.log(2 * math.pi) / 2)
+
+
+@dataclass(frozen=True)
+class Durations:
+    """Log-normal durations (s), whose log median and spread of log duration `law(conditions, values, own)` returns.
+
+    The condition `censored` is 1 where the end of the trial cut the percept off, else 0. Durations are independent
+    given the person's own effect; the correlation with the percept before and people's own spreads are in
+    `focalgradient.statistics.fit_dominance`.
+    """
+
+    law: Callable[[Conditions, Values, FloatArray], tuple[FloatArray, FloatArray]]
+    start: Values
+    positive: frozenset[str] = frozenset()
+
+    @property
+    def effects(self) -> tuple[FloatArray, FloatArray]:
+        """Own effects and their weights."""
+        return _even_steps()
+
+    def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
+        """Log likelihood of each duration for each own effect.
+
+        Raises
+        ------
+        InputError
+            If a duration is not positive, or the answers lack the condition `censored`.
+        """
+        if "censored" not in answers.conditions:
+            raise InputError("Durations need the condition censored: 1 where the end of the trial cut one off, else 0.")
+        if (answers.answer <= 0).any():
+            raise InputError("A duration is not a positive number of seconds: leave out what has none.")
+        columns = {name: array[:, None] for name, array in answers.conditions.items()}
+        log_median, spread = self.law(columns, values, own[None])
+        logs = np.log(answers.answer)[:, None]
+        score = (logs - log_median) / spread
+        whole = -(score**2) / 2 - np.log(spread) - math.log(2 * math.pi) / 2 - logs
+        return np.asarray(np.where(columns["censored"] > 0.5, special.log_ndtr(-score), whole))
 
 
 Respond = Callable[[Conditions, Values, FloatArray, np.random.Generator], FloatArray]
@@ -231,12 +299,12 @@ class ObserverFit:
 
 def log_likelihood_by_person(answers: Answers, observer: AnswerModel, values: Values) -> dict[str, float]:
     """Log likelihood of each person's answers, their own effect integrated over the standard normal distribution."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
+    nodes, weights = observer.effects
     names, who = np.unique(answers.participant, return_inverse=True)
     density = observer.log_density(answers, values, nodes)
-    of_people = np.zeros((len(names), NODES))
+    of_people = np.zeros((len(names), len(nodes)))
     np.add.at(of_people, who, answers.count[:, None] * density)
-    found = special.logsumexp(of_people, axis=1, b=weights / math.sqrt(2 * math.pi))
+    found = special.logsumexp(of_people, axis=1, b=weights)
     return dict(zip(names.tolist(), found.tolist(), strict=True))
 
 
@@ -248,7 +316,7 @@ def fit_observer(answers: Answers, observer: AnswerModel, parameters: Sequence[s
     answers
         Of one person or several.
     observer
-        `Choices`, `Ratings`, or another `AnswerModel`.
+        `Choices`, `Ratings`, `Durations`, or another `AnswerModel`.
     parameters
         Names of those to fit; None: all. The others keep their first value.
 
@@ -382,6 +450,10 @@ class _Started:
     @property
     def positive(self) -> frozenset[str]:
         return self.observer.positive
+
+    @property
+    def effects(self) -> tuple[FloatArray, FloatArray]:
+        return self.observer.effects
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         return self.observer.log_density(answers, values, own)
