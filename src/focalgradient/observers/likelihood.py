@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -38,9 +37,11 @@ FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 Conditions = Mapping[str, FloatArray]
 
-FEW, MANY = 15, 121
-"""Own effects of the integral over people: Gauss-Hermite nodes, or even steps where many durations of a person leave
-little doubt about theirs."""
+NODES = np.linspace(-5.0, 5.0, 25)
+"""Even steps of the integral over a person's own effect, in standard deviations."""
+
+ROUNDS = 4
+"""Rounds in which the steps are moved to each person's posterior: many answers leave little doubt about the effect."""
 
 DIRICHLET_SAMPLES = 200_000
 """Samples from which exceedance probabilities are counted: standard error at most 0.001."""
@@ -110,7 +111,8 @@ class AnswerModel(Protocol):
     """The distribution of answers that an observer predicts.
 
     `start` gives each parameter's first value; those in `positive` are searched on their logarithm. `log_density`
-    returns the log likelihood of each answer, trials x effects, for effects (a standard normal number of the person).
+    returns the log likelihood of each answer, trials x effects, for own effects (standard normal numbers of the
+    person): one set for all trials, or an array of trials x effects.
     """
 
     @property
@@ -121,25 +123,8 @@ class AnswerModel(Protocol):
     def positive(self) -> frozenset[str]:
         """Names of those that must be positive."""
 
-    @property
-    def effects(self) -> tuple[FloatArray, FloatArray]:
-        """Own effects at which the density is evaluated, and their weights, which sum to 1."""
-
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
-
-
-@cache
-def _gauss_hermite() -> tuple[FloatArray, FloatArray]:
-    nodes, weights = np.polynomial.hermite_e.hermegauss(FEW)
-    return nodes, weights / math.sqrt(2 * math.pi)
-
-
-@cache
-def _even_steps() -> tuple[FloatArray, FloatArray]:
-    nodes = np.linspace(-5.0, 5.0, MANY)
-    weights = np.exp(-(nodes**2) / 2)
-    return nodes, weights / weights.sum()
 
 
 @dataclass(frozen=True)
@@ -153,15 +138,10 @@ class Choices:
     start: Values
     positive: frozenset[str] = frozenset()
 
-    @property
-    def effects(self) -> tuple[FloatArray, FloatArray]:
-        """Own effects and their weights."""
-        return _gauss_hermite()
-
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
-        probability = np.clip(self.probability(columns, values, own[None]), 1e-9, 1 - 1e-9)
+        probability = np.clip(self.probability(columns, values, np.atleast_2d(own)), 1e-9, 1 - 1e-9)
         right = answers.answer[:, None] > 0.5
         return np.asarray(np.log(np.where(right, probability, 1 - probability)))
 
@@ -174,15 +154,10 @@ class Ratings:
     start: Values
     positive: frozenset[str] = frozenset()
 
-    @property
-    def effects(self) -> tuple[FloatArray, FloatArray]:
-        """Own effects and their weights."""
-        return _gauss_hermite()
-
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
-        mean, sd = self.moments(columns, values, own[None])
+        mean, sd = self.moments(columns, values, np.atleast_2d(own))
         score = (answers.answer[:, None] - mean) / sd
         return np.asarray(-(score**2) / 2 - np.log(sd) - math.log(2 * math.pi) / 2)
 
@@ -200,11 +175,6 @@ class Durations:
     start: Values
     positive: frozenset[str] = frozenset()
 
-    @property
-    def effects(self) -> tuple[FloatArray, FloatArray]:
-        """Own effects and their weights."""
-        return _even_steps()
-
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each duration for each own effect.
 
@@ -218,7 +188,7 @@ class Durations:
         if (answers.answer <= 0).any():
             raise InputError("A duration is not a positive number of seconds: leave out what has none.")
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
-        log_median, spread = self.law(columns, values, own[None])
+        log_median, spread = self.law(columns, values, np.atleast_2d(own))
         logs = np.log(answers.answer)[:, None]
         score = (logs - log_median) / spread
         whole = -(score**2) / 2 - np.log(spread) - math.log(2 * math.pi) / 2 - logs
@@ -299,12 +269,18 @@ class ObserverFit:
 
 def log_likelihood_by_person(answers: Answers, observer: AnswerModel, values: Values) -> dict[str, float]:
     """Log likelihood of each person's answers, their own effect integrated over the standard normal distribution."""
-    nodes, weights = observer.effects
     names, who = np.unique(answers.participant, return_inverse=True)
-    density = observer.log_density(answers, values, nodes)
-    of_people = np.zeros((len(names), len(nodes)))
-    np.add.at(of_people, who, answers.count[:, None] * density)
-    found = special.logsumexp(of_people, axis=1, b=weights)
+    centre, width = np.zeros((len(names), 1)), np.ones((len(names), 1))
+    for _ in range(ROUNDS):
+        own = centre + width * NODES
+        joint = -(own**2) / 2 - math.log(2 * math.pi) / 2
+        np.add.at(joint, who, answers.count[:, None] * observer.log_density(answers, values, own[who]))
+        step = width * (NODES[1] - NODES[0])
+        found = special.logsumexp(joint, axis=1) + np.log(step[:, 0])
+        weight = np.exp(joint - joint.max(axis=1, keepdims=True))
+        weight /= weight.sum(axis=1, keepdims=True)
+        centre = (weight * own).sum(axis=1, keepdims=True)
+        width = np.maximum(np.sqrt((weight * (own - centre) ** 2).sum(axis=1, keepdims=True)), step / 2)
     return dict(zip(names.tolist(), found.tolist(), strict=True))
 
 
@@ -450,10 +426,6 @@ class _Started:
     @property
     def positive(self) -> frozenset[str]:
         return self.observer.positive
-
-    @property
-    def effects(self) -> tuple[FloatArray, FloatArray]:
-        return self.observer.effects
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         return self.observer.log_density(answers, values, own)

@@ -1,0 +1,75 @@
+"""Recovery of observers' parameters from simulated answers of each kind: choices, ratings, durations.
+
+Takes the file of the figure, and prints the true value, the estimate and its standard error of each parameter.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.observers import Answers, Durations, ObserverFit, Ratings, depth_order_observer, fit_observer
+from focalgradient.observers.likelihood import Conditions, Values
+from focalgradient.plotting import BLUE, GREY, new_figure, style
+
+FloatArray = NDArray[np.float64]
+PEOPLE, TRIALS = 30, 240
+POSITIVE = frozenset({"level", "people", "noise"})
+CHOICES = {"disparity": 0.7, "fall": 1.5, "people": 0.4, "near_bias": 0.1, "blur": 0.5}
+RATINGS = {"level": 1.2, "blur": 0.25, "people": 0.3, "noise": 0.3}
+DURATIONS = {"level": 4.0, "blur": 0.6, "people": 0.5, "noise": 0.8}
+TRIAL_S = 12.0
+
+
+def law(conditions: Conditions, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean logarithm of an answer, which blur moves and people differ in, and its standard deviation."""
+    mean = np.log(values["level"]) + values["blur"] * conditions["blur"] + values["people"] * own
+    return mean, values["noise"] + 0 * mean
+
+
+def fits(seed: int = 1) -> dict[str, tuple[dict[str, float], ObserverFit]]:
+    """Simulate and fit each kind; the search does not start at the true values."""
+    rng = np.random.default_rng(seed)
+    who = np.repeat(np.arange(PEOPLE), TRIALS)
+    own = rng.standard_normal(PEOPLE)[who]
+    blur = rng.choice([-0.5, 0.5], len(who))
+    sure = {"level": 2.0, "blur": 0.0, "people": 0.5, "noise": 0.5}
+
+    observer = depth_order_observer("blur")
+    viewing, relative = rng.choice([0.4, 1.0, 2.0], len(who)), rng.choice([-0.5, -0.2, 0.2, 0.5], len(who))
+    shown = {"viewing": viewing, "relative": relative, "rendered_blur": (blur > 0).astype(float)}
+    right = rng.random(len(who)) < observer.probability(shown, CHOICES, own)
+    choices = fit_observer(Answers(who, shown, right.astype(float)), observer)
+
+    mean, spread = law({"blur": blur}, RATINGS, own)
+    rated = Answers(who, {"blur": blur}, mean + spread * rng.standard_normal(len(who)))
+    ratings = fit_observer(rated, Ratings(law, sure, POSITIVE))
+
+    mean, spread = law({"blur": blur}, DURATIONS, own)
+    lasted = np.exp(mean + spread * rng.standard_normal(len(who)))
+    shown = {"blur": blur, "censored": (lasted > TRIAL_S).astype(float)}
+    durations = fit_observer(Answers(who, shown, np.minimum(lasted, TRIAL_S)), Durations(law, sure, POSITIVE))
+    return {"Choices": (CHOICES, choices), "Ratings": (RATINGS, ratings), "Durations": (DURATIONS, durations)}
+
+
+def main() -> None:
+    """Print the table and draw the figure: estimates with 95 % intervals over the true values."""
+    found = fits()
+    with style():
+        figure = new_figure(180, 60, layout="constrained")
+        for ax, (kind, (true, fit)) in zip(figure.subplots(1, 3), found.items(), strict=True):
+            for place, (name, value) in enumerate(true.items()):
+                estimate, error = fit.values[name], fit.standard_errors[name]
+                print(f"{kind:10} {name:10} true {value:.3f}, fitted {estimate:.3f} (standard error {error:.3f})")
+                ax.errorbar(estimate / value, place, xerr=1.96 * error / value, fmt="o", color=BLUE, markersize=4)
+            ax.axvline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)))
+            ax.set_yticks(range(len(true)), [name.replace("_", " ") for name in true])
+            ax.set(ylim=(len(true) - 0.5, -0.5), xlabel="Fitted over true (95 % interval)")
+            ax.set_title(kind, loc="left")
+        ax.set_title("simulated people", loc="right", color=GREY)
+    figure.savefig(Path(sys.argv[1]), dpi=200)
+
+
+if __name__ == "__main__":
+    main()
