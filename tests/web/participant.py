@@ -116,7 +116,13 @@ class Participant:
 
     def message(self, trial: dict[str, Any], number: int) -> dict[str, Any]:
         """An answer to a trial, the `number`-th of the session."""
-        frames = {"shown": [{"event": "picture", "stamps": [0.0, 16.7, 33.3]}]}
+        events = ("cube",) if "cube" in trial else ("mark", "picture", "question")
+        frames = {
+            "shown": [
+                {"event": event, "stamps": [100.0 * place, 100.0 * place + 16.7, 100.0 * place + 33.3]}
+                for place, event in enumerate(events)
+            ]
+        }
         told: dict[str, Any] = {"onset": SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:
             seconds = trial["cube"]["seconds"]
