@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -16,6 +15,7 @@ from focalgradient.eye import Accommodation, Oscillation, Stimulus, Target, acco
 from focalgradient.eye.accommodation import Cue
 from focalgradient.parallel import cores, in_order, processes
 from focalgradient.plotting import GREY, ORANGE, new_figure, style
+from focalgradient.published.following import LIGHTS, follow
 
 CUES: tuple[Cue, ...] = get_args(Cue)
 COLUMNS = {"both": "both", "bands": "bands alone", "moments": "moments alone"}
@@ -146,28 +146,14 @@ ROWS = (
 )
 
 
-def sine(way: int, time: float) -> float:
-    """Vergence of that target in dioptres."""
-    return 2 + 0.5 * way * math.sin(0.4 * math.pi * time)
-
-
 SINE = ("gain", "phase", "focus", "error")
 """What is measured of an eye that follows a sine: gain, phase (degrees), mean focus and root mean square error (D)."""
 
 
 def following(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int) -> tuple[float, ...]:
-    """How an eye follows a target that moves from 1.5 to 2.5 D and back at 0.2 Hz (Kruger et al. 1993): see `SINE`.
-
-    Gain and phase are of half the difference of two trials in which it moves the opposite ways, for fluctuations to
-    cancel; mean and error are of both trials.
-    """
-    there, back = (accommodate(partial(sine, way), seconds, eye, stimulus, seed=seed) for way in (1, -1))
-    halves = {name: (getattr(there, name) - getattr(back, name)) / 2 for name in ("target", "accommodation")}
-    response = replace(there, **halves).response(0.2, skip=1.0)
-    late = there.times >= 1.0
-    focus = np.concatenate([there.accommodation[late], back.accommodation[late]])
-    error = focus - np.concatenate([there.target[late], back.target[late]])
-    return abs(response), math.degrees(np.angle(response)), float(focus.mean()), float(np.sqrt(np.mean(error**2)))
+    """How an eye follows the target of Kruger et al. (1993): see `SINE`."""
+    found = follow(eye, stimulus, seconds, seed)
+    return abs(found.response), math.degrees(np.angle(found.response)), found.focus, found.error
 
 
 def slope(eye: Accommodation, seconds: float, seed: int) -> float:
@@ -206,13 +192,6 @@ def right_way(eye: Accommodation, flicker: str, trial: int) -> float:
     moved = course.accommodation[-2:].mean() - course.accommodation[:4].mean()
     return float(moved * way > 0.2)
 
-
-LIGHTS = {  # white of 3000 K, as Kruger et al. had it
-    "white": Stimulus(illuminant="3000 K"),
-    "monochromatic": Stimulus(light_nm=590.0, illuminant="3000 K"),
-    "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
-    "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
-}
 
 SHOWN = {
     "real": Stimulus(),

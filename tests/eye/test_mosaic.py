@@ -52,7 +52,7 @@ def test_a_mosaic_is_as_dense_and_as_fine_as_the_retina(far, side) -> None:
     nearest = cKDTree(place).query(place[inside], 2)[0][:, 1] * np.sqrt(1 / np.degrees(np.degrees(mosaic.cell[inside])))
     assert 0.85 < nearest.min() < nearest.max() < 1.08
     if far == 1.0:
-        return  # where density falls fastest there is no single limit
+        return  # where density falls fastest, limits differ within the field
     limit = float(cone_nyquist_cpd(far, side))
     turn = np.pi * np.arange(180) / 180
     even = place[np.hypot(*place.T) < min(0.5 * field, 0.06 if far == 0 else 9)]

@@ -14,8 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite
-from focalgradient.eye.periphery import Meridian, check_meridian
+from focalgradient.eye.periphery import Meridian, checked_eccentricity
 
 __all__ = ["cone_density", "cone_nyquist_cpd"]
 
@@ -48,9 +47,6 @@ THOUSANDS: dict[str, tuple[float, ...]] = {
 """Thousand cones in a square millimetre at each place, by the side of the visual field: the temporal field falls on the
 nasal retina, the superior one on the inferior retina. The blind spot is filled."""
 
-FARTHEST = 60.0
-"""Degrees up to which the means are used."""
-
 
 def cone_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> FloatArray:
     """Cones in a square degree of the visual field, of all three classes.
@@ -72,13 +68,7 @@ def cone_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -
     >>> cone_density([0, 1, 10]).round(-1).tolist()
     [14800.0, 4250.0, 720.0]
     """
-    check_meridian(meridian)
-    far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
-    if not np.all((far >= 0) & (far <= FARTHEST)):
-        raise InputError(
-            f"eccentricity_deg lies between {far.min():g} and {far.max():g}, but must lie between 0 and {FARTHEST:g} "
-            "degrees: give the distance from the fovea, and the side of it by meridian."
-        )
+    far = checked_eccentricity(eccentricity_deg, meridian)
     places, logarithm = _measured(meridian)
     return np.exp(np.interp(far, places, logarithm))
 

@@ -18,8 +18,8 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_finite, check_number, check_seed
-from focalgradient.eye.cone_density import FARTHEST, cone_density
-from focalgradient.eye.periphery import Meridian, check_meridian
+from focalgradient.eye.cone_density import cone_density
+from focalgradient.eye.periphery import FARTHEST, Meridian, check_meridian
 from focalgradient.view import View
 
 __all__ = ["ConeMosaic"]

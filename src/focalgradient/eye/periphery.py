@@ -39,13 +39,25 @@ FALL: dict[str, tuple[float, float, float]] = {
 """Of each meridian: weight of the first part of the fall, degrees of it, degrees of the second (Watson's Table 1)."""
 
 FARTHEST = 60.0
-"""Degrees up to which the formula is used: beyond it the counts that it fits are few."""
+"""Degrees up to which densities are given: beyond it the counts are few."""
 
 
 def check_meridian(meridian: object) -> None:
     """Refuse what is no meridian of the visual field."""
     if meridian not in get_args(Meridian):
         raise InputError(f"meridian is {meridian!r}, but must be one of {', '.join(get_args(Meridian))}.")
+
+
+def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> NDArray[np.float64]:
+    """Return degrees from the fovea as an array, refusing what lies beyond the counts and unknown meridians."""
+    check_meridian(meridian)
+    far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
+    if not np.all((far >= 0) & (far <= FARTHEST)):
+        raise InputError(
+            f"eccentricity_deg lies between {far.min():g} and {far.max():g}, but must lie between 0 and {FARTHEST:g} "
+            "degrees: give the distance from the fovea, and the side of it by meridian."
+        )
+    return far
 
 
 def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
@@ -73,13 +85,7 @@ def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal")
     >>> midget_density([0, 10]).round(0).tolist()
     [29610.0, 441.0]
     """
-    check_meridian(meridian)
-    far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
-    if not np.all((far >= 0) & (far <= FARTHEST)):
-        raise InputError(
-            f"eccentricity_deg lies between {far.min():g} and {far.max():g}, but must lie between 0 and {FARTHEST:g} "
-            "degrees: give the distance from the fovea, and the side of it by meridian."
-        )
+    far = checked_eccentricity(eccentricity_deg, meridian)
     weight, first, second = FALL[meridian]
     fall = weight * (1 + far / first) ** -2 + (1 - weight) * np.exp(-far / second)
     return np.asarray(PEAK * SHARE * fall / (1 + far / SHARE_FALLS))

@@ -3,7 +3,7 @@
 What is assumed of the world is stated once: a place's blur is that of defocus with the probability `defocus` of the
 observer, and of the texture itself otherwise; the sharper of two regions is in focus, and the more blurred one lies
 beyond it with the probability (1 + prior) / 2; a border has the blur of the side that ends there, the nearer one. Two
-blurs, intrinsic blur included, are told apart so that a ratio of 1 + weber is right in 75 % of two alternatives.
+blurs, intrinsic blur included, are discriminated so that a ratio of 1 + weber is right in 75 % of two alternatives.
 """
 
 from __future__ import annotations

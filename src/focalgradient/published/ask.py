@@ -9,9 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from focalgradient.display import Display
-from focalgradient.eye import Accommodation, Stimulus, accommodate
+from focalgradient.eye import Accommodation
 from focalgradient.observers import DepthOrder, Observer, blur_threshold
 from focalgradient.observers.perception import SD_PER_RADIUS
+from focalgradient.published.following import LIGHTS, follow
 from focalgradient.published.record import Prediction
 from focalgradient.stimuli import replica
 
@@ -42,19 +43,8 @@ SIZE_DEG = 5.0
 FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
 """Display of about 60 pixels per degree; our choice."""
 
-LIGHTS = {
-    "white": Stimulus(illuminant="3000 K"),
-    "monochromatic": Stimulus(light_nm=590.0, illuminant="3000 K"),
-    "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
-    "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
-}
-"""Lights and aberrations of Kruger et al. (1993)."""
-
-HERTZ, MEAN, AMPLITUDE = 0.2, 2.0, 0.5
-"""Frequency (Hz), mean and amplitude (D) of their target, which moves from 1.5 to 2.5 D."""
-
-SECONDS, SKIPPED = 6.0, 1.0
-"""Duration of a trial and of its start that is not analysed (s); our choice."""
+SECONDS = 6.0
+"""Duration of a trial of accommodation; our choice."""
 
 TRIALS = 3
 """Pairs of trials in which the target moves the opposite ways; our choice."""
@@ -125,20 +115,7 @@ def blurred_nearer(observer: Observer, paper: str, border: str) -> Prediction:
 def _responses(pupil: float, light: str) -> tuple[complex, ...]:
     """Complex response of accommodation at the target's frequency in each pair of trials of opposite directions."""
     eye = Accommodation(pupil_diameter=pupil)
-    found = []
-    for seed in range(TRIALS):
-        there, back = (
-            accommodate(
-                lambda t, way=way: MEAN + way * AMPLITUDE * math.sin(2 * math.pi * HERTZ * t),  # type: ignore[misc]
-                SECONDS,
-                eye,
-                LIGHTS[light],
-                seed=seed,
-            )
-            for way in (1, -1)
-        )
-        found.append((there.response(HERTZ, skip=SKIPPED) + back.response(HERTZ, skip=SKIPPED)) / 2)
-    return tuple(found)
+    return tuple(follow(eye, LIGHTS[light], SECONDS, seed).response for seed in range(TRIALS))
 
 
 def gain_ratio(observer: Observer, light: str) -> Prediction:

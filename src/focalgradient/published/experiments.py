@@ -275,7 +275,7 @@ _RECORDS = (
                 high=1.25,
                 source="abstract",
                 ask=partial(threshold_ratio, pedestal=2.0, other=0.5),
-                remark="Both levels, and the range in place of a printed one, are our choice.",
+                remark="Both levels and the range, of which none is printed, are our choice.",
             ),
         ),
     ),

@@ -407,7 +407,7 @@ def simulate_cue_judgements(
     Raises
     ------
     InputError
-        If there is no rule of that name.
+        If the rule is not one of `CUE_RULES`.
     """
     if rule not in CUE_RULES:
         raise InputError(f"rule is {rule!r}, but must be one of {', '.join(CUE_RULES)}.")
