@@ -123,7 +123,7 @@ class Participant:
                 for place, event in enumerate(events)
             ]
         }
-        told: dict[str, Any] = {"onset": SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
+        told: dict[str, Any] = {"onset": 1.0 + SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:
             seconds = trial["cube"]["seconds"]
             told |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}

@@ -385,6 +385,21 @@ def test_answers_that_are_none_leave_the_journal_alone(
     assert someone.answer(0).status_code == 200
 
 
+def test_what_was_shown_before_the_session_began_is_refused(client: TestClient, tmp_path: Path) -> None:
+    someone = Participant(client)
+    someone.begin()
+    before = journal(tmp_path).read_bytes()
+    message = someone.message(someone.trials[0], 0)
+    message["answer"]["frames"]["shown"].insert(0, {"event": "mark", "stamps": [0.0, 16.7]})
+    message["answer"]["frames"]["shown"][1]["stamps"] = [1100.0, 1116.7]  # and the cube 1 s after the beginning
+    refused = someone.ask("answer", **message)
+    assert refused.status_code == 400
+    assert "0.1 s before the session began" in refused.json()["error"]
+    assert journal(tmp_path).read_bytes() == before
+    message["answer"]["frames"]["shown"][0]["stamps"] = [100.0, 116.7]
+    assert someone.ask("answer", **message).status_code == 200
+
+
 def test_an_oversized_message_is_cut_off(client: TestClient) -> None:
     assert client.post("/api/state", content=b"x" * (5 << 20)).status_code == 413
 

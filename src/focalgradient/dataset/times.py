@@ -8,7 +8,7 @@ from typing import Any
 
 from focalgradient.dataset.journal import Log
 
-__all__ = ["trials_with_times"]
+__all__ = ["times_of_events", "trials_with_times"]
 
 BESIDE = ("mark", "mask", "question")
 """Events that are not what is judged, which appears at the trial's onset."""
@@ -37,14 +37,14 @@ def _utc(time: str) -> str:
 
 def _onsets(onset: float, note: Mapping[str, Any]) -> dict[str, float]:
     """Return when the last mark before the onset of what is judged appeared, and the first mask and question after."""
-    happened = [*_happened(onset, note)]
+    happened = [*times_of_events(onset, note)]
     found = {"mark": max((seconds for name, seconds in happened if name == "mark" and seconds <= onset), default=None)}
     for name in ("mask", "question"):
         found[name] = min((seconds for one, seconds in happened if one == name and seconds >= onset), default=None)
     return {f"{name}_onset": round(seconds, 6) for name, seconds in found.items() if seconds is not None}
 
 
-def _happened(onset: float, note: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+def times_of_events(onset: float, note: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     """Name and time (s of the sitting) of each event; the browser notes stamps of another clock."""
     for name, seconds, _ in note.get("events", ()):
         yield name, seconds

@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event
+from focalgradient.dataset.times import times_of_events
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
@@ -83,6 +84,7 @@ def read_answer(
     kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
+    _check_begun(read.onset, frames)
     words = load_words(session.design.language)
     extra = _further(session, trial, words, read.also)
     if isinstance(read, Necker):
@@ -124,6 +126,15 @@ def _check_reached(name: str, value: float, control: Control) -> None:
     least, most = min(control.reached()), max(control.reached())
     if not least - NEAR <= value <= most + NEAR:
         raise InputError(f"{name} is {value:g}, but what it is answered on goes from {least:g} to {most:g}.")
+
+
+def _check_begun(onset: float, frames: Mapping[str, Any]) -> None:
+    times = [seconds for _, seconds in times_of_events(onset, frames)]
+    first = min(times, default=0.0)
+    if round(first, 6) < 0:  # a data set keeps microseconds
+        raise InputError(
+            f"something was shown {-first:.3g} s before the session began: send the times that were measured."
+        )
 
 
 def _further(session: Session, trial: Trial, words: Words, given: Mapping[str, float]) -> dict[str, Noted]:
