@@ -31,7 +31,7 @@ Draw = Callable[[np.random.Generator, tuple[int, ...]], FloatArray]
 
 SCENES = 12
 DOCUMENTED = 0.44
-"""Noise of a person's mean over the people's standard deviation in docs/statistics.md: .3 sqrt(2 / 2 / 12) / .2."""
+"""Noise of a person's mean over the people's standard deviation: .3 sqrt(2 / 2 / 12) / .2, as in the tables."""
 
 
 def gamma(skewness: float) -> Draw:

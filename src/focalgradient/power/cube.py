@@ -45,7 +45,7 @@ ROWS = ("trial", "gradient", "strength", "catch", "onset", "duration", "percept"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CubeModel:
-    """Simulated subjects of experiment 2; docs/statistics.md says where the numbers come from.
+    """Simulated subjects of experiment 2; docs/power.md gives the source of each number.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ ANALYSIS = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """Simulated subjects of experiment 1; docs/statistics.md says where the numbers come from.
+    """Simulated subjects of experiment 1; docs/power.md gives the source of each number.
 
     Parameters
     ----------

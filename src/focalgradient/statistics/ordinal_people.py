@@ -20,7 +20,7 @@ LEVEL_SD, RISE_SD = 3.0, 2.0
 odds: an odds ratio of 7 is at one. Weakly informative, our choice. With them a t-test of no mean rise rejects .070,
 .018 and .072 of 400 sets of 4 normal subjects (error .011), .043, .052 and .040 of 6, where 69, 92 and 8 % of answers
 are the lowest step, and of 2,000 other sets of 4 at 69 % .058 (benchmarks/scales_error_rates.py, `--levels`; its rates
-stand in docs/statistics.md)."""
+stand in docs/statistics-measured.md)."""
 
 FAR = 50.0
 """Log odds that stand for infinity."""

@@ -47,7 +47,7 @@ FEWEST = 5
 
 WORST_LEVEL_OF_T = 0.105
 """Largest false positive rate of Student's t at .05, of the rise over subjects and scenes: 10 subjects whose rises have
-a skewness of 4 (benchmarks/statistics_error_rates.py, the table in docs/statistics.md)."""
+a skewness of 4 (benchmarks/statistics_error_rates.py, the table in docs/statistics-measured.md)."""
 
 
 @dataclass(frozen=True, slots=True)
