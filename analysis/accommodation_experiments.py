@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -24,6 +26,7 @@ CONTRAST = (Oscillation(0.15 / 0.7, 0.5), Oscillation(0.15 / 0.7, 2.0, math.pi))
 PHASES = (0.0, 2.4, 4.8, 1.2, 3.6, 6.0, 0.6, 3.0)  # of the flicker, one for each trial: rad
 
 Made = dict[str, dict[str, float]]
+Job = tuple[Cue, int]
 
 
 @dataclass(frozen=True)
@@ -200,13 +203,13 @@ SHOWN = {
 }
 
 
-def directions(job: tuple[Cue, int]) -> Made:
+def directions(job: Job) -> Made:
     """The experiments on flicker, with an eye of this cue: one trial."""
     eye = Accommodation(cue=job[0])
     return {"flicker": {name: right_way(eye, name, job[1]) for name in ("none", "focus", "contrast")}}
 
 
-def courses(job: tuple[Cue, int]) -> Made:
+def courses(job: Job) -> Made:
     """All other experiments, with an eye of this cue: one seed."""
     cue, seed = job
     eye = Accommodation(cue=cue)
@@ -237,22 +240,59 @@ def averaged(each: Sequence[Made]) -> Made:
 
 
 def measure(
-    seeds: int, trials: int, *, cues: Sequence[Cue] = CUES, workers: int = 1, progress: Progress | None = None
+    seeds: int,
+    trials: int,
+    *,
+    cues: Sequence[Cue] = CUES,
+    workers: int = 1,
+    kept: Path | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Made]:
-    """What every experiment measures, for each of the cues: condition to number. Seeds are shared among processes."""
-    long = [(cue, seed) for cue in cues for seed in range(seeds)]
-    short = [(cue, trial) for cue in cues for trial in range(trials)]
-    found: dict[str, dict[str, list[Made]]] = {cue: {"long": [], "short": []} for cue in cues}
+    """What every experiment measures, for each of the cues: condition to number. Seeds are shared among processes.
+
+    What each seed gives is kept in the folder `kept`, and read from there in a later run.
+    """
+    measured: dict[str, dict[str, list[Made]]] = {cue: {"courses": [], "directions": []} for cue in cues}
+    jobs = {
+        courses: [(cue, seed) for seed in range(seeds) for cue in cues],
+        directions: [(cue, trial) for trial in range(trials) for cue in cues],
+    }
+    share = {courses: 0.9 / max(seeds * len(cues), 1), directions: 0.1 / max(trials * len(cues), 1)}
+    done = 0.0
     with processes(workers) as executor:
-        for done, (job, made) in enumerate(zip(long, in_order(executor, courses, long), strict=True)):
-            found[job[0]]["long"].append(made)
-            if progress is not None:
-                progress(0.9 * (done + 1) / len(long))
-        for job, made in zip(short, in_order(executor, directions, short), strict=True):
-            found[job[0]]["short"].append(made)
-    if progress is not None:
-        progress(1.0)
-    return {cue: averaged(each["long"]) | averaged(each["short"]) for cue, each in found.items()}
+        for run, these in jobs.items():
+            known = _read(kept, run.__name__, these)
+            missing = [job for job in these if job not in known]
+            fresh = _kept(kept, run.__name__, missing, in_order(executor, run, missing))
+            for job in these:
+                measured[job[0]][run.__name__].append(known[job] if job in known else next(fresh))
+                done += share[run]
+                if progress is not None:
+                    progress(min(done, 1.0))
+    return {cue: averaged(each["courses"]) | averaged(each["directions"]) for cue, each in measured.items()}
+
+
+def _file(kept: Path, kind: str, job: Job) -> Path:
+    return kept / f"{kind}-{job[0]}-{job[1]}.json"
+
+
+def _read(kept: Path | None, kind: str, jobs: Sequence[Job]) -> dict[Job, Made]:
+    """What earlier runs have measured."""
+    if kept is None:
+        return {}
+    files = {job: _file(kept, kind, job) for job in jobs}
+    return {job: json.loads(file.read_text(encoding="utf-8")) for job, file in files.items() if file.exists()}
+
+
+def _kept(kept: Path | None, kind: str, jobs: Sequence[Job], made: Iterable[Made]) -> Iterator[Made]:
+    """Write each result into a file of its own, whole or not at all, as it comes."""
+    for job, one in zip(jobs, made, strict=True):
+        if kept is not None:
+            kept.mkdir(parents=True, exist_ok=True)
+            file = _file(kept, kind, job)
+            file.with_suffix(".part").write_text(json.dumps(one), encoding="utf-8")
+            file.with_suffix(".part").replace(file)
+        yield one
 
 
 def _empty(eye: Accommodation, start: float, seed: int) -> float:
@@ -261,9 +301,12 @@ def _empty(eye: Accommodation, start: float, seed: int) -> float:
     return float(course.accommodation[course.times > 13].mean())
 
 
-def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
-    seeds, trials = (20, 20) if full else (1, 6)
-    measured = measure(seeds, trials, workers=cores() if full else 1, progress=progress)
+def make(
+    *, full: bool = False, seeds: int | None = None, kept: Path | None = None, progress: Progress | None = None
+) -> Shown:
+    """Draw the table of 1 seed (20 with `full`) or as many `seeds`, with as many trials of direction, 6 or more."""
+    count_seeds = seeds or (20 if full else 1)
+    measured = measure(count_seeds, max(count_seeds, 6), workers=cores() if full else 1, kept=kept, progress=progress)
     agreed = {cue: [row.agrees(measured[cue][row.kind]) for row in ROWS] for cue in CUES}
     count = {cue: sum(agreed[cue]) for cue in CUES}
     differ = "; ".join(row.experiment for row, same in zip(ROWS, agreed["both"], strict=True) if not same)
@@ -274,8 +317,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "two wavebands at several moments, and with one of the two mechanisms taken away: two wavebands without "
             "comparison of moments, and one waveband at several moments. Numbers are in the order of the conditions in "
             "brackets; black agrees with what was published, orange does not. What counts as agreement stands in the "
-            "script. Nothing was fitted to these outcomes. Runs are few, so small differences mean little; with --full "
-            "each number is a mean over 20 seeds, with its standard error.",
+            f"script. Nothing was fitted to these outcomes. {_runs(count_seeds)}",
             f"The eye with both agrees in {count['both']} of {len(ROWS)}, by bands alone in {count['bands']}, by "
             f"moments alone in {count['moments']}. It disagrees in: {differ or 'none'}.",
             "Every view is taken to have the eye's own normal optics; where the apparatus changes them, the estimate "
@@ -285,6 +327,12 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         summary={"agree": {cue: f"{count[cue]} of {len(ROWS)}" for cue in CUES}},
         plotted=dict(measured),
     )
+
+
+def _runs(seeds: int) -> str:
+    if seeds == 1:
+        return "Runs are few, so small differences mean little: --full averages 20 seeds, --seeds any number."
+    return f"Each number is a mean over {seeds} seeds, with its standard error."
 
 
 def _stated(made: Made, kind: str, condition: str) -> str:
@@ -324,4 +372,12 @@ def _draw(measured: dict[str, Made], agreed: dict[Cue, list[bool]]) -> Figure:
 
 
 if __name__ == "__main__":
-    alone("accommodation_experiments", make)
+    alone(
+        "accommodation_experiments",
+        make,
+        seeds=(int, "seeds, each about 100 s of processor time (default: 1, or 20 with --full)"),
+        kept=(
+            Path,
+            "folder for what each seed gave: a run that was cut off goes on from there; empty it for another model",
+        ),
+    )

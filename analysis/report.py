@@ -133,14 +133,20 @@ def _claims_table(claims: Sequence[Answer], figures: Mapping[str, Shown]) -> str
 </section>"""
 
 
-def alone(name: str, make: Callable[..., Shown]) -> None:
-    """Run one figure's script by itself: write its picture and numbers, and print what was measured."""
+def alone(name: str, make: Callable[..., Shown], **more: tuple[Callable[[str], Any], str]) -> None:
+    """Run one figure's script by itself: write its picture and numbers, and print what was measured.
+
+    Each of `more` is an option of this script: what reads its value, and its help.
+    """
     parser = argparse.ArgumentParser(description=f"Make {name} alone.")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the figure (default: results)")
     parser.add_argument("--full", action="store_true", help="more data; takes longer")
+    for option, (reads, words) in more.items():
+        parser.add_argument(f"--{option}", type=reads, help=words)
     options = parser.parse_args()
+    given = {option: value for option in more if (value := getattr(options, option)) is not None}
     try:
-        shown = make(full=options.full)
+        shown = make(full=options.full, progress=_percent(), **given)
     except KeyboardInterrupt:
         sys.exit(130)
     options.out.mkdir(parents=True, exist_ok=True)
@@ -149,6 +155,18 @@ def alone(name: str, make: Callable[..., Shown]) -> None:
     (options.out / f"{name}.json").write_text(numbers_json({name: shown}), encoding="utf-8")
     for label, value in rows_of(shown.summary):
         print(f"{label}: {value}")
+
+
+def _percent() -> Progress:
+    """Write each further percent on the terminal, where there is one."""
+    last = [-1]
+
+    def say(share: float) -> None:
+        if (percent := int(100 * share)) > last[0] and sys.stderr.isatty():
+            last[0] = percent
+            print(f"\r{percent} %", end="\n" if percent == 100 else "", file=sys.stderr, flush=True)
+
+    return say
 
 
 def _section(name: str, shown: Shown, png: bytes) -> str:

@@ -14,7 +14,7 @@ from PIL import Image, ImageCms
 from focalgradient import Lens
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.eye import Eye, chromatic_stimulus
+from focalgradient.eye import Eye, SpectralBasis, chromatic_stimulus
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
 from focalgradient.video import write_frames
@@ -391,3 +391,15 @@ def test_what_a_display_must_show_for_the_image_of_real_depth(folder: Path) -> N
     residuals = json.loads((folder / "out" / "summary.json").read_text())["pictures"][0]["residuals"][0]
     assert residuals["residual"] == pytest.approx(found.residual, rel=1e-2)
     assert max(residuals["residual"]) < max(residuals["alike"])
+    aged = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "aged", *given, "--age", 75)
+    assert aged.exit_code == 0, aged.output
+    basis = SpectralBasis.of_display().through_lens(75)
+    found = chromatic_stimulus(
+        picture,
+        np.full((48, 64), 2.0),
+        Eye.of_person("plano", age=75, looking_at=1.0, pupil_diameter=0.004),
+        screen=1.0,
+        pixel_angle=angle,
+        basis=basis,
+    )
+    assert np.allclose(np.load(folder / "aged" / "blurred-1.0m.npy"), found.shown, atol=1e-4)

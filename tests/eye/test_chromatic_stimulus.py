@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.eye import ChromaticStimulus, Eye, chromatic_stimulus, cone_images, retinal_image
+from focalgradient.eye import ChromaticStimulus, Eye, SpectralBasis, chromatic_stimulus, cone_images, retinal_image
 
 PIXEL, SIDE = np.radians(1 / 60), 56
 EYE = Eye(0.004, 1.0)
@@ -65,3 +65,20 @@ def test_at_the_display_the_scene_itself_is_to_be_shown() -> None:
 def test_bad_input(screen: float) -> None:
     with pytest.raises(InputError, match="screen"):
         chromatic_stimulus(np.ones((8, 8, 3)), np.ones((8, 8)), EYE, screen=screen, pixel_angle=PIXEL)
+
+
+def test_the_display_is_seen_through_the_lens_of_a_given_age() -> None:
+    """Through a lens of 80 years the picture found for it is nearer the scene than the one found for 32 years."""
+    old = SpectralBasis.of_display().through_lens(80)
+    scene, near = np.full((SIDE, SIDE), 0.8), np.full((SIDE, SIDE), 1.0)
+    found = [
+        chromatic_stimulus(picture(), scene, EYE, screen=1.0, pixel_angle=PIXEL, basis=basis).shown
+        for basis in (old, SpectralBasis.of_display())
+    ]
+    wanted, *got = (
+        retinal_image(light, where, EYE, pixel_angle=PIXEL, basis=old)
+        for light, where in ((picture(), scene), *((shown, near) for shown in found))
+    )
+    off = [np.sqrt(np.mean((one - wanted)[8:-8, 8:-8] ** 2)) for one in got]
+    assert off[0] < 0.97 * off[1]
+    assert np.abs(found[0] - found[1]).max() > 0.02

@@ -22,13 +22,23 @@ def followed(target, seconds, horizon, noise=0.035, seed=0):
     return Course(times, wanted, np.array(focus), wanted, 0 * wanted), float(np.mean(skill[len(skill) // 2 :]))
 
 
-@pytest.mark.parametrize(("hertz", "people"), [(0.5, -31), (1.0, -61)])
-def test_sines_are_followed_with_the_phase_lag_of_people(hertz, people):
+@pytest.mark.parametrize("hertz", [0.15, 0.206, 0.33, 0.5, 0.7, 1.0])
+def test_sines_are_followed_with_the_phase_lag_of_people(hertz):
     """Heron & Charman (2004): a delay of 0.17 s, where latency, controller and lens take 0.6 to 0.7 s."""
     sine = lambda t: 2 + 0.5 * np.sin(2 * np.pi * hertz * t)  # noqa: E731
     phase = [np.degrees(np.angle(followed(sine, 25, horizon)[0].response(hertz, 8.0))) for horizon in (0.0, 0.5)]
-    assert phase[1] == pytest.approx(people, abs=10)
-    assert phase[0] % 360 < 360 - 110  # without prediction -122 and -237 degrees
+    assert phase[1] == pytest.approx(-360 * 0.17 * hertz, abs=6)
+    assert phase[0] % 360 < 360 - 210 * hertz  # without prediction: a delay of 0.6 s or more
+
+
+def test_a_slow_sine_is_foretold_within_its_first_two_periods():
+    """The experiments show few: of 0.2 Hz, from the eighth second on."""
+    one, skill = Predictor(0.5, 0.1), []
+    random = np.random.default_rng(3)
+    for number in range(100):
+        one.update(2 + 0.5 * np.sin(0.4 * np.pi * 0.1 * number) + 0.035 * random.standard_normal())
+        skill.append(one.skill)
+    assert min(skill[80:]) > 0.5
 
 
 def test_an_irregular_target_is_not_foretold():
@@ -42,15 +52,6 @@ def test_an_irregular_target_is_not_foretold():
     assert np.mean(skills) < 0.2
 
 
-@pytest.mark.parametrize("hertz", [0.7, 0.8])
-def test_sines_on_which_the_horizon_was_not_chosen_are_foretold(hertz):
-    """0.17 s of delay, as people have at 0.5 and 1 Hz."""
-    sine = lambda t: 2 + 0.5 * np.sin(2 * np.pi * hertz * t)  # noqa: E731
-    course, skill = followed(sine, 25, 0.5, seed=1)
-    assert np.degrees(np.angle(course.response(hertz, 8.0))) == pytest.approx(-360 * 0.17 * hertz, abs=12)
-    assert skill > 0.9
-
-
 def _steps(seed):
     levels = np.random.default_rng(seed).uniform(1, 3, 40)
     return lambda t: float(levels[int(t / 1.3)])
@@ -62,7 +63,14 @@ def _waves(seed):
     return lambda t: 2 + 0.18 * float(np.sin(2 * np.pi * hertz * t + phases).sum())
 
 
-@pytest.mark.parametrize("target", [lambda seed: lambda t: 1 + 0.1 * t, _steps, _waves], ids=["ramp", "steps", "waves"])
+def _walk(seed):
+    moved = np.cumsum(0.4 * np.sqrt(0.1) * np.random.default_rng(seed).standard_normal(300))
+    return target_course(0.1 * np.arange(300), 2.5 + np.clip(moved, -2, 2))
+
+
+@pytest.mark.parametrize(
+    "target", [lambda seed: lambda t: 1 + 0.1 * t, _steps, _waves, _walk], ids=["ramp", "steps", "waves", "walk"]
+)
 def test_ramps_random_steps_and_unpredictable_sums_are_followed_as_without_prediction(target):
     for seed in range(2):
         (with_it, skill), (without, _) = (followed(target(seed), 25, horizon, seed=seed) for horizon in (0.5, 0.0))

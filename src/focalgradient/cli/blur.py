@@ -406,7 +406,14 @@ class _Job:
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
         white = self.options["white"]
         found = chromatic_stimulus(
-            colours / white, metres, eye, screen=screen, pixel_angle=angle, wavelengths=parts, progress=tell
+            colours / white,
+            metres,
+            eye,
+            screen=screen,
+            pixel_angle=angle,
+            wavelengths=parts,
+            basis=spectra_of(self.options),
+            progress=tell,
         )
         names = ("residual", "unlimited", "scene_shown", "alike")
         return white * found.shown, {name: list(getattr(found, name)) for name in names}

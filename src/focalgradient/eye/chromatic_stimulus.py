@@ -63,6 +63,7 @@ def chromatic_stimulus(
     pixel_angle: float,
     wavelengths: int | None = None,
     primaries: str = PRIMARIES,
+    basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> ChromaticStimulus:
     """Find what a display at `screen` must show for the eye, focused as it is, to get the retinal image of the scene.
@@ -83,6 +84,9 @@ def chromatic_stimulus(
         Parts of the spectrum, each in its own focus (see `retinal_image`); None is as many as pupil and distances need.
     primaries
         The display's name in colour-science.
+    basis
+        Spectra of the display's red, green and blue as they reach the cones, instead of those of `primaries`:
+        ``SpectralBasis.of_display().through_lens(70)`` for an eye of 70 years.
     progress
         Called with the share done, 0 to 1, and a few words.
 
@@ -109,9 +113,10 @@ def chromatic_stimulus(
     """
     check_number("screen", screen, "metres", positive=True)
     say = progress or (lambda share, words: None)
+    basis = SpectralBasis.of_display(primaries) if basis is None else basis
     if wavelengths is None:
         distances = np.append(np.asarray(distance, dtype=float), screen)
-        wavelengths = parts_needed(distances, eye, pixel_angle=pixel_angle, primaries=primaries)
+        wavelengths = parts_needed(distances, eye, pixel_angle=pixel_angle, basis=basis)
     wanted, by_primary = caught_by_cones(
         picture,
         distance,
@@ -119,6 +124,7 @@ def chromatic_stimulus(
         pixel_angle=pixel_angle,
         wavelengths=wavelengths,
         primaries=primaries,
+        basis=basis,
         progress=lambda share, words: say(0.6 * share, words),
     )
     # Each cone class counts in units of what it catches of the display's white.
@@ -129,7 +135,7 @@ def chromatic_stimulus(
     size = tuple(fft.next_fast_len(n + 2 * reach, real=True) for n in shape)
     around = tuple((reach, total - n - reach) for n, total in zip(shape, size, strict=True))
     target = fft.rfft2(np.pad(wanted, (*around, (0, 0)), mode="symmetric"), axes=(0, 1))
-    through = _through_display(eye, 1 / screen, size, pixel_angle, wavelengths, primaries) / white
+    through = _through_display(eye, 1 / screen, size, pixel_angle, wavelengths, basis) / white
     say(0.7, "finding what to show")
     plain = np.linalg.inv(by_primary / white)  # what cones catch, as the light of the display without blur
     free, shown = _solved(through, target, target @ plain, size)
@@ -148,6 +154,7 @@ def chromatic_stimulus(
         pixel_angle=pixel_angle,
         wavelengths=1,
         primaries=primaries,
+        basis=basis,
     )
     grey = np.clip(np.pad(alike @ np.linalg.inv(by_primary), (*around, (0, 0)), mode="symmetric"), 0, 1)
     say(1.0, "done")
@@ -158,11 +165,11 @@ def chromatic_stimulus(
 
 
 def _through_display(
-    eye: Eye, vergence: float, size: tuple[int, ...], pixel_angle: float, wavelengths: int, primaries: str
+    eye: Eye, vergence: float, size: tuple[int, ...], pixel_angle: float, wavelengths: int, basis: SpectralBasis
 ) -> NDArray[np.complex128]:
     """What each cone class (last) catches of each primary through the eye, at each frequency of an image of `size`."""
     down, right = fft.fftfreq(size[0])[:, None] / pixel_angle, fft.rfftfreq(size[1])[None] / pixel_angle
-    total, basis = np.zeros((size[0], size[1] // 2 + 1, 3, 3), complex), SpectralBasis.of_display(primaries)
+    total = np.zeros((size[0], size[1] // 2 + 1, 3, 3), complex)
     for number, band in enumerate(CLASSES):
         for component, share in enumerate(basis.catch(band)):
             cones = Cones.in_light(eye, band, basis.light(band, component), wavelengths=wavelengths)

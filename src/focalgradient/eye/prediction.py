@@ -1,10 +1,10 @@
-"""Prediction of targets that move predictably: what the accommodating eye expects of its own estimates a moment ahead.
+"""Prediction of targets that move regularly: what the accommodating eye expects of its own estimates a moment ahead.
 
 People follow a sine with a phase lag that is far less than their reaction time implies, and an irregular target without
-(Campbell & Westheimer 1960; Phillips et al. 1972; Heron & Charman 2004 for the lag). The rule here is learnt from the
-estimates alone: the change over the horizon is a weighted sum of the changes before, the weights by recursive least
-squares that forgets; and it counts by its skill so far, by how much more of the squared change it foretold than is
-foretold of an irregular target.
+(Campbell & Westheimer 1960; Phillips et al. 1972; Heron & Charman 2004 for the lag). The rule here uses the estimates
+alone: a sine of each of many frequencies is fitted to the last seconds by least squares that forgets; the one that has
+foretold best so far foretells; and it counts by its skill, by how much of the squared change it has foretold beyond
+what it foretells of irregular targets.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,22 +21,45 @@ from focalgradient.errors import check_number
 
 __all__ = ["Predictor"]
 
-TAPS = 10
-"""Estimates before, of which changes are counted: a second at 10 Hz, our choice."""
+FloatArray = NDArray[np.float64]
+
+HERTZ: FloatArray = np.asarray(np.arange(0.075, 1.26, 0.025), dtype=np.float64)
+"""Frequencies of the sines, in hertz: about those that accommodation follows."""
 
 MEMORY = 4.0
-"""Seconds in which the past counts 1/e: some periods of the slowest sines that people predict, our choice."""
+"""Seconds in which the past counts 1/e, in the fits and in the skill; our choice."""
+
+LONGEST = 3 * MEMORY
+"""Seconds of the past that are kept."""
+
+RIDGE = 0.01
+"""Variance of an estimate's noise over that of a sine's amplitude, expected: 0.035^2 over 0.35^2 square dioptres."""
 
 NOTHING = 0.05
 """Dioptres, root mean square, of change over the horizon below which nothing is predicted: about what estimates of a
 still target differ by; a choice."""
 
-SMOOTH = 0.65
-"""Share of the squared change that is foretold of an irregular target, by its smoothness alone, and does not count: of
-noise between 0.05 and 1 Hz it is 0.55 to 0.65 (`tests/eye/test_prediction.py`)."""
+IRREGULAR, REGULAR = 0.65, 0.85
+"""Shares of the squared change foretold at which a prediction begins to count, and counts in full. Of sines of 0.15 to
+1 Hz 0.86 to 0.97 is foretold, of random steps, walks and sums of six sines less than 0.1 on average, of noise between
+0.05 and 1 Hz 0.3, between 0.3 and 1 Hz 0.55 (`tests/eye/test_prediction.py`)."""
 
-RIDGE = 0.1
-"""Squared dioptres by which weights are held to 0 at first: a choice."""
+
+@lru_cache(maxsize=8)
+def _sines(horizon: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """Weighted basis of each frequency (K x n x 3, newest first), and what of its fit foretells (n x K x 3).
+
+    With only the m newest estimates, their products with the basis times line m - 1 of the latter is the forecast.
+    """
+    past = -step * np.arange(max(round(LONGEST / step), 1))
+    turn = 2 * np.pi * HERTZ[:, None] * past
+    basis = np.stack([np.ones_like(turn), np.cos(turn), np.sin(turn)], axis=-1)
+    weighted = basis * np.exp(past / MEMORY)[:, None]
+    squares = np.cumsum(np.einsum("kni,knj->nkij", weighted, basis), axis=0)
+    squares += np.diag([0.0, RIDGE, RIDGE])
+    ahead = 2 * np.pi * HERTZ * horizon
+    there = np.stack([np.ones_like(ahead), np.cos(ahead), np.sin(ahead)], axis=-1)
+    return weighted, np.linalg.solve(squares, there[None, :, :, None])[..., 0]
 
 
 @dataclass(slots=True)
@@ -47,26 +71,27 @@ class Predictor:
     A sine of 0.5 Hz is foretold after some periods; a step never is.
 
     >>> one = Predictor(horizon=0.4, step=0.1)
-    >>> expected = [one.update(math.sin(math.pi * 0.1 * number)) for number in range(80)]
-    >>> round(float(expected[70]), 2), round(math.sin(math.pi * (7.0 + 0.4)), 2)
-    (-0.9, -0.95)
+    >>> expected = [one.update(math.sin(math.pi * 0.1 * number)) for number in range(120)]
+    >>> round(float(expected[110]), 2), round(math.sin(math.pi * (11.0 + 0.4)), 2)
+    (-0.95, -0.95)
     """
 
     horizon: float
     step: float
     skill: float = field(init=False, default=0.0)
-    _past: deque[float] = field(init=False)
-    _weights: NDArray[np.float64] = field(init=False)
-    _inverse: NDArray[np.float64] = field(init=False)  # of the inputs' covariance
-    _missed: float = field(init=False, default=0.0)
+    _past: deque[float] = field(init=False)  # newest first
+    _expected: deque[tuple[FloatArray, float]] = field(init=False)  # by each sine, and by the best: newest last
+    _missed: FloatArray = field(init=False)  # squared errors of each sine
+    _best_missed: float = field(init=False, default=0.0)
     _changed: float = field(init=False, default=0.0)
     _count: float = field(init=False, default=0.0)
 
     def __post_init__(self) -> None:
         check_number("horizon", self.horizon, "seconds", least=0)
         check_number("step", self.step, "seconds", positive=True)
-        self._past = deque(maxlen=1 + TAPS + self._ahead)
-        self._weights, self._inverse = np.zeros(TAPS), np.eye(TAPS) / RIDGE
+        self._past = deque(maxlen=max(round(LONGEST / self.step), self._ahead + 1))
+        self._expected = deque(maxlen=max(self._ahead, 1))
+        self._missed = np.zeros(HERTZ.size)
 
     @property
     def _ahead(self) -> int:
@@ -74,21 +99,35 @@ class Predictor:
 
     def update(self, estimate: float) -> float:
         """Take in an `estimate` (D); the one expected a horizon later (D)."""
-        self._past.append(estimate)
-        if not self._ahead or len(self._past) < TAPS + 1 + self._ahead:
+        self._past.appendleft(estimate)
+        if not self._ahead:
             return estimate
-        past = np.array(self._past)
-        before, change = past[TAPS] - past[TAPS - 1 :: -1], past[-1] - past[TAPS]
+        if len(self._expected) == self._ahead:
+            self._score(estimate)
+        weighted, foretelling = _sines(self._ahead * self.step, self.step)
+        count = min(len(self._past), weighted.shape[1])
+        recent = np.array(self._past)[:count]
+        by_each = np.einsum("kni,n,ki->k", weighted[:, :count], recent, foretelling[count - 1], optimize=True)
+        best = self._of_best(by_each)
+        self._expected.append((by_each, best))
+        return estimate + self.skill * (best - estimate)
+
+    def _of_best(self, by_each: FloatArray) -> float:
+        """What the sine foretells that has missed least, between the frequencies by a parabola."""
+        at = int(np.clip(np.argmin(self._missed), 1, HERTZ.size - 2))
+        below, least, above = self._missed[at - 1 : at + 2]
+        curved = below - 2 * least + above
+        off = float(np.clip((below - above) / (2 * curved), -1, 1)) if curved > 0 else 0.0
+        lower, middle, upper = by_each[at - 1 : at + 2].tolist()
+        return float(middle + off * (upper - lower) / 2 + off**2 * (upper - 2 * middle + lower) / 2)
+
+    def _score(self, estimate: float) -> None:
+        """Compare what was expected a horizon ago with what came."""
+        by_each, best = self._expected[0]
         kept = math.exp(-self.step / MEMORY)
-        error = change - self._weights @ before
-        self._missed = kept * self._missed + error**2
-        self._changed = kept * self._changed + change**2
+        self._missed = kept * self._missed + (estimate - by_each) ** 2
+        self._best_missed = kept * self._best_missed + (estimate - best) ** 2
+        self._changed = kept * self._changed + (estimate - self._past[self._ahead]) ** 2
         self._count = kept * self._count + 1
-        gain = self._inverse @ before / (kept + before @ self._inverse @ before)
-        self._weights = self._weights + gain * error
-        self._inverse = (self._inverse - np.outer(gain, before @ self._inverse)) / kept
-        floor = NOTHING**2 * self._count
-        foretold = 1 - (self._missed + floor) / (self._changed + 1e-12)
-        self.skill = max(0.0, (foretold - SMOOTH) / (1 - SMOOTH))
-        recent = past[-1] - past[-2 : -2 - TAPS : -1]
-        return estimate + self.skill * float(self._weights @ recent)
+        foretold = 1 - (self._best_missed + NOTHING**2 * self._count) / (self._changed + 1e-12)
+        self.skill = float(np.clip((foretold - IRREGULAR) / (REGULAR - IRREGULAR), 0.0, 1.0))
