@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
@@ -104,6 +105,30 @@ def test_quality_through_focus():
     lines = Path("out/through_focus.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0] == "vergence_D,visual_strehl,mtf_4_cpd,mtf_8_cpd,mtf_16_cpd"
     assert len(lines) == 82
+
+
+def test_a_bifocal_lens_has_a_second_focus_and_the_range_covers_it():
+    result = run("--through-focus", "--out", "out", "--pupil", "3.5", "--accommodation", "0", "--zones", "2:3,8:0")
+    assert result.exit_code == 0, result.output
+    rows = np.loadtxt("out/through_focus.csv", delimiter=",", skiprows=1)
+    far, between, near = (rows[np.abs(rows[:, 0] - at) < 0.3, 1].max() for at in (0.1, 1.5, 3.1))
+    assert rows[-1, 0] > 4.5
+    assert far > 2 * between < near
+    for bad in ("2,8", "2:3,1:0", "2:3D", "nan:1", "2:99"):
+        refused = run("--through-focus", "--out", "out", "--zones", bad)
+        assert refused.exit_code == 2
+        assert re.search("^Error: --zones is '.*diameters", refused.stderr)
+
+
+def test_typical_aberrations_lower_the_visual_strehl_ratio():
+    ratio = []
+    for extra in ([], ["--aberrations", "typical"]):
+        assert run("--through-focus", "--out", "out", "--pupil", "5", "--force", *extra).exit_code == 0
+        ratio.append(json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["found"]["visual_strehl"])
+    assert ratio[1] < 0.9 * ratio[0]
+    refused = run("--through-focus", "--out", "large", "--pupil", "7", "--aberrations", "typical")
+    assert refused.exit_code == 2
+    assert "up to 6 mm" in refused.stderr
 
 
 def test_a_scene_has_no_through_focus():

@@ -190,7 +190,7 @@ def eye(
         if is_person(person) or illuminant != "D65":
             raise InputError(
                 "--accommodate lets a young eye without glasses look at a target by daylight: leave out --refraction, "
-                "--correction, --age, --luminance and --illuminant."
+                "--correction, --age, --luminance, --aberrations, --zones and --illuminant."
             )
         from focalgradient.cli.accommodate import accommodate as follow
 

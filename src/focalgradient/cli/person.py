@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,7 +12,7 @@ from focalgradient.cli.options import added, positive
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
-    from focalgradient.eye import Eye
+    from focalgradient.eye import Eye, ZonedLens
 
 __all__ = ["is_person", "person_eye", "person_options"]
 
@@ -43,6 +44,17 @@ _PERSON = [
         callback=positive(" of cd/m^2"),
         help="Instead of --pupil: the natural pupil of --age before 20 degrees of this luminance, in cd/m^2.",
     ),
+    click.option(
+        "--aberrations",
+        type=click.Choice(["typical"]),
+        help="Coma, trefoil and spherical aberration of their mean size in healthy eyes.  [default: none]",
+    ),
+    click.option(
+        "--zones",
+        metavar="MM:D,...",
+        callback=lambda context, option, given: _zones(given),
+        help="A multifocal lens in the eye, centre outwards: outer diameter and added power of each zone, as 2:2,8:0.",
+    ),
 ]
 """Of a person's eye."""
 
@@ -54,13 +66,40 @@ def person_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def is_person(options: dict[str, Any]) -> bool:
     """Whether any of the options is given."""
-    return any(options[name] is not None for name in ("refraction", "correction", "age", "luminance"))
+    names = ("refraction", "correction", "age", "luminance", "aberrations", "zones")
+    return any(options[name] is not None for name in names)
+
+
+def _zones(given: str | None) -> str | None:
+    """Refuse what does not describe the zones of a lens."""
+    if given is not None:
+        _lens(given)
+    return given
+
+
+def _lens(zones: str) -> ZonedLens:
+    from focalgradient.eye import ZonedLens
+
+    try:
+        pairs = [(float(mm), float(power)) for mm, power in (zone.split(":") for zone in zones.split(","))]
+    except ValueError:
+        raise InputError(
+            f"--zones is {zones!r}, but must be outer diameters in millimetres and added powers in dioptres, from the "
+            "middle outwards, such as 2:2,8:0."
+        ) from None
+    try:
+        return ZonedLens(tuple(1e-3 * mm for mm, _ in pairs), tuple(power for _, power in pairs))
+    except InputError:
+        raise InputError(
+            f"--zones is {zones!r}, but diameters must be positive and grow up to 20 mm, and powers be within 10 D."
+        ) from None
 
 
 def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
     """Give the eye of the options and a pupil (mm; None: its natural one), which looks at a `vergence` (D)."""
-    from focalgradient.eye import CORRECTIONS, Eye
+    from focalgradient.eye import CORRECTIONS, Eye, typical_aberrations
     from focalgradient.eye.ranges import warn_if_artificial
+    from focalgradient.eye.typical import MEASURED as LARGEST_TYPICAL
 
     if options["correction"] is not None and options["refraction"] is None:
         raise InputError("--correction corrects the eye of --refraction: give that, too.")
@@ -70,7 +109,7 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
             raise InputError("--pupil and --luminance both give the pupil: give one of them.")
     if not is_person(options) and pupil_mm is not None:
         return Eye(1e-3 * pupil_mm, vergence)
-    return Eye.of_person(
+    eye = Eye.of_person(
         options["refraction"] or "plano",
         age=options["age"],
         looking_at=vergence,
@@ -78,3 +117,13 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
         pupil_diameter=None if pupil_mm is None else 1e-3 * pupil_mm,
         **({} if options["luminance"] is None else {"luminance": options["luminance"]}),
     )
+    if options["zones"] is not None:
+        eye = replace(eye, lens=_lens(options["zones"]))
+    if options["aberrations"] is not None:
+        if eye.pupil_diameter > LARGEST_TYPICAL:
+            raise InputError(
+                f"--aberrations typical are known of pupils up to {1e3 * LARGEST_TYPICAL:g} mm, but this one has "
+                f"{1e3 * eye.pupil_diameter:.3g}: give a smaller --pupil."
+            )
+        eye = replace(eye, aberrations=(*eye.aberrations, *typical_aberrations(eye.pupil_diameter)))
+    return eye

@@ -6,6 +6,8 @@ import csv
 import io
 import math
 import platform
+import re
+import textwrap
 import time
 from collections.abc import Callable, Mapping
 from importlib.metadata import version
@@ -27,14 +29,14 @@ __all__ = ["through_focus"]
 
 FILES = ("through_focus.png", "through_focus.csv", "summary.json")
 SPAN, STEP = 2.0, 0.05
-"""Dioptres to either side of the eye's focus, and from one vergence to the next."""
+"""Dioptres beyond the foci of the eye and of its lens's zones, and from one vergence to the next."""
 
 PICTURES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Dioptres from the best focus at which point spreads are drawn."""
 
-SIDE, MINUTES = 128, 0.25
-"""Pixels of a point spread, and the minutes of arc of one: frequencies up to 120 cycles per degree, which a pupil of
-4 mm hardly passes."""
+SIDE, MINUTES = 160, 0.2
+"""Pixels of a point spread, and the minutes of arc of one: frequencies up to 150 cycles per degree, which a pupil of
+5 mm hardly passes."""
 
 
 def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
@@ -45,8 +47,11 @@ def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
         from focalgradient.eye.quality import image_quality
 
         middle = round(cones.focus_vergence / STEP) * STEP
-        steps = round(SPAN / STEP)
-        quality = image_quality(cones, middle + STEP * np.arange(-steps, steps + 1))
+        added = () if cones.eye.lens is None else cones.eye.lens.additions
+        low, high = (
+            round((end + span) / STEP) for end, span in ((min(0, *added, 0), -SPAN), (max(0, *added, 0), SPAN))
+        )
+        quality = image_quality(cones, middle + STEP * np.arange(low, high + 1))
         spreads = [point_spread(cones, quality.best + change) for change in PICTURES]
         figure = draw(quality, spreads, settings)
     found = {
@@ -102,28 +107,27 @@ def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Ma
 
     with style():
         figure = new_figure(200, 120, layout="constrained")
-        places = figure.add_gridspec(2, len(spreads), height_ratios=(1, 1.5))
+        above, below = figure.subfigures(2, 1, height_ratios=(1, 1.5), squeeze=False)[:, 0]
         half = SIDE * MINUTES / 2
         for column, (change, spread) in enumerate(zip(PICTURES, spreads, strict=True)):
-            ax = figure.add_subplot(places[0, column])
+            ax = above.add_subplot(1, len(spreads), column + 1)
             ax.imshow(np.sqrt(np.clip(spread / spread.max(), 0, 1)), cmap="gray", extent=(-half, half, half, -half))
             ax.set_title("best focus" if not change else f"{abs(change):g} D {'nearer' if change > 0 else 'farther'}")
             ax.set(xticks=[-10, 0, 10], yticks=[-10, 0, 10] if not column else [])
             if not column:
                 ax.set_ylabel("arcmin")
-        mtf = figure.add_subplot(places[1, :3])
+        mtf, strehl = below.subplots(1, 2, width_ratios=(3, 2))
         for f, values, colour in zip(quality.frequency_cpd, quality.mtf.T, (BLUE, GREEN, ORANGE), strict=True):
             mtf.plot(quality.vergences, values, color=colour, label=f"{f:g} c/deg")
         mtf.set(ylabel="modulation transfer", ylim=(0, 1))
         mtf.legend(loc="upper right")
-        strehl = figure.add_subplot(places[1, 3:])
         strehl.plot(quality.vergences, quality.visual_strehl, color="black")
         strehl.set(ylabel="visual Strehl ratio", ylim=(0, 1.05 * max(0.1, float(quality.visual_strehl.max()))))
         for ax in (mtf, strehl):
             ax.axvline(quality.best, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
             ax.set(xlabel="vergence of the target (D)", xlim=(quality.vergences[0], quality.vergences[-1]))
         words = ", ".join(f"{name} {value}" for name, value in _stated(settings).items())
-        figure.suptitle(f"Image of a simulated eye through focus: {words}")
+        figure.suptitle("\n".join(["Image of a simulated eye through focus", *textwrap.wrap(words, 90)]))
         figure.draw_without_rendering()
     return figure
 
@@ -131,8 +135,8 @@ def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Ma
 def _stated(settings: Mapping[str, Any]) -> dict[str, str]:
     """What the title says of the eye."""
     shown = {"pupil": f"{settings['pupil_mm']:.1f} mm", "light": str(settings["illuminant"])}
-    for name, unit in (("refraction", ""), ("correction", ""), ("age", " years")):
+    for name, unit in (("refraction", ""), ("correction", ""), ("age", " years"), ("aberrations", ""), ("zones", "")):
         if settings.get(name) is not None:
             value = settings[name]
-            shown[name] = f"{value:g}{unit}" if isinstance(value, float) else f"{value}{unit}"
+            shown[name] = f"{value:g}{unit}" if isinstance(value, float) else re.sub(r"-(?=\d)", "−", str(value))
     return shown

@@ -100,7 +100,10 @@ def optics_of(options: dict[str, Any], vergence: float) -> Optics:
     if camera + pupil + (options["eye_file"] is not None) != 1:
         raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")
     if is_person(options) and not pupil:
-        raise InputError("--refraction, --correction and --age are of an eye: give its --pupil, or --luminance.")
+        raise InputError(
+            "--refraction, --correction, --age, --aberrations and --zones are of an eye: give its --pupil, or "
+            "--luminance."
+        )
     if not camera:
         return eye_of(options, vergence)
     if options["f_number"] is None or options["focal_length"] is None:

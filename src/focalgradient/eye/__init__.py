@@ -54,6 +54,8 @@ from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_pict
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
+from focalgradient.eye.two_eyes import TwoEyes
+from focalgradient.eye.typical import typical_aberrations
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 from focalgradient.eye.zones import ZonedLens
@@ -103,6 +105,7 @@ __all__ = [
     "ThroughFocus",
     "TimeCourse",
     "Track",
+    "TwoEyes",
     "ZernikePopulation",
     "ZonedLens",
     "accommodate",
@@ -159,6 +162,7 @@ __all__ = [
     "score",
     "target_course",
     "track",
+    "typical_aberrations",
     "zernike",
     "zernike_defocus",
 ]

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from focalgradient.errors import InputError, check_number, described
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
@@ -30,9 +29,6 @@ __all__ = ["Eye", "TimeCourse"]
 
 LARGEST_OFFSET = 2e-3
 """Metres: pupils are centred better, a choice that keeps out millimetres."""
-
-UNLIMITED = 40.0
-"""Dioptres of accommodation where no age limits it: more than any distance asks for, a choice."""
 
 
 class TimeCourse(Protocol):
@@ -185,6 +181,7 @@ class Eye:
         *,
         age: float | None = None,
         looking_at: float = 0.0,
+        response: float | None = None,
         correction: Correction | None = None,
         pupil_diameter: float | None = None,
         luminance: float = 100.0,
@@ -204,6 +201,8 @@ class Eye:
         looking_at
             Vergence in dioptres that the eye accommodates to: in the mean of all meridians, without lag, and no further
             than its age allows, nor beyond its relaxed state.
+        response
+            Dioptres by which it accommodates, instead of by `looking_at`.
         correction
             What it wears: nothing (None), or one of `CORRECTIONS`.
         pupil_diameter
@@ -230,20 +229,13 @@ class Eye:
         >>> round(old.focus_vergence, 2), round(1e3 * old.pupil_diameter, 2)
         (0.11, 3.33)
         """
-        from focalgradient.eye.age import REFERENCE_AGE, accommodation_amplitude, natural_pupil
+        from focalgradient.eye.age import REFERENCE_AGE, natural_pupil
         from focalgradient.eye.refraction import CORRECTIONS, Refraction, focus_of
 
         written = refraction if isinstance(refraction, Refraction) else Refraction.parse(refraction)
         worn = CORRECTIONS["none"] if correction is None else correction
-        check_number("looking_at", looking_at, "dioptres")
-
-        def miss(response: float) -> float:
-            return float(np.trace(focus_of(written, response, worn))) / 2 - looking_at
-
-        # Focus rises with the response; the amplitude bounds it.
-        low, high = 0.0, UNLIMITED if age is None else float(accommodation_amplitude(age))
-        response = low if miss(low) >= 0 else high if miss(high) <= 0 else float(brentq(miss, low, high, xtol=1e-9))
-        focus = focus_of(written, response, worn)
+        given = worn.response(written, looking_at, age) if response is None else response
+        focus = focus_of(written, given, worn)
         pupil = pupil_diameter
         if pupil is None:
             pupil = float(natural_pupil(luminance, age=REFERENCE_AGE if age is None else age, field_deg=field_deg))
@@ -281,6 +273,16 @@ class Eye:
         2.0
         """
         return replace(self, accommodation=self.accommodation + (vergence - self.focus_vergence))
+
+    def mirrored(self) -> Eye:
+        """Return the mirror image of this eye: a left eye for a right one, whose aberrations and pupil face the nose.
+
+        >>> Eye(0.004, 1.0, aberrations=((3, 1, 0.1), (3, -1, 0.2), (2, -2, 0.3))).mirrored().aberrations
+        ((3, 1, -0.1), (3, -1, 0.2), (2, -2, -0.3))
+        """
+        # x changes its sign: cos(m t) by (-1)^m, and sin(|m| t), where m < 0, by the opposite.
+        terms = tuple((n, m, um if (m >= 0) == (m % 2 == 0) else -um) for n, m, um in self.aberrations)
+        return replace(self, aberrations=terms, pupil_offset=(-self.pupil_offset[0], self.pupil_offset[1]))
 
     def in_light(self, wavelength_nm: float) -> Eye:
         """The same eye at the same moment in light of this wavelength."""

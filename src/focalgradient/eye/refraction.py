@@ -14,8 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from focalgradient.errors import InputError, check_number, described
+from focalgradient.eye.age import accommodation_amplitude
 
 __all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of"]
 
@@ -23,6 +25,9 @@ FloatArray = NDArray[np.float64]
 
 VERTEX = 0.012
 """Metres from the cornea to spectacles: 12 mm, at which prescriptions are usually stated (ISO 13666)."""
+
+UNLIMITED = 40.0
+"""Dioptres of accommodation where no age limits it: more than any distance asks for, a choice."""
 
 LARGEST = 30.0
 """Dioptres that no prescription exceeds: a choice, which keeps out other units."""
@@ -139,6 +144,23 @@ class Correction:
         check_number("vertex", self.vertex, "metres", least=0)
         if self.vertex > 0.03:
             raise InputError(f"vertex is {self.vertex:g}, but must be from 0 to 0.03: give it in metres.")
+
+    def response(self, refraction: Refraction, looking_at: float, age: float | None = None) -> float:
+        """Accommodation (D) of an eye of this `refraction` behind this lens, for `looking_at` (D) to be in focus.
+
+        In the mean of all meridians, not below 0, and no more than the amplitude of its `age` (years; None: no limit).
+
+        >>> [round(CORRECTIONS[name].response(Refraction(-6.0), 2.5), 2) for name in CORRECTIONS]
+        [0.0, 2.18, 2.5]
+        """
+        check_number("looking_at", looking_at, "dioptres")
+
+        def miss(response: float) -> float:
+            return float(np.trace(focus_of(refraction, response, self))) / 2 - looking_at
+
+        # Focus rises with the response; the amplitude bounds it.
+        low, high = 0.0, UNLIMITED if age is None else float(accommodation_amplitude(age))
+        return low if miss(low) >= 0 else high if miss(high) <= 0 else float(brentq(miss, low, high, xtol=1e-9))
 
 
 CORRECTIONS = {

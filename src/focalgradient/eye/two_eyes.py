@@ -1,0 +1,126 @@
+"""The two eyes of a person: where they stand, what each is focused on, and what lies at one place for both.
+
+Both eyes accommodate alike, whatever each would need (consensual accommodation), and their aberrations are mirror
+images of each other on average (Porter, Guirao, Cox & Williams 2001, J. Opt. Soc. Am. A 18, 1793). Views are made by
+`focalgradient.stereo`, each through the optics of its eye.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite, check_number, described
+from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
+
+__all__ = ["TwoEyes"]
+
+FloatArray = NDArray[np.float64]
+
+INTEROCULAR = 0.063
+"""Metres between the eyes of adults: the mean of Dodgson (2004), Proc. SPIE 5291, 36."""
+
+
+@dataclass(frozen=True, slots=True)
+class TwoEyes:
+    """A left and a right eye.
+
+    Parameters
+    ----------
+    left, right
+        The eyes.
+    interocular
+        Distance in metres between their nodal points.
+
+    Raises
+    ------
+    InputError
+        If they are no eyes, or the distance is out of range.
+
+    Examples
+    --------
+    Eyes that converge on something at 40 cm turn by 9 degrees to each other; 1 m then has a disparity of -5.4 degrees.
+
+    >>> pair = TwoEyes.of(Eye(0.004, 2.5))
+    >>> round(float(np.degrees(pair.convergence(2.5))), 1), round(float(np.degrees(pair.disparity(1.0, 2.5))), 1)
+    (9.0, -5.4)
+    """
+
+    left: Eye
+    right: Eye
+    interocular: float = INTEROCULAR
+
+    def __post_init__(self) -> None:
+        for name in ("left", "right"):
+            if not isinstance(getattr(self, name), Eye):
+                raise InputError(f"{name} is {described(getattr(self, name))}, but must be an Eye.")
+        check_number("interocular", self.interocular, "metres", positive=True)
+        if not 0.04 <= self.interocular <= 0.08:
+            raise InputError(f"interocular is {self.interocular:g}, but must be from 0.04 to 0.08: give it in metres.")
+
+    @classmethod
+    def of(cls, right: Eye, *, interocular: float = INTEROCULAR) -> TwoEyes:
+        """Two eyes of which the left one is the mirror image of the `right`."""
+        return cls(right.mirrored(), right, interocular)
+
+    @classmethod
+    def of_person(
+        cls,
+        left: Refraction | str,
+        right: Refraction | str,
+        *,
+        looking_at: float = 0.0,
+        age: float | None = None,
+        correction: Correction | None = None,
+        pupil_diameter: float | None = None,
+        interocular: float = INTEROCULAR,
+    ) -> TwoEyes:
+        """Two eyes of a prescription each, which accommodate alike: as far as the eye does that needs less.
+
+        Parameters
+        ----------
+        left, right
+            Prescriptions (`Refraction`).
+        looking_at
+            Vergence in dioptres of what they look at.
+        age, correction, pupil_diameter
+            As of `Eye.of_person`, of both.
+        interocular
+            Metres.
+
+        Examples
+        --------
+        Without glasses the left eye of -1 D needs no accommodation to see 1 m sharply; the right one stays far-sighted.
+
+        >>> pair = TwoEyes.of_person("-1.00", "plano", looking_at=1.0, pupil_diameter=0.004)
+        >>> round(pair.left.focus_vergence, 1), round(pair.right.focus_vergence, 1)
+        (1.0, 0.0)
+        """
+        first, second = (one if isinstance(one, Refraction) else Refraction.parse(one) for one in (left, right))
+        worn = CORRECTIONS["none"] if correction is None else correction
+        response = min(worn.response(one, looking_at, age) for one in (first, second))
+
+        def eye(one: Refraction) -> Eye:
+            return Eye.of_person(one, age=age, response=response, correction=worn, pupil_diameter=pupil_diameter)
+
+        return cls(eye(first), eye(second), interocular)
+
+    def accommodated(self, change: float) -> TwoEyes:
+        """Return the eyes after both have accommodated by `change` dioptres more."""
+        check_number("change", change, "dioptres")
+        left, right = (replace(one, accommodation=one.accommodation + change) for one in (self.left, self.right))
+        return replace(self, left=left, right=right)
+
+    def convergence(self, vergence: ArrayLike) -> FloatArray:
+        """Angle in radians between the lines of sight to a point straight ahead at each `vergence` (D, any shape)."""
+        return np.asarray(2 * np.arctan(self.interocular * check_finite("vergence", vergence, "dioptres") / 2))
+
+    def disparity(self, vergence: ArrayLike, fixated: float) -> FloatArray:
+        """Absolute disparity in radians of points straight ahead at each `vergence` (D, any shape).
+
+        Convergence on the point less that on what is `fixated` (D): positive for nearer points.
+        """
+        return np.asarray(self.convergence(vergence) - self.convergence(fixated))
