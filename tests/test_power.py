@@ -8,9 +8,11 @@ import pytest
 from scipy import stats
 from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
-from focalgradient.design import DepthRatingDesign
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.power import AnyStudy, Model, rise_power, sequential_power, spending_bounds
+from focalgradient.power.cube import _reports
+from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.meta_analysis import random_effects
 from focalgradient.statistics.skewness import Scatter, robust_factor
@@ -38,6 +40,26 @@ def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subje
     factor = float(robust_factor(Scatter(subjects, 0.0, 1.0)))
     lower = float(stats.nct.sf(stats.t.isf(0.025 / factor, df), df, effect / error))
     assert lower - 0.1 < found["near_rise"] < upper  # the rest is what the sample's skewness costs
+
+
+def test_rises_that_differ_by_nothing_are_found_to_differ_in_no_more_than_the_level() -> None:
+    design = DepthRatingDesign(scenes=("spheres-01", "spheres-02"), repetitions=2)
+    model = Model(effect=1.3, far_effect=1.3, between=0.1, between_scenes=0.0, noise=0.3)
+    found = rise_power(model, design, 1.2, 10, 2000, deciding_test="t")
+    assert found["near_rise"] > 0.5
+    assert found["interaction"] < 0.05
+
+
+@pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])
+def test_the_simulated_share_of_time_has_its_odds(log_odds: float) -> None:
+    reports = _reports(20_000.0, log_odds, 2.0, 0.5, np.random.default_rng(1))
+    nonrigid = sum(lasts for _, lasts, percept in reports if percept == "nonrigid") / 20_000
+    assert nonrigid == pytest.approx(1 / (1 + math.exp(-log_odds)), abs=0.01)
+
+
+def test_a_study_of_thresholds_takes_the_bound_that_is_stated() -> None:
+    assert ThresholdStudy.of(BlurThresholdDesign(), {"bound": 1.5}, 1).bound == 1.5
+    assert ThresholdStudy.of(BlurThresholdDesign(), {}, 1).bound == 1.2
 
 
 @pytest.mark.parametrize(
