@@ -187,6 +187,8 @@ def eye(
     if accommodate is not None:
         if scene is not None:
             raise InputError(f"SCENE {scene!r} and --accommodate are both given: leave out one.")
+        if is_through_focus:
+            raise InputError("--accommodate and --through-focus are both given: leave out one.")
         if is_person(person) or illuminant != "D65":
             raise InputError(
                 "--accommodate lets a young eye without glasses look at a target by daylight: leave out --refraction, "

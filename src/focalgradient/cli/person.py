@@ -19,6 +19,9 @@ __all__ = ["is_person", "person_eye", "person_options"]
 CORRECTIONS = ("none", "spectacles", "contact-lens")
 """Names of `focalgradient.eye.CORRECTIONS`, without loading it."""
 
+OLDEST = 120.0
+"""Years of age at most, as `focalgradient.eye.ranges.OLDEST`, without loading it."""
+
 _PERSON = [
     click.option(
         "--refraction",
@@ -34,7 +37,7 @@ _PERSON = [
         "--age",
         type=float,
         metavar="YEARS",
-        callback=positive(" of years"),
+        callback=positive(" of years", least=1, most=OLDEST),
         help="Of the eye: how far it accommodates, and with --luminance its pupil.",
     ),
     click.option(
@@ -98,19 +101,20 @@ def _lens(zones: str) -> ZonedLens:
 def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
     """Give the eye of the options and a pupil (mm; None: its natural one), which looks at a `vergence` (D)."""
     from focalgradient.eye import CORRECTIONS, Eye, typical_aberrations
-    from focalgradient.eye.ranges import warn_if_artificial
+    from focalgradient.eye.ranges import check_pupil, warn_if_artificial
     from focalgradient.eye.typical import MEASURED as LARGEST_TYPICAL
 
     if options["correction"] is not None and options["refraction"] is None:
         raise InputError("--correction corrects the eye of --refraction: give that, too.")
     if pupil_mm is not None:
+        check_pupil(1e-3 * pupil_mm)
         warn_if_artificial(1e-3 * pupil_mm)
         if options["luminance"] is not None:
             raise InputError("--pupil and --luminance both give the pupil: give one of them.")
     if not is_person(options) and pupil_mm is not None:
         return Eye(1e-3 * pupil_mm, vergence)
     eye = Eye.of_person(
-        options["refraction"] or "plano",
+        "plano" if options["refraction"] is None else options["refraction"],
         age=options["age"],
         looking_at=vergence,
         correction=CORRECTIONS[options["correction"] or "none"],

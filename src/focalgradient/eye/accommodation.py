@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields, check_finite, check_number, described
+from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.fluctuation import Microfluctuations, growth
 from focalgradient.eye.light import Band
@@ -25,7 +25,7 @@ from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.pulse import Pulse, PulsedPlant
-from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.ranges import check_kind, check_pupil
 from focalgradient.eye.retina import S_FINEST_CPD, Cones
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Tracker
@@ -144,6 +144,10 @@ class Accommodation:
         if self.cue not in get_args(Cue):
             raise InputError(f"cue is {self.cue!r}, but must be one of {', '.join(get_args(Cue))}.")
         check_pupil(self.pupil_diameter)
+        if not (self.fluctuation is None or callable(getattr(self.fluctuation, "at", None))):
+            raise InputError(
+                f"fluctuation is {described(self.fluctuation)}, but must be a course in time: give Microfluctuations()."
+            )
         for name, unit in (("noise", "shares of the mean"), ("rate", "hertz"), ("fixation", "seconds")):
             check_number(name, getattr(self, name), unit, positive=True)
         check_number("horizon", self.horizon, "seconds", least=0)
@@ -230,12 +234,19 @@ def accommodate(
     (True, 30)
     """
     eye, stimulus = eye or Accommodation(), stimulus or Stimulus()
+    check_kind("eye", eye, Accommodation, "give Accommodation(pupil_diameter=0.004)")
+    check_kind("stimulus", stimulus, Stimulus, "give Stimulus()")
+    if not callable(target):
+        raise InputError(
+            f"target is {described(target)}, but must be a function of time: give target_course(times, vergences)."
+        )
+    check_seed(seed)
     check_number("duration", duration, "seconds", positive=True)
     if round(duration * eye.rate) < 1:
         raise InputError(f"duration is {duration:g} s, but the eye looks every {1 / eye.rate:g} s: give more.")
     step, before = 1 / eye.rate, round(SETTLE * eye.rate)
     times = np.asarray((np.arange(round(duration * eye.rate) + before) - before) * step, dtype=np.float64)
-    wanted = np.array([float(target(max(t, 0.0))) for t in times])
+    wanted = check_finite("target", [target(max(t, 0.0)) for t in times], "dioptres at each time")
     if not np.all((wanted >= 0) & (wanted <= eye.plant.nearest)):
         raise InputError(
             f"the target lies between {wanted.min():g} and {wanted.max():g} D, but the lens goes from 0 to "

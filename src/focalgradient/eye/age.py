@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.light import Light
-from focalgradient.eye.ranges import wavelengths
+from focalgradient.eye.ranges import ages, wavelengths
 
 __all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil", "push_up_amplitude"]
 
@@ -62,7 +62,10 @@ def natural_pupil(
     if np.any(light < 0):
         raise InputError(f"luminance goes down to {light.min():g}, but must be 0 or more: give it in cd/m^2.")
     if not YOUNGEST <= age <= OLDEST:
-        raise InputError(f"age is {age:g}, but the formula of the pupil is of {YOUNGEST:g} to {OLDEST:g} years.")
+        raise InputError(
+            f"age is {age:g}, but the formula of the pupil is of {YOUNGEST:g} to {OLDEST:g} years: give the pupil's "
+            "diameter instead."
+        )
     if eyes not in (1, 2):
         raise InputError(f"eyes is {eyes!r}, but must be 1 or 2.")
     flux = light * np.pi * (field_deg / 2) ** 2 * (ONE_EYE if eyes == 1 else 1.0)
@@ -80,7 +83,7 @@ def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     >>> accommodation_amplitude([10, 30, 45, 60]).round(2).tolist()
     [7.06, 6.14, 1.67, 0.1]
     """
-    years = check_finite("age", age, "years")
+    years = ages(age)
     return np.asarray(7.083 / (1 + np.exp(0.2031 * (years - 36.2) - 0.6109)))
 
 
@@ -92,7 +95,7 @@ def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     >>> push_up_amplitude([20, 40, 70]).round(1).tolist()
     [12.5, 6.5, 0.0]
     """
-    return np.maximum(18.5 - 0.30 * check_finite("age", age, "years"), 0.0)
+    return np.maximum(18.5 - 0.30 * ages(age), 0.0)
 
 
 def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
@@ -104,7 +107,8 @@ def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
     >>> lens_density([420, 450, 560], 32).round(3).tolist(), lens_density([420, 450, 560], 70).round(3).tolist()
     ([0.643, 0.266, 0.114], [1.25, 0.616, 0.166])
     """
-    check_number("age", age, "years", least=0)
+    check_number("age", age, "years")
+    ages(age)
     nm, square = wavelengths(wavelength_nm), age**2
     return np.asarray(
         (0.15 + 0.000031 * square) * (400 / nm) ** 4

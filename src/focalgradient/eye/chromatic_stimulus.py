@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from focalgradient.errors import check_number
+from focalgradient.errors import InputError, check_number
 from focalgradient.eye.colours import PRIMARIES
 from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import CLASSES, caught_by_cones, parts_needed
 from focalgradient.eye.spectral import SpectralBasis
@@ -112,8 +113,13 @@ def chromatic_stimulus(
     True
     """
     check_number("screen", screen, "metres", positive=True)
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
+    check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
     say = progress or (lambda share, words: None)
     basis = SpectralBasis.of_display(primaries) if basis is None else basis
+    check_kind("basis", basis, SpectralBasis, "give SpectralBasis.of_display()")
+    if basis.components != 3:
+        raise InputError(f"basis has {basis.components} spectra, but a display has 3: red, green and blue.")
     if wavelengths is None:
         distances = np.append(np.asarray(distance, dtype=float), screen)
         wavelengths = parts_needed(distances, eye, pixel_angle=pixel_angle, basis=basis)

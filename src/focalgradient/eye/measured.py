@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import check_pupil, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
@@ -70,8 +70,8 @@ def osa_index(n: int, m: int) -> int:
 
 def zernike_terms(coefficients_um: ArrayLike) -> Aberrations:
     """Terms of coefficients (micrometres) in the order of the OSA; those that are 0 are left out."""
-    values = np.asarray(coefficients_um, dtype=float)
-    if values.ndim != 1 or not 1 <= values.size <= MOST or not np.isfinite(values).all():
+    values = check_finite("coefficients_um", coefficients_um, "micrometres, in the order of the OSA from piston on")
+    if values.ndim != 1 or not 1 <= values.size <= MOST:
         raise InputError(
             f"coefficients_um must be 1 to {MOST} numbers in micrometres, in the order of the OSA from piston on."
         )
@@ -103,6 +103,7 @@ def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
     [(0, 0, 0.1342), (2, 0, -0.1162), (4, 0, 0.01)]
     """
     check_aberrations(aberrations)
+    check_number("share", share, "diameters of the measured pupil")
     if not 0 < share <= 1:
         raise InputError(
             f"the new pupil is {share:g} times the measured one, but must be above 0 and at most 1: outside of the "

@@ -230,11 +230,12 @@ class Eye:
         (0.11, 3.33)
         """
         from focalgradient.eye.age import REFERENCE_AGE, natural_pupil
-        from focalgradient.eye.refraction import CORRECTIONS, Refraction, focus_of
+        from focalgradient.eye.refraction import Refraction, focus_of, worn_of
 
         written = refraction if isinstance(refraction, Refraction) else Refraction.parse(refraction)
-        worn = CORRECTIONS["none"] if correction is None else correction
+        worn = worn_of(correction)
         given = worn.response(written, looking_at, age) if response is None else response
+        check_number("response", given, "dioptres", least=0)
         focus = focus_of(written, given, worn)
         pupil = pupil_diameter
         if pupil is None:

@@ -22,7 +22,7 @@ from focalgradient.errors import InputError, check_number, described
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, check_meridian
-from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.ranges import check_kind, check_pupil
 
 __all__ = ["SCHEMATIC", "SchematicPeriphery", "field_coma", "field_foci", "off_axis"]
 
@@ -151,6 +151,7 @@ def off_axis(
     0.71
     """
     check_meridian(meridian)
+    check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
     if isinstance(foci, PeripheralRefraction | SchematicPeriphery):
         foci = foci.foci(eccentricity_deg, meridian)
     tangential, sagittal = _pair(foci)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described, is_number
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.fluctuation import Microfluctuations
 from focalgradient.eye.measured import ZernikePopulation
@@ -68,6 +68,10 @@ def draw_people(
     for name, number, fewest in (("count", count, 1), ("seed", seed, 0)):
         if not (isinstance(number, int) and number >= fewest):
             raise InputError(f"{name} is {number!r}, but must be a whole number of {fewest} or more.")
+    pairs = {"pupil_diameter": pupil_diameter, "chromatic_span": chromatic_span, "rms": rms, "beta": beta}
+    for name, pair in pairs.items():
+        if not (isinstance(pair, tuple | list) and len(pair) == 2 and all(map(is_number, pair))):
+            raise InputError(f"{name} is {described(pair)}, but must be two numbers.")
     for name, (first, second), low, high in (
         ("pupil_diameter", pupil_diameter, 1.5e-3, 9e-3),
         ("chromatic_span", chromatic_span, 0.3, np.inf),

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_finite
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.diffraction import optical_transfer
+from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.retina import Cones
 
 __all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality"]
@@ -94,10 +95,13 @@ def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike =
     >>> found.best, found.visual_strehl[4].round(2).item(), found.mtf[4].round(2).tolist()
     (1.0, 1.0, [0.96, 0.92, 0.83])
     """
+    check_kind("cones", cones, Cones, 'give Cones.of(eye, "luminance")')
     levels = check_finite("vergences", vergences, "dioptres")
     if levels.ndim != 1 or levels.size < 2 or np.any(np.diff(levels) <= 0):
         raise InputError("vergences must be two or more numbers, each above the one before: sort them.")
     shown = np.atleast_1d(check_finite("frequency_cpd", frequency_cpd, "cycles per degree"))
+    if np.any(shown < 0):
+        raise InputError(f"frequency_cpd goes down to {shown.min():g}, but must be 0 or more: give cycles per degree.")
     nodes, weights = np.polynomial.legendre.leggauss(RADII)
     radius, width = HIGHEST_CPD / 2 * (nodes + 1), HIGHEST_CPD / 2 * weights
     turn = np.pi * (np.arange(ANGLES) + 0.5) / ANGLES

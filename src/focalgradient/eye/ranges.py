@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import FocalGradientWarning, InputError, check_finite, described, is_number
 from focalgradient.plausibility import likely, stated, unit_of
 
-__all__ = ["check_pupil", "ordered_times", "warn_if_artificial", "wavelengths"]
+__all__ = ["ages", "check_kind", "check_pupil", "ordered_times", "warn_if_artificial", "wavelengths"]
 
 SMALLEST_PUPIL, LARGEST_PUPIL = 1e-4, 9e-3
 """Metres. Dilated pupils reach 9 mm. Through less than 0.1 mm an eye resolves 3 cycles a degree in yellow light, and
@@ -19,6 +19,29 @@ no experiment uses such a pinhole: a choice, which keeps out other units."""
 
 USUAL_PUPIL = 1e-3
 """Metres. Smaller pupils are artificial ones: natural pupils are 2 to 8 mm wide (Watson & Yellott 2012)."""
+
+
+OLDEST = 120.0
+"""Years that nobody's eye exceeds: a bound that keeps out other units."""
+
+
+def ages(age: ArrayLike) -> NDArray[np.float64]:
+    """Ages in years as an array, refused unless all are from 0 to 120."""
+    values = check_finite("age", age, "years")
+    if not np.all((values >= 0) & (values <= OLDEST)):
+        raise InputError(f"age is {_shown(age)}, but must be from 0 to {OLDEST:g}: give it in years.")
+    return values
+
+
+def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
+    """Refuse what is not of this `kind`; the `remedy` stands at the end of the message.
+
+    >>> check_kind("eye", 3, dict, "give Eye(pupil_diameter, accommodation)")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: eye is 3, but must be of dict: give Eye(pupil_diameter, accommodation).
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{name} is {described(value)}, but must be of {kind.__name__}: {remedy}.")
 
 
 def check_pupil(pupil_diameter: Any) -> None:
@@ -46,7 +69,10 @@ def warn_if_artificial(pupil_diameter: float) -> None:
 
 def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArray[np.float64]:
     """Wavelengths as an array, refused unless all are visible (380 to 780 nm)."""
-    values = np.asarray(wavelength_nm, dtype=float)
+    try:
+        values = np.asarray(wavelength_nm, dtype=float)
+    except (TypeError, ValueError):
+        values = np.array(np.nan)
     if not np.all((values >= 380) & (values <= 780)):
         raise InputError(f"{name} is {_shown(wavelength_nm)}, but must lie between 380 and 780: give it in nanometres.")
     return values

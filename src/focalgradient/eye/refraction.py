@@ -18,8 +18,9 @@ from scipy.optimize import brentq
 
 from focalgradient.errors import InputError, check_number, described
 from focalgradient.eye.age import accommodation_amplitude
+from focalgradient.eye.ranges import check_kind
 
-__all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of"]
+__all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of", "worn_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -31,6 +32,9 @@ UNLIMITED = 40.0
 
 LARGEST = 30.0
 """Dioptres that no prescription exceeds: a choice, which keeps out other units."""
+
+PARSE = 'give Refraction.parse("-2.00 -0.75 x 180")'
+"""Remedy of messages."""
 
 _WRITTEN = re.compile(
     r"\s*(?P<sphere>[+-]?\d+(?:\.\d+)?|plano|pl)\s*(?:DS|D)?\s*"
@@ -97,6 +101,8 @@ class Refraction:
     @classmethod
     def of_power_vector(cls, m: float, j0: float, j45: float) -> Refraction:
         """Return the refraction of this mean sphere and Jackson cylinders (D), its cylinder negative."""
+        for name, value in (("m", m), ("j0", j0), ("j45", j45)):
+            check_number(name, value, "dioptres")
         half = math.hypot(j0, j45)
         axis = math.degrees(math.atan2(j45, j0)) / 2 % 180 if half else 0.0
         return cls(m + half, -2 * half, axis or (180.0 if half else 0.0))
@@ -141,6 +147,8 @@ class Correction:
     vertex: float = VERTEX
 
     def __post_init__(self) -> None:
+        if self.power is not None:
+            check_kind("power", self.power, Refraction, PARSE)
         check_number("vertex", self.vertex, "metres", least=0)
         if self.vertex > 0.03:
             raise InputError(f"vertex is {self.vertex:g}, but must be from 0 to 0.03: give it in metres.")
@@ -153,7 +161,10 @@ class Correction:
         >>> [round(CORRECTIONS[name].response(Refraction(-6.0), 2.5), 2) for name in CORRECTIONS]
         [0.0, 2.18, 2.5]
         """
+        check_kind("refraction", refraction, Refraction, PARSE)
         check_number("looking_at", looking_at, "dioptres")
+        if age is not None:
+            check_number("age", age, "years")
 
         def miss(response: float) -> float:
             return float(np.trace(focus_of(refraction, response, self))) / 2 - looking_at
@@ -169,6 +180,13 @@ CORRECTIONS = {
     "contact-lens": Correction(vertex=0.0),
 }
 """Corrections by name: none, and those that correct wholly."""
+
+
+def worn_of(correction: Correction | None) -> Correction:
+    """Return what an eye wears; None is nothing."""
+    worn = CORRECTIONS["none"] if correction is None else correction
+    check_kind("correction", worn, Correction, 'give CORRECTIONS["spectacles"]')
+    return worn
 
 
 def focus_of(
@@ -200,6 +218,8 @@ def focus_of(
     >>> [round(float(focus_of(myope, 2.5, CORRECTIONS[name])[0, 0]), 2) for name in CORRECTIONS]
     [8.1, 2.87, 2.5]
     """
+    check_kind("refraction", refraction, Refraction, PARSE)
+    worn_of(correction)
     check_number("accommodation", accommodation, "dioptres")
     needed = _moved(refraction.matrix, vertex)
     worn = _moved(needed, -correction.vertex) if correction.power is None else correction.power.matrix

@@ -20,6 +20,7 @@ from focalgradient.eye.light import Band, Light, band_light
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest, parts_of_band
 from focalgradient.eye.quadrature import panels
+from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.through_focus import through_focus
@@ -130,6 +131,7 @@ class Cones:
         >>> round(Cones.in_light(Eye(0.004, 1.0), "L+M", red).focus_vergence, 3)
         0.792
         """
+        check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
         if wavelengths is None:
             check_number("finest_cpd", finest_cpd, "cycles per degree", positive=True, finite=False)
             wavelengths = wavelengths_needed(light, eye.pupil_diameter, eye.chromatic_scale, finest_cpd)

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number, described
+from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
+from focalgradient.eye.ranges import check_kind
+from focalgradient.eye.refraction import Correction, Refraction, worn_of
 
 __all__ = ["TwoEyes"]
 
@@ -55,8 +56,7 @@ class TwoEyes:
 
     def __post_init__(self) -> None:
         for name in ("left", "right"):
-            if not isinstance(getattr(self, name), Eye):
-                raise InputError(f"{name} is {described(getattr(self, name))}, but must be an Eye.")
+            check_kind(name, getattr(self, name), Eye, "give Eye(pupil_diameter, accommodation)")
         check_number("interocular", self.interocular, "metres", positive=True)
         if not 0.04 <= self.interocular <= 0.08:
             raise InputError(f"interocular is {self.interocular:g}, but must be from 0.04 to 0.08: give it in metres.")
@@ -64,6 +64,7 @@ class TwoEyes:
     @classmethod
     def of(cls, right: Eye, *, interocular: float = INTEROCULAR) -> TwoEyes:
         """Two eyes of which the left one is the mirror image of the `right`."""
+        check_kind("right", right, Eye, "give Eye(pupil_diameter, accommodation)")
         return cls(right.mirrored(), right, interocular)
 
     @classmethod
@@ -100,7 +101,7 @@ class TwoEyes:
         (1.0, 0.0)
         """
         first, second = (one if isinstance(one, Refraction) else Refraction.parse(one) for one in (left, right))
-        worn = CORRECTIONS["none"] if correction is None else correction
+        worn = worn_of(correction)
         response = min(worn.response(one, looking_at, age) for one in (first, second))
 
         def eye(one: Refraction) -> Eye:

@@ -18,7 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_finite, check_list, check_number
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.ranges import check_pupil, wavelengths
 
@@ -246,7 +246,7 @@ def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArra
 
 def check_aberrations(aberrations: Aberrations) -> None:
     """Refuse what is no sum of Zernike terms."""
-    for term in aberrations:
+    for term in check_list("aberrations", aberrations, "Zernike terms (n, m, micrometres)"):
         if not (isinstance(term, tuple) and len(term) == 3):
             raise InputError(f"aberrations holds {term!r}, but each term must be a tuple (n, m, micrometres).")
         _check_order(*term[:2])
