@@ -31,6 +31,7 @@ RULES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("no discounting", {"discounting": 0.0}),
     ("no prior (blur-blind)", {"prior": 0.0}),
     ("opposite prior", {"prior": -0.8}),
+    ("layout leaves nothing open", {"layout_error": 0.0, "layout_noise": 0.0}),
     ("layout by height in the picture", {}),
 )
 
@@ -42,6 +43,8 @@ CONSTANTS: tuple[tuple[str, float, float, str], ...] = (
     ("layout_spread", 0.4, 1.6, "half to double; ours"),
     ("layout_gain", 0.5, 2.0, "half to double; ours"),
     ("layout_noise", 0.0, 0.5, "ours"),
+    ("layout_error", 0.05, 0.2, "half to double; ours"),
+    ("defocus", 0.7, 1.0, "ours"),
     ("prior", 0.4, 1.0, "ours"),
     ("discounting", 0.7, 1.0, "ours"),
 )

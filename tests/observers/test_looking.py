@@ -17,7 +17,7 @@ from focalgradient.observers import (
     look,
 )
 from focalgradient.observers.borders import border_blur
-from focalgradient.observers.looking import own_blur, seen_by
+from focalgradient.observers.front_end import own_blur, seen_by
 from focalgradient.stimuli import blurred_edge, texture_border
 
 FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
@@ -74,7 +74,7 @@ def first_is_near(drawn, observer="default"):
 def test_blur_of_a_border_is_read_whatever_the_blur_of_its_sides():
     for sides, edge in (((4, 4), 2.0), ((0, 4), 4.0), ((0, 4), 0.0), ((2, 2), 0.0)):
         drawn = border(*sides, edge)
-        (seen,), _ = seen_by([drawn.picture], FINE, OBSERVERS["default"])
+        (seen,), _ = seen_by([drawn.picture], FINE, OBSERVERS["default"].pupil)
         own = own_blur(FINE.pixels_per_degree, OBSERVERS["default"].pupil)
         log, sd = border_blur(seen, drawn.masks["left"], drawn.masks["right"], own)
         assert abs(log - np.log(np.hypot(edge, 0.5))) < 2.5 * sd

@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
 from focalgradient.display import Display
-from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceived_depth, relief
-from focalgradient.observers.perception import SD_PER_RADIUS, amplitude, blur_amplitude, blur_depth, response
+from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceive, perceived_depth, relief
+from focalgradient.observers.perception import (
+    SD_PER_RADIUS,
+    amplitude,
+    blur_amplitude,
+    blur_depth,
+    off_layout,
+    response,
+)
 from focalgradient.psf import disc_transfer
 
 DEFAULT = OBSERVERS["default"]
@@ -149,10 +156,39 @@ def test_the_scale_of_blur_has_errors_of_one(amplitude):
     assert slope == pytest.approx(DEFAULT.prior / sd, rel=1e-4)
 
 
-def test_the_layout_gives_the_relief_and_blur_its_amplitude_only():
-    places = [perceived_depth(scene(a, 0.0), DEFAULT, np.random.default_rng(0)) for a in (0.0, 0.009)]
-    assert np.corrcoef(*places)[0, 1] == pytest.approx(1, abs=1e-9)
+def test_a_layout_that_leaves_nothing_open_gives_the_relief_and_blur_its_amplitude_only():
+    sure = replace(DEFAULT, layout_error=1e-6, layout_noise=0.0)
+    places = [perceived_depth(scene(a, 0.0), sure, np.random.default_rng(0)) for a in (0.0, 0.009)]
+    assert np.corrcoef(*places)[0, 1] == pytest.approx(1, abs=1e-6)
     assert places[1].std() > 1.2 * places[0].std()
+
+
+def halves(blur=4.0):
+    """A flat layout, half of it sharp and half of it blurred by some arcmin."""
+    return EncodedStimulus(np.repeat([0.5, blur], 32), 0.5, np.zeros(64))
+
+
+def test_on_a_flat_layout_depth_is_that_of_blur_and_on_the_side_of_the_prior():
+    for name, side in (("default", 1), ("opposite", -1)):
+        seen = perceive(halves(), OBSERVERS[name], np.random.default_rng(1))
+        assert seen.along == 0
+        assert side * (seen.depth[32:].mean() - seen.depth[:32].mean()) > 0.05
+    for observer in (OBSERVERS["blur-blind"], replace(DEFAULT, defocus=0.0), replace(DEFAULT, layout_error=1e-9)):
+        assert perceive(halves(), observer, np.random.default_rng(1)).off < 1e-6
+
+
+@given(st.floats(0, 20), st.floats(0, 20), st.floats(0, 2), st.floats(0.01, 2))
+def test_more_blur_off_the_layout_never_makes_less_depth(blur, more, layout, error):
+    observer = replace(DEFAULT, layout_error=error)
+    assert off_layout(layout, blur + more, observer) >= off_layout(layout, blur, observer) - 1e-9
+    assert off_layout(layout, 0.0, observer) == pytest.approx(0, abs=1e-12)
+
+
+def test_errors_at_single_places_are_not_taken_for_relief():
+    """Equal blur everywhere but for Weber's error at each place: on a flat layout nearly no depth."""
+    equal = EncodedStimulus(np.full(256, 4.0), 0.5, np.zeros(256))
+    errors = [perceive(equal, DEFAULT, np.random.default_rng(n)).off for n in range(20)]
+    assert np.mean(errors) < 0.25 * perceive(halves(), DEFAULT, np.random.default_rng(1)).off
 
 
 def test_depth_grows_with_blur_when_the_near_is_in_focus_and_not_when_the_far_is():

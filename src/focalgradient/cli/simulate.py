@@ -64,7 +64,7 @@ def simulate(
     """Let simulated observers take part in EXPERIMENT (depth-rating, necker or blur-threshold).
 
     They look at the pictures themselves, as the display shows them, and answer as people do; those of blur-threshold
-    have a known threshold instead, and look at no pictures. DATASET is what an
+    look at the pictures of --stimuli, or without them have a known threshold. DATASET is what an
     experiment with people would write, marked as simulated. Observers that it has already are left as they are, so that
     an interrupted run goes on, and more can be added. What is made once is kept in the user's cache folder, or in the
     one that the environment variable FOCALGRADIENT_CACHE names.
@@ -78,6 +78,7 @@ def simulate(
       focalgradient simulate necker --observers 20 --seed 1 --out simulated
       focalgradient simulate depth-rating --observers 20 --seed 1 --stimuli pictures --out simulated
       focalgradient simulate blur-threshold --observers 8 --seed 1 --out thresholds
+      focalgradient simulate blur-threshold --observers 8 --seed 1 --stimuli pictures --out seen
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if experiment.endswith(".py"):
         experiment = task_named(experiment).called

@@ -6,13 +6,9 @@ QUEST+ from all answers so far; the pictures are blurred while the screen is gre
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from focalgradient.dataset import Chosen
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure
@@ -21,57 +17,9 @@ from focalgradient.display import Display
 from focalgradient.errors import check_installed
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.questions import ask_which
-from focalgradient.optics import Lens
-from focalgradient.render import blur_picture
-from focalgradient.stimuli import StimulusSet
+from focalgradient.stimuli import blurred_scene
 
-__all__ = ["BLUR_THRESHOLD", "answers", "blurred"]
-
-
-def blurred(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str, amount: float) -> NDArray[np.uint8]:
-    """Blur a scene's pinhole picture for the set's display.
-
-    Parameters
-    ----------
-    stimuli
-        The set of pictures.
-    design
-        Whether the whole picture is defocused (`judged` is "blur"), or seen by its depth through a lens focused on the
-        fixated object ("depth").
-    scene
-        Its name.
-    amount
-        Dioptres of defocus for the design's pupil, or millimetres of aperture; 0: as it is.
-
-    Returns
-    -------
-    ndarray
-        8-bit values, H x W x 3.
-
-    Raises
-    ------
-    InputError
-        If the set lacks the picture or, to judge depth, its depth.
-    """
-    picture = stimuli.picture(scene, "pinhole", design.fixation)
-    light = stimuli.linear(picture)
-    if amount > 0:
-        angle = math.radians(1 / stimuli.display.pixels_per_degree)
-        if design.judged == "blur":
-            # Focused 1 / amount away; what it sees is at infinity.
-            lens = _lens(design.pupil_mm, 1 / amount)
-            distance = np.full(light.shape[:2], math.inf)
-        else:
-            distance = stimuli.depth(scene).astype(float)
-            x, y = stimuli.scene(scene).target(design.fixation).position_px
-            lens = _lens(amount, float(distance[int(y), int(x)]))
-        light = blur_picture(light, distance, lens, pixel_angle=angle)
-    return stimuli.display.encode(light)
-
-
-def _lens(aperture_mm: float, focus_distance: float) -> Lens:
-    """A lens of that aperture, of a focal length (m) that does not matter to blur as an angle."""
-    return Lens(focal_length := min(0.01, focus_distance / 2), 1e3 * focal_length / aperture_mm, focus_distance)
+__all__ = ["BLUR_THRESHOLD", "answers"]
 
 
 def answers(recorded: Sequence[Mapping[str, Any]]) -> list[tuple[float, bool]]:
@@ -94,7 +42,7 @@ def _before(sitting: Sitting) -> None:
     sitting.screen.frame()
     assert sitting.stimuli is not None
     sitting.procedure = Procedure(sitting.design)
-    blurred(sitting.stimuli, sitting.design, sitting.design.scenes[0], sitting.design.levels[-1])
+    blurred_scene(sitting.stimuli, sitting.design, sitting.design.scenes[0], sitting.design.levels[-1])
 
 
 def _draw(image: Any, since: float) -> None:
@@ -118,7 +66,7 @@ def _trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
             levels.append(sitting.procedure.level())
         for number in (1, 2):
             added = levels[0] if number == trial.interval else 0.0
-            image = screen.picture(blurred(stimuli, design, trial.scene, design.pedestal + added))
+            image = screen.picture(blurred_scene(stimuli, design, trial.scene, design.pedestal + added))
             shown.append(("picture" if number == trial.interval else "reference", image))
         screen.warm(mark, *(image for _, image in shown))
 

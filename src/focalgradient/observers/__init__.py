@@ -9,6 +9,7 @@ from focalgradient.observers.depth_order import DEPTH_ORDER_OBSERVERS, depth_ord
 from focalgradient.observers.distances import DistanceOfFixated, Magnitude, RelativeLayout
 from focalgradient.observers.encoding import EncodedStimulus, encode
 from focalgradient.observers.experiment import check_pictures, simulate
+from focalgradient.observers.intervals import SeenLevels, encoded_levels
 from focalgradient.observers.likelihood import (
     AnswerModel,
     Answers,
@@ -25,9 +26,10 @@ from focalgradient.observers.likelihood import (
 )
 from focalgradient.observers.looking import Look, blur_threshold, look
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
-from focalgradient.observers.perception import perceived_depth, relief
+from focalgradient.observers.perception import Percept, perceive, perceived_depth, relief
 from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, seen_pictures, small_set
 from focalgradient.observers.questions import BlurDiscrimination, Choice, DepthOrder, FigureGround, Question
+from focalgradient.observers.ratings import DepthExtent, DepthRating
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
 from focalgradient.observers.thresholds import choose, known_threshold, right_share
 
@@ -39,7 +41,9 @@ __all__ = [
     "BlurDiscrimination",
     "Choice",
     "Choices",
+    "DepthExtent",
     "DepthOrder",
+    "DepthRating",
     "DistanceOfFixated",
     "Durations",
     "EncodedCubes",
@@ -51,9 +55,11 @@ __all__ = [
     "Observer",
     "ObserverComparison",
     "ObserverFit",
+    "Percept",
     "Question",
     "Ratings",
     "RelativeLayout",
+    "SeenLevels",
     "blur_threshold",
     "cache_folder",
     "check_pictures",
@@ -63,6 +69,7 @@ __all__ = [
     "encode",
     "encode_cube",
     "encoded_cubes",
+    "encoded_levels",
     "encoded_stimuli",
     "exceedance_probabilities",
     "fit_observer",
@@ -70,6 +77,7 @@ __all__ = [
     "look",
     "natural_set",
     "observer_named",
+    "perceive",
     "perceived_depth",
     "rate",
     "relief",

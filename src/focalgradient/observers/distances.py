@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.observers.looking import SPACING, blur_of, defocus, fixated_blur, seen_by
+from focalgradient.observers.front_end import SPACING, blur_of, fixated_blur, seen_by
+from focalgradient.observers.looking import defocus
 from focalgradient.observers.observer import Observer
 
 __all__ = ["DistanceOfFixated", "Magnitude", "RelativeLayout"]
@@ -99,7 +100,7 @@ class DistanceOfFixated:
         Weber's error is that of each place; once more it is that of all, as the scale of blur is an observer's own.
         With 1 - defocus blur is the texture's and tells nothing.
         """
-        (seen,), slope = seen_by([light], display, observer)
+        (seen,), slope = seen_by([light], display, observer.pupil)
         distance = np.asarray(self.layout.distance, float)
         if distance.shape != seen.shape:
             raise InputError(
@@ -110,7 +111,7 @@ class DistanceOfFixated:
             raise InputError(
                 f"fixation is {self.fixation}, but the picture has {seen.shape[1]} x {seen.shape[0]} pixels."
             )
-        estimated = blur_of(seen, slope, display, observer)
+        estimated = blur_of(seen, slope, display, observer.pupil)
         rows, columns = estimated.log_sd.shape
         nearness = (distance[down, right] / distance)[: rows * SPACING, : columns * SPACING]
         nearness = nearness.reshape(rows, SPACING, columns, SPACING).mean((1, 3))

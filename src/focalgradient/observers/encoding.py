@@ -8,26 +8,25 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from focalgradient.display import Display
-from focalgradient.observers.retinal_blur import BlurEstimate, estimate_blur, retinal_image
+from focalgradient.observers.front_end import blur_of, continued, fixated_blur, seen_by
+from focalgradient.observers.retinal_blur import VAGUE
 from focalgradient.render.rendered import LUMINANCE
 
-__all__ = ["PUPIL", "EncodedStimulus", "encode"]
+__all__ = ["PUPIL", "SHARP", "EncodedStimulus", "encode", "encode_light"]
 
 PUPIL = 0.004
 """Diameter in metres of the pupil with which the display is seen, about what its light makes it."""
 
 ACROSS = 16
-"""Places across a picture."""
+"""Places across a picture, or fewer of a small one."""
 
-FOVEA = 1.0
-"""Degrees from the fixated point (standard deviation) within which the blur of the fixated object is estimated."""
+LEAST_SPACING = 16
+"""Pixels between places at least: with fewer, receptive fields are too much alike in size to give blur."""
 
-DARK = 0.01
-"""Light, in shares of the display's white, that the display and the eye scatter over everything."""
-
+SHARP = 10
+"""Percentile of the blur of all places that the eye takes for being in focus, wherever it fixates."""
 
 SKY = 0.25
 """Share of sky from which on a place is taken for sky. Clouds are soft in any focus, and the layout shows where they
@@ -41,23 +40,27 @@ class EncodedStimulus:
     Parameters
     ----------
     blur
-        Standard deviation of the blur on the retina in minutes of arc, the eye's own included.
+        Standard deviation of the picture's blur in minutes of arc, without the eye's own; half a pixel of sampling is
+        included.
     fixated_blur
         The same of the fixated object.
     depth
         Dioptres by which a place is farther than the fixated object. That the layout of the picture gives it is an
-        assumption: it is taken from the true depth.
+        assumption: it is taken from the true depth. 0 everywhere where nothing but blur shows any.
+    blur_log_sd
+        Standard deviation of the logarithm of `blur`.
     """
 
     blur: NDArray[np.float64]
     fixated_blur: float
     depth: NDArray[np.float64]
+    blur_log_sd: NDArray[np.float64] | float = 0.0
 
 
 def encode(
     pixels: NDArray[np.uint8],
     display: Display,
-    fixations: Sequence[tuple[float, float]],
+    fixations: Sequence[tuple[float, float] | None],
     distance: NDArray[np.floating],
 ) -> list[EncodedStimulus]:
     """Encode a picture on a display, once for each fixation.
@@ -69,7 +72,7 @@ def encode(
     display
         That shows it.
     fixations
-        The fixated points, each in pixels from the upper left corner, right and down.
+        The fixated points, each in pixels from the upper left corner, right and down; None: what is sharpest.
     distance
         True distance of what each pixel shows, in metres, H x W: what the layout is assumed to give.
 
@@ -89,39 +92,47 @@ def encode(
     >>> bool(np.median(far) > 1.5 * np.median(near))
     True
     """
-    light = display.decode(pixels) @ np.array(LUMINANCE)
-    seen = retinal_image(light, display.pixels_per_degree, PUPIL)
-    spacing = 4 * max(2, round(seen.shape[1] / ACROSS / 4))
-    estimated = estimate_blur(np.log(np.maximum(seen, 0) + DARK), spacing)
+    return encode_light(display.decode(pixels) @ np.array(LUMINANCE), display, fixations, distance)
+
+
+def encode_light(
+    light: NDArray[np.float64],
+    display: Display,
+    fixations: Sequence[tuple[float, float] | None],
+    distance: NDArray[np.floating] | None,
+    pupil: float = PUPIL,
+    beside: Sequence[NDArray[np.float64]] = (),
+) -> list[EncodedStimulus]:
+    """Encode linear luminance, H x W in shares of white, as `encode` does pixels; no distances: a flat layout.
+
+    Pictures seen `beside` it have the same texture, so that its slope is estimated from all of them.
+    """
+    spacing = max(LEAST_SPACING, 4 * round(np.shape(light)[-1] / ACROSS / 4))
+    (seen, *_), slope = seen_by([light, *beside], display, pupil, spacing)
+    estimated = blur_of(seen, slope, display, pupil, spacing)
     rows, columns = estimated.log_blur.shape
-    sky = np.isinf(np.asarray(distance)[: rows * spacing, : columns * spacing])
-    sky = sky.reshape(rows, spacing, columns, spacing).mean((1, 3)) > SKY
-    if not sky.all():
-        estimated.log_sd[sky] = np.inf
-    down, right = (spacing * (np.indices((rows, columns)) + 0.5)).reshape(2, -1)
-    vergence = 1 / np.asarray(distance, float)
-    layout = vergence[: rows * spacing, : columns * spacing]
-    layout = layout.reshape(rows, spacing, columns, spacing).mean((1, 3)).ravel()
-    log_blur, trust = _filled(estimated), np.maximum(estimated.log_sd.ravel() ** -2.0, 1e-9)
+    vergence = np.zeros(seen.shape) if distance is None else 1 / np.asarray(distance, float)
+    layout, sky = (
+        full[: rows * spacing, : columns * spacing].reshape(rows, spacing, columns, spacing).mean((1, 3))
+        for full in (vergence, vergence == 0)
+    )
+    if distance is not None and (sky <= SKY).any():
+        estimated.log_sd[sky > SKY] = np.inf
+    log_blur = continued(estimated).ravel()
     minute = display.arcmin(1.0)
     encoded = []
-    for x, y in fixations:
-        away = np.hypot(right - x, down - y) / display.pixels_per_degree
-        fovea = trust * np.exp(-0.5 * (away / FOVEA) ** 2)
+    for fixation in fixations:
+        if fixation is None:
+            fixated, at = math.exp(float(np.percentile(log_blur, SHARP))), 0.0
+        else:
+            fixated = fixated_blur(estimated, fixation, display.pixels_per_degree, spacing)
+            at = float(vergence[math.floor(fixation[1]), math.floor(fixation[0])])
         encoded.append(
             EncodedStimulus(
                 blur=minute * np.exp(log_blur),
-                fixated_blur=minute * math.exp(float(fovea @ log_blur / fovea.sum())),
-                depth=float(vergence[math.floor(y), math.floor(x)]) - layout,
+                fixated_blur=minute * fixated,
+                depth=at - layout.ravel(),
+                blur_log_sd=np.minimum(estimated.log_sd, VAGUE).ravel(),
             )
         )
     return encoded
-
-
-def _filled(estimated: BlurEstimate) -> NDArray[np.float64]:
-    """Logarithms of blur in a row; without an estimate, as in a clear sky, that of the nearest place with one."""
-    unknown = np.isinf(estimated.log_sd)
-    if unknown.all():
-        return np.zeros(unknown.size)
-    nearest = distance_transform_edt(unknown, return_distances=False, return_indices=True)
-    return np.asarray(estimated.log_blur[tuple(nearest)]).ravel()

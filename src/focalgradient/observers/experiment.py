@@ -6,9 +6,10 @@ when, or beside what. They are recorded here, in order, by one process.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, DepthTrial, NeckerDesign
@@ -18,12 +19,15 @@ from focalgradient.errors import InputError
 from focalgradient.observers.answers import EncodedPictures
 from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_named
 from focalgradient.observers.rotation import EncodedCubes
-from focalgradient.observers.thresholds import known_threshold
+from focalgradient.observers.thresholds import known_threshold, seen_threshold
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.scales import OrdinalScale
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks import task_named
+
+if TYPE_CHECKING:
+    from focalgradient.observers.intervals import SeenLevels
 
 __all__ = ["check_pictures", "labels", "simulate"]
 
@@ -34,7 +38,7 @@ CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
 """The entry of the observer's name, seed and model among the versions of what a session was run with."""
 
-MODEL = 4
+MODEL = 5
 """Version of the observers' model: a data set of another one is not continued."""
 
 
@@ -81,7 +85,7 @@ def simulate(
     observers: int,
     seed: int,
     observer: str = "default",
-    encoded: EncodedPictures | EncodedCubes | None = None,
+    encoded: EncodedPictures | EncodedCubes | Mapping[str, SeenLevels] | None = None,
     stimuli: Path | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -101,8 +105,9 @@ def simulate(
     observer
         By name, of `focalgradient.observers.OBSERVERS`.
     encoded
-        `focalgradient.observers.encoded_stimuli` of the pictures, or `encoded_cubes` of the design; None for a
-        threshold, whose observers have a known one and look at no pictures (`focalgradient.observers.choose`).
+        `focalgradient.observers.encoded_stimuli` of the pictures, `encoded_cubes` of the design, or `encoded_levels` of
+        both for a threshold; None for a threshold, whose observers have a known one then and look at no pictures
+        (`focalgradient.observers.choose`).
     stimuli
         Folder of the pictures.
     executor
@@ -147,9 +152,9 @@ def simulate(
         if Files(out, design.task, label).journal.exists():
             session = Session.resume(out, design.task, label, apparatus=apparatus, stimuli=stimuli)
         else:
-            about = {}
+            about: dict[str, float] = {}
             if isinstance(design, BlurThresholdDesign):
-                about = {"threshold": known_threshold(design, label, seed)}
+                about = _threshold(design, one, label, seed, encoded)
             session = Session.begin(
                 out, design, label, apparatus=apparatus, kind="simulated", stimuli=stimuli, about=about
             )
@@ -160,6 +165,14 @@ def simulate(
         if progress is not None:
             progress(number / len(wanted), "simulating observers")
     return len(wanted)
+
+
+def _threshold(design: BlurThresholdDesign, observer: Observer, label: str, seed: int, seen: Any) -> dict[str, float]:
+    """The threshold that a simulated person has, if there is one among the levels."""
+    found = (
+        known_threshold(design, label, seed) if seen is None else seen_threshold(design, observer, label, seed, seen)
+    )
+    return {} if found is None else {"threshold": found}
 
 
 def _answers(job: tuple[Simulated, Observer, str, int, Any]) -> tuple[Answer, ...]:

@@ -57,8 +57,7 @@ class Observer:
         What more blur means: from 1, farther, to -1, nearer; 0 where blur means nothing. Between them it is the
         difference of the two probabilities.
     defocus
-        Probability that blur is of defocus, and not of the texture itself, where a picture is looked at without a
-        layout (`look`); our choice.
+        Probability that blur is of defocus, and not of the texture itself; our choice.
     sign
         How depth by blur meets the layout.
     discounting
@@ -79,6 +78,8 @@ class Observer:
         Amplitude by the layout over the scene's own.
     layout_noise
         Error of the layout's depth at single places, as a share of the spread over all.
+    layout_error
+        Standard deviation in dioptres of depth at places that a layout leaves open, a flat one too; our choice.
     flatness
         How surely the display is seen to be flat: standard deviation in dioptres.
     rigidity
@@ -115,6 +116,7 @@ class Observer:
     layout_spread: float = 0.8
     layout_gain: float = 1.0
     layout_noise: float = 0.2
+    layout_error: float = 0.1
     flatness: float = 0.17
     rigidity: float = 6.0
     dominance: float = 5.2

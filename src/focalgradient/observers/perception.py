@@ -1,13 +1,15 @@
 """From an encoded stimulus to a percept: how deep it looks, by the layout, by blur and by the display's flatness.
 
-The layout of a picture gives its relief up to the amplitude (the bas-relief ambiguity of pictures). The amplitude A,
-the standard deviation of depth over places in dioptres, is what is estimated: its posterior has
+Depth at places (D) is A l + C r: the layout's relief l, which other cues give up to its amplitude (the bas-relief
+ambiguity of pictures), and r, relief that the layout does not have; both of unit standard deviation and uncorrelated.
+Depth by blur is split alike, b along l and c off it. A picture's blur is of defocus with the probability `defocus`, and
+otherwise of the texture itself, when it tells nothing. Then the posteriors of A and of C have
 
-    a prior          log A ~ N(log of the layout's own amplitude, layout_spread^2),
-    the display      0 ~ N(A, flatness^2), as the eye's focus says that the display is flat, and
-    blur             b ~ N(p A, z^2 + (weber^2 + 1 - p^2) A^2),
+    a prior          log A ~ N(log of the layout's own amplitude, layout_spread^2),  C ~ N(0, e^2 + (layout_noise A)^2),
+    the display      0 ~ N(A, flatness^2) and 0 ~ N(C, flatness^2), as the eye's focus says that the display is flat,
+    blur             b ~ N(p A, z^2 + (weber^2 + 1 - p^2) A^2), and c with C in the same way,
 
-b being the part of depth by blur that goes with the layout's relief, p the prior for farther (the difference of the
+e being the depth that a layout leaves open (`layout_error`), p the prior for farther (the difference of the
 probabilities of either side), and z the depth that intrinsic blur amounts to. The error of b is that of the amplitude
 which is assumed, not of the b that was sensed: so more b can only speak for more A (a monotone likelihood ratio;
 Milgrom 1981), and perceived depth never falls as b grows. Nothing here knows with which aperture a picture was made, or
@@ -17,6 +19,7 @@ which of its objects is the nearest.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +29,12 @@ from focalgradient.observers.observer import Observer
 
 __all__ = [
     "SD_PER_RADIUS",
+    "Percept",
     "amplitude",
     "blur_amplitude",
     "blur_depth",
+    "off_layout",
+    "perceive",
     "perceived_depth",
     "relief",
     "response",
@@ -42,6 +48,9 @@ SD_PER_RADIUS = 0.55
 
 AMPLITUDES = np.geomspace(0.005, 50.0, 300)
 """Amplitudes (D) over which the posterior is summed, at equal steps of the logarithm: beyond any picture's."""
+
+LEAST_DEPTH = 0.005
+"""Depth (D) that a picture is perceived to have at least; our choice."""
 
 
 def blur_depth(stimulus: EncodedStimulus, observer: Observer) -> FloatArray:
@@ -61,7 +70,12 @@ def sensed_blur_depth(stimulus: EncodedStimulus, observer: Observer, random: np.
     """
     blur, fixated = (np.hypot(sd, observer.intrinsic) for sd in (stimulus.blur, stimulus.fixated_blur))
     depth = np.where(blur > (1 + observer.weber) * fixated, blur_depth(stimulus, observer), 0.0)
-    return depth * np.exp(observer.weber * random.standard_normal(depth.size))
+    return depth * np.exp(_log_error(stimulus, observer) * random.standard_normal(depth.size))
+
+
+def _log_error(stimulus: EncodedStimulus, observer: Observer) -> FloatArray:
+    """Standard deviation of the logarithm of depth by blur at a place: Weber's and that of the estimate."""
+    return np.hypot(observer.weber, stimulus.blur_log_sd)
 
 
 def blur_amplitude(blur: FloatArray, layout: FloatArray, observer: Observer) -> float:
@@ -116,27 +130,99 @@ def amplitude(layout: float, blur: float, observer: Observer) -> float:
     --------
     >>> observer = Observer()
     >>> [round(amplitude(0.6, blur, observer), 2) for blur in (0.0, 0.2, 0.6, 1.8)]
-    [0.16, 0.19, 0.22, 0.26]
+    [0.16, 0.19, 0.22, 0.25]
     """
     log = np.log(AMPLITUDES)
-    cost = ((log - math.log(layout)) / observer.layout_spread) ** 2 + (AMPLITUDES / observer.flatness) ** 2
-    cost += (response(blur, observer) - response(AMPLITUDES, observer)) ** 2
-    posterior = np.exp(-(cost - cost.min()) / 2)
-    return math.exp(float(posterior @ log / posterior.sum()))
+    without = ((log - math.log(layout)) / observer.layout_spread) ** 2 + (AMPLITUDES / observer.flatness) ** 2
+    by_blur = without + (response(blur, observer) - response(AMPLITUDES, observer)) ** 2
+    means = [float(weight @ log / weight.sum()) for weight in map(_weight, (by_blur, without))]
+    return math.exp(observer.defocus * means[0] + (1 - observer.defocus) * means[1])
+
+
+def off_layout(layout: float, blur: float, observer: Observer) -> float:
+    """Perceived amplitude of the relief that a layout does not have: the mean of the posterior, in dioptres.
+
+    Parameters
+    ----------
+    layout
+        Amplitude of the layout's depth in dioptres; 0 for a flat one.
+    blur
+        Amplitude of depth by blur off the layout, in dioptres.
+    observer
+        Whose.
+
+    Examples
+    --------
+    >>> [round(off_layout(0.0, blur, Observer()), 3) for blur in (0.0, 0.2, 0.5)]
+    [0.0, 0.032, 0.058]
+    """
+    open_sd = max(math.hypot(observer.layout_error, observer.layout_noise * layout), 1e-9)
+    signed = 5 * open_sd * np.linspace(-1, 1, 201)
+    cost = (signed / open_sd) ** 2 + (signed / observer.flatness) ** 2
+    weight = _weight(cost + (response(blur, observer) - response(signed, observer)) ** 2)
+    return observer.defocus * float(weight @ signed / weight.sum())
+
+
+def _weight(cost: FloatArray) -> FloatArray:
+    return np.asarray(np.exp(-(cost - cost.min()) / 2))
+
+
+class Percept(NamedTuple):
+    """What is perceived in one fixation.
+
+    Parameters
+    ----------
+    depth
+        At each place, in dioptres beyond the mean.
+    along, off
+        Standard deviations over places of its parts: the layout's relief, and that by blur alone.
+    """
+
+    depth: FloatArray
+    along: float
+    off: float
+
+
+def perceive(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> Percept:
+    """Perceive depth at each place: the layout's relief with the perceived amplitude, and what blur adds to it.
+
+    Examples
+    --------
+    Two halves on a flat layout, the right one blurred by 4 arcmin and the left one by 1, which is fixated.
+
+    >>> halves = EncodedStimulus(np.array([1.0, 1.0, 4.0, 4.0]), 1.0, np.zeros(4))
+    >>> seen = perceive(halves, Observer(), np.random.default_rng(1))
+    >>> bool(seen.depth[2:].min() > seen.depth[:2].max()), bool(0.02 < seen.off < 0.2), seen.along
+    (True, True, 0.0)
+    """
+    spread = float(stimulus.depth.std())
+    layout = stimulus.depth + observer.layout_noise * spread * random.standard_normal(stimulus.depth.size)
+    sensed = sensed_blur_depth(stimulus, observer, random)
+    relief = (layout - layout.mean()) / max(float(layout.std()), 1e-12)
+    b = float((sensed * relief).mean())
+    along = blur_amplitude(sensed, layout, observer)
+    rest = sensed - sensed.mean() - b * relief
+    # Less what errors at single places make of it, by the variance of a log-normal one.
+    by_error = float((sensed**2 * -np.expm1(-(_log_error(stimulus, observer) ** 2))).mean())
+    left = math.sqrt(max(float((rest**2).mean()) - by_error - (observer.layout_noise * b) ** 2, 0.0))
+    own = observer.layout_gain * spread
+    a = amplitude(own, along, observer) if own > 1e-9 else 0.0
+    c = off_layout(own, (1 - observer.discounting) * left if b < 0 else left, observer)
+    return Percept(a * relief + c * rest / max(float(rest.std()), 1e-12), a, c)
 
 
 def perceived_depth(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> FloatArray:
-    """Depth at each place, in dioptres beyond the mean: the layout's relief with the perceived amplitude."""
-    spread = max(float(stimulus.depth.std()), 1e-6)
-    layout = stimulus.depth + observer.layout_noise * spread * random.standard_normal(stimulus.depth.size)
-    blur = blur_amplitude(sensed_blur_depth(stimulus, observer, random), layout, observer)
-    relief = layout - layout.mean()
-    return amplitude(observer.layout_gain * spread, blur, observer) * relief / float(relief.std())
+    """Depth at each place, in dioptres beyond the mean."""
+    return perceive(stimulus, observer, random).depth
 
 
 def relief(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> float:
-    """How deep a picture looks: the standard deviation of perceived depth over its places, in dioptres."""
-    return float(perceived_depth(stimulus, observer, random).std())
+    """How deep a picture looks: the standard deviation of perceived depth over its places, in dioptres.
+
+    At least `LEAST_DEPTH`, so that pictures without any depth have a ratio.
+    """
+    percept = perceive(stimulus, observer, random)
+    return max(math.hypot(percept.along, percept.off), LEAST_DEPTH)
 
 
 def _dioptres(blur: float | FloatArray, observer: Observer) -> FloatArray:

@@ -23,14 +23,14 @@ from focalgradient.observers.experiment import check_pictures
 from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
 
-__all__ = ["CACHE", "cache_folder", "encoded_stimuli", "natural_set", "seen_pictures", "small_set"]
+__all__ = ["CACHE", "cache_folder", "encoded_stimuli", "keep_arrays", "natural_set", "seen_pictures", "small_set"]
 
 CACHE = "FOCALGRADIENT_CACHE"
 """Environment variable that names another folder for what is made once and kept."""
 
-ARRAYS = ("blur", "fixated_blur", "depth")
+ARRAYS = ("blur", "fixated_blur", "depth", "blur_log_sd")
 
-ENCODING = 2
+ENCODING = 3
 """Version of how pictures are encoded: what another version has kept is not used."""
 
 
@@ -105,7 +105,7 @@ def encoded_stimuli(
         if progress is not None:
             progress(number / len(files), "encoding pictures")
     arrays = _arrays(stimuli, found)
-    _keep(arrays, kept)
+    keep_arrays(arrays, kept)
     return _by_key(stimuli, arrays)
 
 
@@ -125,7 +125,7 @@ def _arrays(stimuli: StimulusSet, found: Mapping[PictureKey, EncodedStimulus]) -
     return {name: np.array([getattr(one, name) for one in ordered]) for name in ARRAYS}
 
 
-def _keep(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
+def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
     """Write them, whole or not at all."""
 
     def write(path: Path) -> None:
@@ -154,11 +154,11 @@ def _kept(stimuli: StimulusSet, place: Path) -> EncodedPictures | None:
 
 
 def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> EncodedPictures:
-    blur, fixated, depth = (arrays[name] for name in ARRAYS)
+    blur, fixated, depth, log_sd = (arrays[name] for name in ARRAYS)
     return {
         (one.scene, one.aperture, one.fixation): (
             one.png,
-            EncodedStimulus(blur[index], float(fixated[index]), depth[index]),
+            EncodedStimulus(blur[index], float(fixated[index]), depth[index], log_sd[index]),
         )
         for index, one in enumerate(stimuli.pictures)
     }

@@ -21,11 +21,11 @@ from scipy.special import ndtr, ndtri
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.borders import border_blur, share_border
-from focalgradient.observers.looking import SPACING, blur_of, own_blur, seen_by
+from focalgradient.observers.front_end import SPACING, blur_of, own_blur, seen_by
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.retinal_blur import SAMPLING_BLUR, BlurEstimate
 
-__all__ = ["BlurDiscrimination", "Choice", "DepthOrder", "FigureGround", "Question"]
+__all__ = ["BlurDiscrimination", "Choice", "DepthOrder", "FigureGround", "Question", "more_blurred"]
 
 FloatArray = NDArray[np.float64]
 Region = NDArray[np.bool_]
@@ -90,11 +90,11 @@ class DepthOrder:
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
         """Answer by the product of both cues' odds."""
         regions = _checked(light, self.first, self.second)
-        (seen,), slope = seen_by([light], display, observer)
-        estimated = blur_of(seen, slope, display, observer)
+        (seen,), slope = seen_by([light], display, observer.pupil)
+        estimated = blur_of(seen, slope, display, observer.pupil)
         blurs = [_region_blur(estimated, display, region) for region in regions]
         farther = (1 + observer.defocus * observer.prior) / 2
-        more = _more_blurred(blurs[1], blurs[0], observer)
+        more = more_blurred(blurs[1], blurs[0], observer)
         near = more * farther + (1 - more) * (1 - farther)
         if share_border(*regions):
             own = own_blur(display.pixels_per_degree, observer.pupil)
@@ -139,13 +139,13 @@ class BlurDiscrimination:
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
         """Answer by the ratio of both blurs, the intrinsic one included."""
-        seen, slope = seen_by([light, self.second], display, observer)
+        seen, slope = seen_by([light, self.second], display, observer.pupil)
         blurs = []
         for image in seen:
             region = np.ones(image.shape, np.bool_) if self.region is None else self.region
             (one,) = _checked(image, region)
-            blurs.append(_region_blur(blur_of(image, slope, display, observer), display, one))
-        return _answered(_more_blurred(blurs[0], blurs[1], observer), observer)
+            blurs.append(_region_blur(blur_of(image, slope, display, observer.pupil), display, one))
+        return _answered(more_blurred(blurs[0], blurs[1], observer), observer)
 
 
 def _answered(first: float, observer: Observer) -> Choice:
@@ -191,7 +191,7 @@ def _seen(log: float, log_sd: float, display: Display) -> tuple[float, float]:
     return display.arcmin(1.0) * math.sqrt(max(math.exp(2 * log) - SAMPLING_BLUR**2, 0.0)), log_sd
 
 
-def _more_blurred(one: tuple[float, float], other: tuple[float, float], observer: Observer) -> float:
+def more_blurred(one: tuple[float, float], other: tuple[float, float], observer: Observer) -> float:
     """Probability that one of two looks more blurred: its precision is Weber's, or less where little is to be seen."""
     ratio = math.log(math.hypot(one[0], observer.intrinsic) / math.hypot(other[0], observer.intrinsic))
     return float(ndtr(ratio / math.hypot(_weber_sd(observer), one[1], other[1])))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.design import Direction, Gradient, NeckerDesign, NeckerTrial
-from focalgradient.observers.encoding import PUPIL, EncodedStimulus
+from focalgradient.observers.encoding import PUPIL, SHARP, EncodedStimulus
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import blur_amplitude, blur_depth, response
 from focalgradient.observers.retinal_blur import LINE, estimate_blur, power_law, retinal_image
@@ -36,9 +36,6 @@ PIXELS_PER_LINE = 1.6
 
 SPACING = 24
 """Pixels between the places at which blur is estimated."""
-
-SHARP = 10
-"""Percentile of the blur of all places that the eye takes for being in focus, wherever it fixates."""
 
 UNAMBIGUOUS = 4.0
 """Log odds for the one reading that an example has which can be seen in one way only."""

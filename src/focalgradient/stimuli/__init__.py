@@ -3,6 +3,7 @@
 A function draws a `Stimulus` (its picture, true depth and true blur); ``make_...`` writes a set for one display.
 """
 
+from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
@@ -33,6 +34,7 @@ __all__ = [
     "StimulusSet",
     "Target",
     "blurred_edge",
+    "blurred_scene",
     "corrugated_plane",
     "dead_leaves",
     "depth_of_blur",

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL, Column
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+    from pathlib import Path
 
 __all__ = ["BlurThreshold"]
 
@@ -76,10 +80,15 @@ class BlurThreshold(Task):
 
         return BLUR_THRESHOLD
 
+    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
+        from focalgradient.observers.intervals import seen_intervals
+
+        return seen_intervals(design, folder, executor, progress)
+
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
         from focalgradient.observers.thresholds import choose
 
-        return choose(design, observer, participant, seed)
+        return choose(design, observer, participant, seed, seen=encoded)
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
         from focalgradient.dataset.consistency import check_choice

@@ -1,0 +1,124 @@
+"""How deep a picture looks, and how it is rated beside another one: asked by looking."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.observers.distances import Magnitude, RelativeLayout
+from focalgradient.observers.encoding import encode_light
+from focalgradient.observers.observer import Observer
+from focalgradient.observers.perception import relief
+
+__all__ = ["DepthExtent", "DepthRating"]
+
+FloatArray = NDArray[np.float64]
+
+FIXATIONS = 20
+"""Fixations whose depths give an answer's median and spread: a design, not a number of people's eyes."""
+
+SEED = 1987
+"""Of the errors within these fixations: the same for all pictures, so that equal pictures look equally deep."""
+
+GUESSES = math.log(4) / math.sqrt(3)
+"""Standard deviation of the logarithm of a rating without looking, evenly spread from 1/4 to 4."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthExtent:
+    """How deep a picture looks: the standard deviation of perceived depth over its places, in dioptres.
+
+    Parameters
+    ----------
+    layout
+        What other cues give; its relief is (1 - nearness) / expected_m. None: a flat layout.
+    fixation
+        Pixels from the upper left corner, right and down; what lies there is in focus. None: what is sharpest.
+
+    Examples
+    --------
+    Two halves of a texture, blurred by 1 and 4 arcmin, on a flat layout: their depth is that of blur.
+
+    >>> from focalgradient.observers import OBSERVERS
+    >>> from focalgradient.stimuli import texture_border
+    >>> display = Display()
+    >>> size = {"pixels_per_degree": display.pixels_per_degree, "width_deg": 8, "height_deg": 8}
+    >>> drawn = texture_border(left_blur_arcmin=1, right_blur_arcmin=4, border="straight", **size)
+    >>> for name in ("default", "blur-blind"):
+    ...     print(name, OBSERVERS[name].look(drawn.picture, display, DepthExtent()).median > 0.03)
+    default True
+    blur-blind False
+    """
+
+    layout: RelativeLayout | None = None
+    fixation: tuple[float, float] | None = None
+
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Magnitude:
+        """Answer by what `FIXATIONS` of them perceive, through the same inference as ratings in an experiment.
+
+        Raises
+        ------
+        InputError
+            If the layout is not of the picture's shape, has no fixation, or that lies outside.
+        """
+        shape = np.shape(light)
+        if self.fixation is not None:
+            right, down = (math.floor(at) for at in self.fixation)
+            if len(shape) == 2 and not (0 <= down < shape[0] and 0 <= right < shape[1]):
+                raise InputError(f"fixation is {self.fixation}, but the picture has {shape[1]} x {shape[0]} pixels.")
+        distance = None
+        if self.layout is not None:
+            ratio = np.asarray(self.layout.distance, float)
+            if self.fixation is None or ratio.shape != shape:
+                raise InputError(
+                    f"the layout is of shape {ratio.shape} with the fixation {self.fixation}, but must be of the "
+                    f"picture's, {shape}, and have a fixation: give both."
+                )
+            distance = ratio * (self.layout.expected_m / ratio[down, right])
+        (stimulus,) = encode_light(light, display, [self.fixation], distance, observer.pupil)
+        random = np.random.default_rng(SEED)
+        log = np.log([relief(stimulus, observer, random) for _ in range(FIXATIONS)])
+        return Magnitude(float(np.exp(np.median(log))), float(log.std()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthRating:
+    """How many times as deep a picture looks as a standard: the ratio that a scale of ratings shows.
+
+    Parameters
+    ----------
+    standard
+        The other picture, in shares of white.
+    depth
+        How both are looked at.
+    standard_depth
+        How the standard is; None: as the picture.
+
+    Examples
+    --------
+    >>> from focalgradient.observers import OBSERVERS
+    >>> from focalgradient.stimuli import texture_border
+    >>> display = Display()
+    >>> size = {"pixels_per_degree": display.pixels_per_degree, "width_deg": 8, "height_deg": 8, "border": "straight"}
+    >>> sharp, blurred = (texture_border(right_blur_arcmin=blur, **size).picture for blur in (0, 4))
+    >>> OBSERVERS["default"].look(blurred, display, DepthRating(sharp)).median > 2
+    True
+    """
+
+    standard: FloatArray
+    depth: DepthExtent = field(default_factory=DepthExtent)
+    standard_depth: DepthExtent | None = None
+
+    def answer(self, light: FloatArray, display: Display, observer: Observer) -> Magnitude:
+        """Answer by the ratio of both depths to the power `scale`, with the scatter of repeated ratings."""
+        if observer.guesses:
+            return Magnitude(1.0, GUESSES)
+        shown = self.depth.answer(light, display, observer)
+        other = (self.standard_depth or self.depth).answer(self.standard, display, observer)
+        ratio = (shown.median / other.median) ** observer.scale
+        return Magnitude(ratio, math.hypot(observer.scale * math.hypot(shown.log_sd, other.log_sd), observer.scatter))
