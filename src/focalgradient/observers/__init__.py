@@ -5,6 +5,7 @@ the adaptive experiment have a known threshold, to be recovered.
 """
 
 from focalgradient.observers.answers import EncodedPictures, rate, watch
+from focalgradient.observers.compare import ObserverComparison, compare_observers, exceedance_probabilities
 from focalgradient.observers.depth_order import DEPTH_ORDER_OBSERVERS, depth_order_observer
 from focalgradient.observers.distances import DistanceOfFixated, Magnitude, RelativeLayout
 from focalgradient.observers.encoding import EncodedStimulus, encode
@@ -15,11 +16,9 @@ from focalgradient.observers.likelihood import (
     Answers,
     Choices,
     Durations,
-    ObserverComparison,
     ObserverFit,
+    PersonModel,
     Ratings,
-    compare_observers,
-    exceedance_probabilities,
     fit_observer,
     simulated_choices,
     simulated_ratings,
@@ -56,6 +55,7 @@ __all__ = [
     "ObserverComparison",
     "ObserverFit",
     "Percept",
+    "PersonModel",
     "Question",
     "Ratings",
     "RelativeLayout",

@@ -1,4 +1,4 @@
-"""Fit observers to people's answers by likelihood, and compare observers by how well they predict people held out.
+"""Fit observers to people's answers by likelihood.
 
 An observer predicts the distribution of each answer, given a few parameters and one number of the person's own (a
 standard normal effect, integrated out). Observers that can only be simulated are wrapped by `simulated_choices` or
@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +23,9 @@ __all__ = [
     "Answers",
     "Choices",
     "Durations",
-    "ObserverComparison",
     "ObserverFit",
+    "PersonModel",
     "Ratings",
-    "compare_observers",
-    "exceedance_probabilities",
     "fit_observer",
     "simulated_choices",
     "simulated_ratings",
@@ -43,11 +41,11 @@ NODES = np.linspace(-5.0, 5.0, 25)
 ROUNDS = 4
 """Rounds in which the steps are moved to each person's posterior: many answers leave little doubt about the effect."""
 
-DIRICHLET_SAMPLES = 200_000
-"""Samples from which exceedance probabilities are counted: standard error at most 0.001."""
-
 FIRST_STEP = 0.3
 """Size of the first simplex of the search, in free parameters: it crosses the steps of simulated shares."""
+
+GRADIENT = 1e-3
+"""Largest derivative of the log likelihood by a free parameter at the end of a search."""
 
 STEP = 1e-3
 """Step of the numerical second derivatives, in units of the free parameters."""
@@ -127,16 +125,37 @@ class AnswerModel(Protocol):
         """Log likelihood of each answer for each own effect."""
 
 
+@runtime_checkable
+class PersonModel(Protocol):
+    """The distribution of a person's answers as a whole, for observers who integrate people's own effects in closed form.
+
+    `start` and `positive` are as in `AnswerModel`.
+    """
+
+    @property
+    def start(self) -> Values:
+        """Each parameter's first value."""
+
+    @property
+    def positive(self) -> frozenset[str]:
+        """Names of those that must be positive."""
+
+    def log_likelihoods(self, answers: Answers, values: Values) -> dict[str, float]:
+        """Log likelihood of each person's answers."""
+
+
 @dataclass(frozen=True)
 class Choices:
     """Answers 1 (right) or 0, with the probability of 1 that `probability(conditions, values, own)` returns.
 
-    That takes arrays of shape (trials, 1) and own effects of shape (1, effects).
+    That takes arrays of shape (trials, 1) and own effects of shape (1, effects). `smooth` is False where the probability
+    changes in steps, as shares of simulated answers do: such observers are searched without a gradient.
     """
 
     probability: Callable[[Conditions, Values, FloatArray], FloatArray]
     start: Values
     positive: frozenset[str] = frozenset()
+    smooth: bool = True
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
@@ -148,11 +167,15 @@ class Choices:
 
 @dataclass(frozen=True)
 class Ratings:
-    """Normally distributed answers whose mean and standard deviation `moments(conditions, values, own)` returns."""
+    """Normally distributed answers whose mean and standard deviation `moments(conditions, values, own)` returns.
+
+    `smooth` is as in `Choices`.
+    """
 
     moments: Callable[[Conditions, Values, FloatArray], tuple[FloatArray, FloatArray]]
     start: Values
     positive: frozenset[str] = frozenset()
+    smooth: bool = True
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood of each answer for each own effect."""
@@ -191,8 +214,10 @@ class Durations:
         log_median, spread = self.law(columns, values, np.atleast_2d(own))
         logs = np.log(answers.answer)[:, None]
         score = (logs - log_median) / spread
-        whole = -(score**2) / 2 - np.log(spread) - math.log(2 * math.pi) / 2 - logs
-        return np.asarray(np.where(columns["censored"] > 0.5, special.log_ndtr(-score), whole))
+        density = np.asarray(-(score**2) / 2 - np.log(spread) - math.log(2 * math.pi) / 2 - logs)
+        cut = answers.conditions["censored"] > 0.5
+        density[cut] = special.log_ndtr(-score[cut])
+        return density
 
 
 Respond = Callable[[Conditions, Values, FloatArray, np.random.Generator], FloatArray]
@@ -215,7 +240,7 @@ def simulated_choices(
         answers = _repeated(respond, conditions, values, own, draws)
         return np.asarray((answers.sum(axis=0) + 0.5) / (draws + 1))
 
-    return Choices(probability, start, positive)
+    return Choices(probability, start, positive, smooth=False)
 
 
 def simulated_ratings(
@@ -227,7 +252,7 @@ def simulated_ratings(
         answers = _repeated(respond, conditions, values, own, draws)
         return answers.mean(axis=0), np.maximum(answers.std(axis=0, ddof=1), 1e-6)
 
-    return Ratings(moments, start, positive)
+    return Ratings(moments, start, positive, smooth=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,8 +292,12 @@ class ObserverFit:
         return self.parameters * math.log(self.answers) - 2 * self.log_likelihood
 
 
-def log_likelihood_by_person(answers: Answers, observer: AnswerModel, values: Values) -> dict[str, float]:
-    """Log likelihood of each person's answers, their own effect integrated over the standard normal distribution."""
+def log_likelihood_by_person(
+    answers: Answers, observer: AnswerModel | PersonModel, values: Values
+) -> dict[str, float]:
+    """Log likelihood of each person's answers, their own effects integrated over their distribution."""
+    if isinstance(observer, PersonModel):
+        return observer.log_likelihoods(answers, values)
     names, who = np.unique(answers.participant, return_inverse=True)
     centre, width = np.zeros((len(names), 1)), np.ones((len(names), 1))
     for _ in range(ROUNDS):
@@ -284,7 +313,9 @@ def log_likelihood_by_person(answers: Answers, observer: AnswerModel, values: Va
     return dict(zip(names.tolist(), found.tolist(), strict=True))
 
 
-def fit_observer(answers: Answers, observer: AnswerModel, parameters: Sequence[str] | None = None) -> ObserverFit:
+def fit_observer(
+    answers: Answers, observer: AnswerModel | PersonModel, parameters: Sequence[str] | None = None
+) -> ObserverFit:
     """Fit an observer's parameters to people's answers by maximum likelihood.
 
     Parameters
@@ -292,7 +323,7 @@ def fit_observer(answers: Answers, observer: AnswerModel, parameters: Sequence[s
     answers
         Of one person or several.
     observer
-        `Choices`, `Ratings`, `Durations`, or another `AnswerModel`.
+        `Choices`, `Ratings`, `Durations`, or another `AnswerModel` or `PersonModel`.
     parameters
         Names of those to fit; None: all. The others keep their first value.
 
@@ -317,33 +348,55 @@ def fit_observer(answers: Answers, observer: AnswerModel, parameters: Sequence[s
         if name not in observer.start:
             raise InputError(f"The observer has no parameter {name!r}; it has {', '.join(observer.start)}.")
 
-    answers = answers.tallied()
-
-    def of(free: FloatArray) -> dict[str, float]:
-        found = {
-            name: math.exp(min(value, 30.0)) if name in observer.positive else value
-            for name, value in zip(names, free.tolist(), strict=True)
-        }
-        return {**observer.start, **found}
-
-    def cost(free: FloatArray) -> float:
-        return -sum(log_likelihood_by_person(answers, observer, of(free)).values())
-
-    first = [observer.start[name] for name in names]
-    free = np.array([math.log(x) if name in observer.positive else x for name, x in zip(names, first, strict=True)])
-    if names:
-        simplex = np.vstack([free, free + FIRST_STEP * np.eye(len(free))])
-        options: Any = {"initial_simplex": simplex, "maxiter": 2000, "xatol": 1e-3, "fatol": 1e-3}
-        free = np.asarray(optimize.minimize(cost, free, method="Nelder-Mead", options=options).x)
-        free = np.asarray(optimize.minimize(cost, free, method="BFGS").x)
-    people = log_likelihood_by_person(answers, observer, of(free))
-    errors = _standard_errors(cost, free)
-    values = of(free)
+    likelihood = _Likelihood(answers, observer, names)
+    free = likelihood.searched(observer.start, by_simplex=True)
+    values = likelihood.values(free)
+    people = log_likelihood_by_person(likelihood.answers, observer, values)
+    errors = _standard_errors(likelihood.cost, free)
     scaled = {
         name: error * (values[name] if name in observer.positive else 1.0)
         for name, error in zip(names, errors, strict=False)
     }
     return ObserverFit(values, scaled, sum(people.values()), people, len(names), int(answers.count.sum()))
+
+
+def values_near(answers: Answers, observer: AnswerModel | PersonModel, near: Values) -> dict[str, float]:
+    """Values of largest likelihood for answers that differ little from those whose values `near` are."""
+    likelihood = _Likelihood(answers, observer, tuple(observer.start))
+    by_simplex = not getattr(observer, "smooth", True)
+    return likelihood.values(likelihood.searched(near, by_simplex=by_simplex))
+
+
+class _Likelihood:
+    """The likelihood of answers by an observer's free parameters: logarithms of those that must be positive."""
+
+    def __init__(self, answers: Answers, observer: AnswerModel | PersonModel, names: tuple[str, ...]):
+        self.answers = answers if isinstance(observer, PersonModel) else answers.tallied()
+        self.observer, self.names = observer, names
+
+    def values(self, free: FloatArray) -> dict[str, float]:
+        """Return all parameters; the fixed ones keep their first value."""
+        found = {
+            name: math.exp(min(value, 30.0)) if name in self.observer.positive else value
+            for name, value in zip(self.names, free.tolist(), strict=True)
+        }
+        return {**self.observer.start, **found}
+
+    def cost(self, free: FloatArray) -> float:
+        """Return minus the log likelihood."""
+        return -sum(log_likelihood_by_person(self.answers, self.observer, self.values(free)).values())
+
+    def searched(self, start: Values, *, by_simplex: bool) -> FloatArray:
+        """Return the free parameters of largest likelihood, by a gradient, and before that by a simplex."""
+        positive = self.observer.positive
+        free = np.array([math.log(start[name]) if name in positive else start[name] for name in self.names])
+        if not self.names:
+            return free
+        if by_simplex:
+            simplex = np.vstack([free, free + FIRST_STEP * np.eye(len(free))])
+            options: Any = {"initial_simplex": simplex, "maxiter": 2000, "xatol": 1e-3, "fatol": 1e-3}
+            free = np.asarray(optimize.minimize(self.cost, free, method="Nelder-Mead", options=options).x)
+        return np.asarray(optimize.minimize(self.cost, free, method="BFGS", options={"gtol": GRADIENT}).x)
 
 
 def _standard_errors(cost: Callable[[FloatArray], float], at: FloatArray) -> list[float]:
@@ -357,108 +410,3 @@ def _standard_errors(cost: Callable[[FloatArray], float], at: FloatArray) -> lis
     if n == 0 or not np.isfinite(second).all() or np.linalg.eigvalsh(second)[0] <= 0:
         return []
     return [*np.sqrt(np.diag(np.linalg.inv(second))).tolist()]
-
-
-@dataclass(frozen=True, slots=True)
-class ObserverComparison:
-    """One observer among those compared.
-
-    Parameters
-    ----------
-    name
-        Whose.
-    fit
-        To all people.
-    held_out
-        Log likelihood of each person by the fit to all the others.
-    exceedance
-        Probability that this observer is the one of most people (random-effects model selection, Stephan et al. 2009,
-        with the held-out log likelihood as each person's evidence).
-    """
-
-    name: str
-    fit: ObserverFit
-    held_out: dict[str, float]
-    exceedance: float = math.nan
-
-    @property
-    def held_out_total(self) -> float:
-        """Sum over people."""
-        return sum(self.held_out.values())
-
-
-def compare_observers(
-    answers: Answers, observers: Mapping[str, AnswerModel], seed: int = 0
-) -> tuple[ObserverComparison, ...]:
-    """Fit each observer and predict each person from the others; best held-out log likelihood first.
-
-    Raises
-    ------
-    InputError
-        With fewer than 3 people.
-    """
-    people = np.unique(answers.participant)
-    if len(people) < 3:
-        raise InputError(f"Observers are compared by people held out, which needs 3, and there are {len(people)}.")
-    compared = []
-    for name, observer in observers.items():
-        fit = fit_observer(answers, observer)
-        started = _Started(observer, fit.values)
-        held_out: dict[str, float] = {}
-        for person in people:
-            own = answers.participant == person
-            found = fit_observer(answers.of(~own), started)
-            held_out |= log_likelihood_by_person(answers.of(own), observer, found.values)
-        compared.append(ObserverComparison(name, fit, held_out))
-    evidence = np.array([[one.held_out[person] for one in compared] for person in people])
-    exceedance = exceedance_probabilities(evidence, seed)
-    rated = [replace(one, exceedance=float(p)) for one, p in zip(compared, exceedance, strict=True)]
-    return tuple(sorted(rated, key=lambda one: -one.held_out_total))
-
-
-@dataclass(frozen=True)
-class _Started:
-    """An observer with other first values."""
-
-    observer: AnswerModel
-    start: Values
-
-    @property
-    def positive(self) -> frozenset[str]:
-        return self.observer.positive
-
-    def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
-        return self.observer.log_density(answers, values, own)
-
-
-def exceedance_probabilities(log_evidence: FloatArray, seed: int = 0) -> FloatArray:
-    """Probability of each observer to be the most frequent one among people (Stephan et al. 2009, NeuroImage 46).
-
-    Parameters
-    ----------
-    log_evidence
-        People x observers.
-    seed
-        Of the samples from the Dirichlet posterior.
-
-    Examples
-    --------
-    Nine people of ten are better described by the first.
-
-    >>> evidence = np.zeros((10, 2))
-    >>> evidence[:9, 0], evidence[9, 1] = 5.0, 5.0
-    >>> exceedance_probabilities(evidence).round(2).tolist()
-    [0.99, 0.01]
-    """
-    log_evidence = np.asarray(log_evidence, float)
-    prior = np.ones(log_evidence.shape[1])
-    counts = prior.copy()
-    for _ in range(1000):
-        share = log_evidence + special.digamma(counts)
-        share = np.exp(share - special.logsumexp(share, axis=1, keepdims=True))
-        new = prior + share.sum(axis=0)
-        if np.abs(new - counts).max() < 1e-8:
-            break
-        counts = new
-    samples = np.random.default_rng(seed).dirichlet(counts, DIRICHLET_SAMPLES)
-    return np.bincount(samples.argmax(axis=1), minlength=len(prior)) / DIRICHLET_SAMPLES
