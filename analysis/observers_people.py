@@ -1,9 +1,11 @@
 """Compare observers on people's order of depth (Konrad, Cooper & Wetzstein 2016) by people held out in turn.
 
 Takes the study's table `depth_task.csv`: participant, mode, correct, viewing_distance_D, relative_distance_D. Trials of
-relative distance 0, which have no right answer, are left out.
+relative distance 0, which have no right answer, are left out. States what the observer of the best AIC predicts of as
+many new people as the second argument says (4).
 """
 
+import math
 import sys
 from pathlib import Path
 
@@ -32,7 +34,8 @@ def main() -> None:
     """Print each observer's fit, and what it predicts of a person who was not fitted."""
     answers = read(Path(sys.argv[1]))
     print("log likelihood: fitted, held out; AIC, BIC; exceedance probability; held out per person and its SD")
-    for one in compare_observers(answers, DEPTH_ORDER_OBSERVERS):
+    compared = compare_observers(answers, DEPTH_ORDER_OBSERVERS)
+    for one in compared:
         own = np.array(list(one.held_out.values()))
         print(
             f"{one.name:58} {one.fit.log_likelihood:9.2f} {one.held_out_total:9.2f} {one.fit.aic:8.1f} "
@@ -41,6 +44,13 @@ def main() -> None:
         errors = one.fit.standard_errors
         stated = [f"{name} {value:.2f} ({errors.get(name, np.nan):.2f})" for name, value in one.fit.values.items()]
         print("   ", ", ".join(stated))
+    new = int(sys.argv[2]) if len(sys.argv) > 2 else 4
+    best = min(compared, key=lambda one: one.fit.aic)
+    own = np.array(list(best.held_out.values()))
+    print(
+        f"predicted log likelihood of {new} new people with as many trials: {new * own.mean():.0f} +- "
+        f"{math.sqrt(new) * own.std(ddof=1):.0f} ({best.name})"
+    )
 
 
 if __name__ == "__main__":

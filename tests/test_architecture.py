@@ -83,6 +83,7 @@ ROOMS = {
         "design",
         "errors",
         "files",
+        "observers",
         "plotting",
         "power",
         "progress",

@@ -41,6 +41,9 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
 @click.option("--ordinal", is_flag=True, help="Ratings are steps of a scale, whole numbers, and no ratios.")
 @click.option("--bayes", is_flag=True, help="Bayesian models of the ratings, too: some minutes, and the extra bayes.")
 @click.option(
+    "--observers", is_flag=True, help="Fit observers to the answers and compare them by people held out, too."
+)
+@click.option(
     "--rules", type=click.Path(path_type=Path), metavar="FILE", help="Rules of exclusion, stated in advance (TOML)."
 )
 @click.option(
@@ -98,6 +101,7 @@ def report(
     bound: float | None,
     ordinal: bool,
     bayes: bool,
+    observers: bool,
     rules: Path | None,
     columns: dict[str, str],
     conditions: dict[str, str],
@@ -130,7 +134,8 @@ def report(
 
     The sessions of a data set are checked by the workers, those of a --scheduler must see it under the same path.
 
-    Takes about 10 s for 20 subjects on two cores; --ordinal a little longer.
+    Takes about 10 s for 20 subjects on two cores; --ordinal a little longer, --observers about a minute, of the cube
+    some minutes.
 
     \b
     Examples:
@@ -152,7 +157,13 @@ def report(
     if preregister:
         from focalgradient.report.preregister import preregistration
 
-        analysing = {"--bayes": bayes, "--columns": columns, "--conditions": conditions, "--focal-length": focal_length}
+        analysing = {
+            "--bayes": bayes,
+            "--observers": observers,
+            "--columns": columns,
+            "--conditions": conditions,
+            "--focal-length": focal_length,
+        }
         analysing["--guess-rate"] = guess_rate is not None
         if wrong := [option for option, value in analysing.items() if value]:
             raise InputError(
@@ -194,6 +205,7 @@ def report(
                 guess_rate=guess_rate,
                 focal_length_mm=focal_length,
                 bayes=bayes,
+                observers=observers,
                 executor=executor,
                 progress=say,
             )

@@ -44,6 +44,9 @@ ROUNDS = 4
 FIRST_STEP = 0.3
 """Size of the first simplex of the search, in free parameters: it crosses the steps of simulated shares."""
 
+LARGEST_LOG = 30.0
+"""Largest absolute value of the logarithm of a positive parameter: a spread that vanishes stays above 0."""
+
 GRADIENT = 1e-3
 """Largest derivative of the log likelihood by a free parameter at the end of a search."""
 
@@ -127,7 +130,7 @@ class AnswerModel(Protocol):
 
 @runtime_checkable
 class PersonModel(Protocol):
-    """The distribution of a person's answers as a whole, for observers who integrate people's own effects in closed form.
+    """The distribution of all answers of a person, for observers who integrate people's own effects in closed form.
 
     `start` and `positive` are as in `AnswerModel`.
     """
@@ -148,8 +151,8 @@ class PersonModel(Protocol):
 class Choices:
     """Answers 1 (right) or 0, with the probability of 1 that `probability(conditions, values, own)` returns.
 
-    That takes arrays of shape (trials, 1) and own effects of shape (1, effects). `smooth` is False where the probability
-    changes in steps, as shares of simulated answers do: such observers are searched without a gradient.
+    That takes arrays of shape (trials, 1) and own effects of shape (1, effects). `smooth` is False where the
+    probability changes in steps, as shares of simulated answers do: a gradient alone would not find the maximum.
     """
 
     probability: Callable[[Conditions, Values, FloatArray], FloatArray]
@@ -292,9 +295,7 @@ class ObserverFit:
         return self.parameters * math.log(self.answers) - 2 * self.log_likelihood
 
 
-def log_likelihood_by_person(
-    answers: Answers, observer: AnswerModel | PersonModel, values: Values
-) -> dict[str, float]:
+def log_likelihood_by_person(answers: Answers, observer: AnswerModel | PersonModel, values: Values) -> dict[str, float]:
     """Log likelihood of each person's answers, their own effects integrated over their distribution."""
     if isinstance(observer, PersonModel):
         return observer.log_likelihoods(answers, values)
@@ -377,7 +378,7 @@ class _Likelihood:
     def values(self, free: FloatArray) -> dict[str, float]:
         """Return all parameters; the fixed ones keep their first value."""
         found = {
-            name: math.exp(min(value, 30.0)) if name in self.observer.positive else value
+            name: math.exp(min(max(value, -LARGEST_LOG), LARGEST_LOG)) if name in self.observer.positive else value
             for name, value in zip(self.names, free.tolist(), strict=True)
         }
         return {**self.observer.start, **found}

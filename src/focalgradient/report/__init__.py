@@ -24,6 +24,7 @@ from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
+from focalgradient.report.observers import fitted_observers
 from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
@@ -86,6 +87,7 @@ def make_report(
     focal_length_mm: float | None = None,
     guess_rate: float | None = None,
     bayes: bool = False,
+    observers: bool = False,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Report:
@@ -110,10 +112,13 @@ def make_report(
         Of a table of one's own; the last of answers at levels, see `focalgradient.statistics.read_thresholds`.
     bayes
         Whether the ratings are analysed by Bayesian models, too: see `focalgradient.statistics.bayes`.
+    observers
+        Whether observers are fitted to the answers and compared by people held out: see
+        `focalgradient.observers.compare_observers`. Adds some minutes for the cube.
     executor
         What checks the sessions of a data set: see `focalgradient.dataset.validate`. None: this process.
     progress
-        Called with the share done of the ordinal model, then of the Bayesian ones: the parts that take long.
+        Called with the share done of the ordinal model, the Bayesian ones and the observers: the parts that take long.
 
     Raises
     ------
@@ -149,11 +154,14 @@ def make_report(
     simulated = any(part.simulated for part in found.parts)
     if simulated:
         body = [Notice("Simulated observers, not people: every answer was computed by a model."), *body]
+    fitted = fitted_observers(found.parts, progress) if observers else []
     for part in found.parts:
         body += [Heading(part.title), *part.findings(output)]
+        body += [block for one in fitted if one.part is part for block in one.findings(output)]
     body.append(Heading("Methods"))
     for part in found.parts:
         body += [Heading(part.title, 3), *part.methods(output), chosen(part.choices)]
+        body += [block for one in fitted if one.part is part for block in one.methods()]
     body += explained([key for part in found.parts for key in part.choices])
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))

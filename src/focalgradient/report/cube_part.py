@@ -15,6 +15,7 @@ from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.dominance import dominance_sheet
 from focalgradient.report.exclusions import with_and_without
 from focalgradient.report.export import report_files
+from focalgradient.report.observed import Observed, observed_percepts
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.tables import necker_sheets, quality_sheets
 from focalgradient.report.words import counts, methods_necker, necker_findings
@@ -93,6 +94,9 @@ class CubePart(Part):
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_necker(self.reports))
         yield from output.tables(self.design_table())
+
+    def observed(self) -> Observed | NotComputed:
+        return observed_percepts(self.reports.kept)
 
     @property
     def choices(self) -> tuple[str, ...]:

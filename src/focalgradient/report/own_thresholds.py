@@ -14,6 +14,7 @@ from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -187,6 +188,9 @@ class OwnThresholdPart(Part):
         )
         if isinstance(self.groups, PsychometricGroups):
             yield Paragraph(f"All people and conditions together: {self.groups.method}")
+
+    def observed(self) -> Observed | NotComputed:
+        return observed_thresholds(self.own.table, self.own.guess)
 
     @property
     def choices(self) -> tuple[str, ...]:

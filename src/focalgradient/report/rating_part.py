@@ -17,6 +17,7 @@ from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
+from focalgradient.report.observed import Observed, observed_ratings
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.robustness_part import robustness_part, robustness_plan
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
@@ -164,6 +165,9 @@ class RatingPart(Part):
         if self.asked.bound is None and self.ratings.analysis.ratios:
             used = self.asked.used_bound
             yield Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance.")
+
+    def observed(self) -> Observed | NotComputed:
+        return observed_ratings(self.ratings.kept, self.ratings.analysis)
 
     @property
     def choices(self) -> tuple[str, ...]:

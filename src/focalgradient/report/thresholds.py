@@ -16,6 +16,7 @@ from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -99,6 +100,9 @@ class Thresholds(Part):
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_thresholds(self.design))
         yield from output.tables(self.design_table())
+
+    def observed(self) -> Observed | NotComputed:
+        return observed_thresholds(self.table)
 
     @property
     def choices(self) -> tuple[str, ...]:

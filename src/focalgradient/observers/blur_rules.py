@@ -1,0 +1,181 @@
+"""Observers of depth ratings and choices, who differ in what blur beside the fixated object means to them.
+
+All of them see the same blur, a defocus in proportion to the aperture. Its effect on the answer is linear for little
+blur and logarithmic for much, arcsinh(c a) / arcsinh(c) of the aperture as a share a of the largest, and is given as
+the change at the largest aperture. The rules differ in the sign of that change with the nearest and with the farthest
+object in focus. People differ in their level and in the change, both normally distributed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtr
+
+from focalgradient.observers.likelihood import Answers, Choices, Conditions, Values
+
+__all__ = ["BLUR_RULES", "BlurRatings", "BlurRule", "blur_choices", "blur_ratings"]
+
+FloatArray = NDArray[np.float64]
+
+LAPSES = 0.02
+"""Share of choices without looking (Wichmann & Hill 2001); fixed."""
+
+FEWEST_APERTURES = 3
+"""Apertures, the pinhole among them, from which on the compression of the response can be fitted."""
+
+LINEAR = 1e-4
+"""Compression below which the response is linear within 1e-9."""
+
+SPREADS = frozenset({"people", "sensitivity", "noise"})
+
+
+@dataclass(frozen=True)
+class BlurRule:
+    """How blur changes perceived depth: by which parameters, with which factor.
+
+    Parameters
+    ----------
+    nearest, farthest
+        Parameter that gives the change with that object in focus, and the sign that it is taken with; None: no change.
+    """
+
+    nearest: tuple[str, float] | None
+    farthest: tuple[str, float] | None
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the changes."""
+        return tuple(dict.fromkeys(name for name, _ in filter(None, (self.nearest, self.farthest))))
+
+
+BLUR_RULES: Mapping[str, BlurRule] = {
+    "blind to blur": BlurRule(None, None),
+    "any blur deepens": BlurRule(("rise", 1.0), ("rise", 1.0)),
+    "blurred is farther, or ignored": BlurRule(("rise", 1.0), None),
+    "blurred is farther, or flattens": BlurRule(("rise", 1.0), ("rise", -1.0)),
+    "blurred is nearer, or ignored": BlurRule(None, ("rise", 1.0)),
+    "a change of its own for each focus": BlurRule(("rise_nearest", 1.0), ("rise_farthest", 1.0)),
+}
+"""Rules that are compared: by the sign of depth from blur and by what is done where blur contradicts the layout."""
+
+
+def _rules(nearest: FloatArray) -> dict[str, BlurRule]:
+    """Rules that differ in what they predict: with one object in focus throughout, some are alike."""
+    seen: dict[tuple[object, ...], tuple[str, BlurRule]] = {}
+    for name, rule in BLUR_RULES.items():
+        sides = ((True, rule.nearest), (False, rule.farthest))
+        used = [one for at, one in sides if (nearest.astype(bool) == at).any()]
+        fitted = rule.parameters if len(used) > 1 else ()
+        key = tuple(None if one is None else (fitted, one[1]) for one in used)
+        if len(used) < 2 and used[0] is not None and used[0][1] < 0:
+            continue  # the sign of a change is fitted
+        seen.setdefault(key, (name, rule))
+    return dict(seen.values())
+
+
+def _start(rule: BlurRule, apertures: FloatArray) -> dict[str, float]:
+    start = dict.fromkeys(rule.parameters, 0.1)
+    if start:
+        start["sensitivity"] = 0.1
+    if start and len(np.unique(apertures)) >= FEWEST_APERTURES:
+        start["compression"] = 2.0
+    return start
+
+
+def _change(rule: BlurRule, conditions: Conditions, values: Values, largest: float) -> tuple[FloatArray, FloatArray]:
+    """Change of the mean person's answer by blur, and its derivative by a person's own deviation."""
+    share, compression = conditions["aperture"] / largest, abs(values.get("compression", 0.0))
+    size = np.arcsinh(compression * share) / math.asinh(compression) if compression > LINEAR else share
+    signs = [0.0 if one is None else one[1] for one in (rule.nearest, rule.farthest)]
+    rises = [0.0 if one is None else values[one[0]] for one in (rule.nearest, rule.farthest)]
+    nearest = conditions["nearest"] > 0.5
+    own = np.asarray(size * np.where(nearest, *signs))
+    return own * np.where(nearest, *rises), own
+
+
+@dataclass(frozen=True)
+class BlurRatings:
+    """Normally distributed ratings (or their logarithms) by a rule; level and sensitivity are integrated exactly.
+
+    The conditions are `aperture` (mm) and `nearest`: 1 with the nearest object in focus, 0 with the farthest. The
+    parameters are `level` of the mean person without blur, `people` (SD of the level over people), the rule's changes,
+    `sensitivity` (SD over people of the change), `noise` (SD of one answer) and `compression` (c).
+    """
+
+    rule: BlurRule
+    largest: float
+    start: Mapping[str, float]
+    positive: frozenset[str] = SPREADS
+
+    def log_likelihoods(self, answers: Answers, values: Values) -> dict[str, float]:
+        """Log likelihood of each person's ratings: normal, with the covariance of their own level and sensitivity."""
+        change, own = _change(self.rule, answers.conditions, values, self.largest)
+        left = answers.answer - values["level"] - change
+        names, who = np.unique(answers.participant, return_inverse=True)
+
+        def total(array: FloatArray) -> FloatArray:
+            return np.asarray(np.bincount(who, array, len(names)), float)
+
+        count, variance = total(np.ones(len(who))), values["noise"] ** 2
+        scales = np.array([values["people"], values.get("sensitivity", 0.0)])
+        ones = np.ones_like(own)
+        design = np.array([[total(a * b) for a in (ones, own)] for b in (ones, own)])
+        inner = np.eye(2) + np.einsum("ijp,i,j->pij", design, scales, scales) / variance
+        along = np.stack([total(left), total(left * own)], axis=1) * scales
+        explained = np.einsum("pi,pi->p", along, np.linalg.solve(inner, along[..., None])[..., 0]) / variance
+        found = -(total(left**2) - explained) / variance / 2 - count * math.log(2 * math.pi * variance) / 2
+        found -= np.linalg.slogdet(inner)[1] / 2
+        return dict(zip(names.tolist(), found.tolist(), strict=True))
+
+
+def blur_ratings(apertures: ArrayLike, nearest: ArrayLike, answers: ArrayLike) -> dict[str, BlurRatings]:
+    """Observers of ratings by each rule that such trials can distinguish.
+
+    Parameters
+    ----------
+    apertures
+        Diameter (mm) of each trial; 0 for the pinhole.
+    nearest
+        1 where the nearest object was in focus, 0 where the farthest was.
+    answers
+        The ratings or their logarithms, from which the search starts.
+
+    Examples
+    --------
+    >>> observers = blur_ratings([0.0, 4.5, 8.9], [1, 1, 1], [0.0, 0.1, 0.3])
+    >>> list(observers)
+    ['blind to blur', 'any blur deepens']
+    """
+    aperture, rated = np.asarray(apertures, float), np.asarray(answers, float)
+    spread = max(float(rated.std()), 1e-3)
+    general = {"level": float(rated.mean()), "people": spread / 2, "noise": spread}
+    largest = max(float(aperture.max()), 1e-9)
+    return {
+        name: BlurRatings(rule, largest, general | _start(rule, aperture))
+        for name, rule in _rules(np.asarray(nearest, float)).items()
+    }
+
+
+def blur_choices(apertures: ArrayLike, nearest: ArrayLike) -> dict[str, Choices]:
+    """Observers who choose the deeper of a picture and its reference, by each rule that such trials can distinguish.
+
+    The answer is 1 for the picture. Parameters: `bias` (in standard deviations of the decision), the rule's changes (d'
+    at the largest aperture), `sensitivity` and `compression` as of `BlurRatings`. Conditions and arguments as there.
+    """
+    aperture = np.asarray(apertures, float)
+    largest = max(float(aperture.max()), 1e-9)
+
+    def of(rule: BlurRule) -> Choices:
+        def probability(conditions: Conditions, values: Values, own: FloatArray) -> FloatArray:
+            change, slope = _change(rule, conditions, values, largest)
+            change = values["bias"] + change + values.get("sensitivity", 0.0) * slope * own
+            return np.asarray(LAPSES / 2 + (1 - LAPSES) * ndtr(change / math.sqrt(2)))
+
+        return Choices(probability, {"bias": 0.0} | _start(rule, aperture), SPREADS)
+
+    return {name: of(rule) for name, rule in _rules(np.asarray(nearest, float)).items()}

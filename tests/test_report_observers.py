@@ -1,0 +1,63 @@
+"""Observers fitted in the report: what is printed, written and refused."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.cli import main
+from focalgradient.report import make_report
+from focalgradient.report.observed import observed_ratings, observed_thresholds
+from focalgradient.scales import analysis_named
+from focalgradient.statistics import NotComputed
+
+
+def levels(people=4):
+    """Answers at levels by people with a threshold of 0.15, simulated."""
+    rng = np.random.default_rng(5)
+    level = np.tile(np.repeat([0.05, 0.1, 0.2, 0.4], 25), people)
+    share = 0.5 + 0.49 * (1 - 0.5 ** ((level / 0.15) ** 3))
+    who = np.repeat([f"P{person}" for person in range(people)], 100)
+    return pd.DataFrame({"participant": who, "level": level, "correct": (rng.random(len(level)) < share).astype(int)})
+
+
+def test_the_command_writes_the_comparison_and_repeats_it_in_the_page(tmp_path):
+    pytest.importorskip("psignifit", reason="the extra thresholds is not installed")
+    levels().to_csv(tmp_path / "own.csv", index=False)
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["report", str(tmp_path / "own.csv"), "--observers", "--out", str(tmp_path / "out")])
+    found = pd.read_csv(tmp_path / "out" / "threshold_observers.csv")
+    assert set(found["observer"]) == {"guessing", "linear transducer", "square transducer", "power transducer"}
+    assert found["observer"].iloc[-1] == "guessing"
+    assert found["held out"].is_monotonic_decreasing
+    assert found["exceedance"].sum() == pytest.approx(1, abs=1e-6)
+    guessing = found.set_index("observer").loc["guessing"]
+    assert guessing["held out"] == pytest.approx(400 * np.log(0.5), abs=1e-6)
+    people = pd.read_csv(tmp_path / "out" / "threshold_observer_people.csv")
+    assert people["guessing"].sum() == pytest.approx(guessing["held out"])
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "predicts the answers of people held out best" in page
+    assert "Observers were fitted by maximum likelihood" in page
+
+
+def test_a_task_without_an_observer_is_stated_in_one_sentence(tmp_path):
+    rows = {"participant": np.repeat(["a", "b", "c"], 40), "signal": np.tile([0, 1], 60)}
+    rng = np.random.default_rng(1)
+    table = pd.DataFrame(rows).assign(response=lambda one: (rng.random(120) < 0.2 + 0.6 * one["signal"]).astype(int))
+    table.to_csv(tmp_path / "own.csv", index=False)
+    report = make_report(tmp_path / "own.csv", observers=True)
+    assert b"No observer here predicts the answers to" in report.files["report.md"]
+    assert not [name for name in report.files if "observer" in name]
+    json.loads(report.files["results.json"])
+
+
+def test_too_few_people_and_ordinal_steps_are_refused_with_the_reason():
+    few = observed_thresholds(levels(2).rename(columns={"participant": "participant_id"}).assign(catch=False))
+    assert isinstance(few, NotComputed)
+    assert few.reason == "Observers are compared by people held out, which needs 3 of them, and there are 2."
+    steps = observed_ratings(pd.DataFrame(), analysis_named("ordinal"))
+    assert isinstance(steps, NotComputed)
+    assert steps.reason.startswith("Steps of a scale have no observer to fit")
