@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float64]
 DISTANCES = np.geomspace(0.02, 1000.0, 600)
 """Metres among which a distance is: from nearer than any eye focuses to where blur has no part."""
 
+INDEPENDENT = 24
+"""Places whose blurs err independently: neighbours are looked at through the same fields, and share textures; ours."""
+
 
 @dataclass(frozen=True, slots=True)
 class Magnitude:
@@ -97,8 +100,10 @@ class DistanceOfFixated:
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Magnitude:
         """Answer by the product of what the layout suggests and the likelihood of blur at all places.
 
-        Weber's error is that of each place; once more it is that of all, as the scale of blur is an observer's own.
-        With 1 - defocus blur is the texture's and tells nothing.
+        Places err by Weber's fraction and by a misfit of unknown variance, over which the likelihood is integrated:
+        where the layout does not explain how blur differs over the picture, blur says little (Held et al. 2010: blur at
+        odds with the layout changes perceived size less). Weber's error is once more that of all places, as the scale
+        of blur is an observer's own. With 1 - defocus blur is the texture's and tells nothing.
         """
         (seen,), slope = seen_by([light], display, observer.pupil)
         distance = np.asarray(self.layout.distance, float)
@@ -124,7 +129,9 @@ class DistanceOfFixated:
         arcmin = np.abs(1 - nearness[known]) / defocus(np.array(1.0), observer)  # of blur, at one metre
         expected = np.hypot(arcmin / DISTANCES[:, None], focused)
         each = np.hypot(estimated.log_sd[known], observer.weber)
-        cost = ((np.log(blur / expected) / each) ** 2).sum(1)
+        weight = each**-2.0 / (each**-2.0).sum()
+        misfit = observer.weber**2 + np.log(blur / expected) ** 2 @ weight
+        cost = min(INDEPENDENT, each.size) * np.log(misfit)
         log = np.log(DISTANCES)
         fits = np.exp(-(cost - cost.min()) / 2)
         spread = np.exp(-(((log[:, None] - log) / observer.weber) ** 2) / 2) @ (fits / fits.sum())
