@@ -39,6 +39,7 @@ from focalgradient.depth.equalise.signal import (
     why_rejected,
 )
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
+from focalgradient.depth.equalise.texture import OwnTexture
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles, tiles_about
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
@@ -82,6 +83,11 @@ AROUND = 4.0
 TENTH, BLUR_BESIDE = 0.1, 0.15
 """Share of its distance, or blur radius in pixels, to which a surface must be known about an outline for depth to be
 claimed: the greater holds. Between outlines closer together than windows are wide, surfaces are less known."""
+
+OTHER_SURFACE = 0.2
+"""Standard deviation of the vergence of a surface without texture about that of the textured one beside it, over the
+frame's median vergence: in rooms, depth where texture ends errs by 0.18 of itself in the root mean square, and by 0.12
+where it does not."""
 
 BAND = 4_000_000
 """Pixels that are worked out at a time."""
@@ -139,7 +145,10 @@ def estimate(problem: Problem) -> Estimate:
         about = equalised.to_blocks(ndimage.maximum_filter(informative & textured, reach), registered.shape)
         valid[at] = (known_there & registered.usable & about)[at]
     if gains is None:
-        valid &= frame.textured
+        valid &= frame.textured.present
+        if valid.any():
+            apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[valid])))
+            vergence_sd = np.hypot(vergence_sd, apart * np.sqrt(frame.textured.other_surface))
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         vergence_sd = np.hypot(vergence_sd, mixture.focus_sd.astype(np.float32))
@@ -307,7 +316,7 @@ class _Frame:
     nodes: Nodes
     curved: FloatArray  # h x w: variance of depth where it is not plane, or near jumps, in levels squared
     agrees: NDArray[np.bool_]  # H x W
-    textured: NDArray[np.bool_]  # H x W: texture of its own
+    textured: OwnTexture
     split: SplitBand
     noise_sd: list[float]  # of each view
     law: NoiseLaw | None  # where noise rises with brightness
@@ -348,7 +357,8 @@ def _by_tiles(
     else:
         ready = first
     del first
-    agrees, textured = (np.empty(registered.shape, np.bool_) for _ in range(2))
+    agrees, present = (np.empty(registered.shape, np.bool_) for _ in range(2))
+    textured = OwnTexture(present, np.empty(registered.shape, np.float32))
     found, splits, ends = [], [], None
     for number, tile in enumerate(parts):
         if len(parts) > 1:
@@ -362,9 +372,12 @@ def _by_tiles(
             )
             if law is not None:
                 equalised.divide(uneven_noise(law, views))
-        part = Part(views, tile.inward(registered.shape), settings.false_alarm, blur, levels_per_pixel)
+        compressed = law is not None and law.by_contrast > 0
+        part = Part(views, tile.inward(registered.shape), settings.false_alarm, blur, levels_per_pixel, compressed)
         robust, split = _robustly(equalised, part, scale)
-        agrees[tile.core], textured[tile.core] = robust.agrees[tile.within], robust.textured[tile.within]
+        agrees[tile.core] = robust.agrees[tile.within]
+        textured.present[tile.core] = robust.textured.present[tile.within]
+        textured.other_surface[tile.core] = robust.textured.other_surface[tile.within]
         found.append((tile, robust.nodes))
         splits.append(split)
         # Wavebands have textures of their own, whose residuals are no contradiction.

@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes
-from focalgradient.depth.equalise.texture import own_texture, rests_on_texture
+from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth
@@ -54,6 +54,7 @@ class Part:
     false_alarm: float
     blur: FloatArray  # L: the largest blur radius in pixels at each level
     levels_per_pixel: float
+    compressed: bool = False  # whether noise rises with contrast, as compression makes it
 
     def of(self, tile: Tile) -> Part:
         """A tile of it, with its overlap."""
@@ -78,7 +79,7 @@ class Robust:
     used: NDArray[np.bool_]  # H x W: pixels that depth rests on
     energy: Image  # L x h x w: their squared residuals, summed over each node's block
     within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
-    textured: NDArray[np.bool_]  # H x W: whether a pixel has texture of its own
+    textured: OwnTexture
     images: list[tuple[Image, Image]]  # each comparison's residual at depth in the first windows, and its derivative
 
 
@@ -123,7 +124,7 @@ def robust_depth(
     nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, scale, growth)
     nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
     summed = before if changed.mean() < SETTLED else used
-    textured = own_texture(equalised, local, weight, scale)
+    textured = own_texture(equalised, local, weight, scale, part.compressed)
     return Robust(nodes, agrees, scale, summed, energy, within, textured, images)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -11,7 +13,7 @@ from focalgradient.depth.equalise.even import CHANGING
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.filters import Image
 
-__all__ = ["own_texture", "rests_on_texture"]
+__all__ = ["OwnTexture", "own_texture", "rests_on_texture"]
 
 NARROW = 0.5
 """Window in which texture is near, over that in which depth is estimated."""
@@ -31,6 +33,15 @@ GAP = 8
 SURE = 0.6
 """Information that would be missed, over what noise puts into the derivative's power, from which its lack is seen: the
 mean over a pixel's own window is known to 0.28."""
+
+LACKING = 0.3
+"""Information at a pixel, over what noise puts into the derivative's power, below which it has none: as much as noise
+makes its mean over a pixel's own window err (0.28)."""
+
+REACH, EVEN_CHANCE = 4.0, 0.1
+"""Standard deviation in pixels of the window in which a lack of texture is near; and its share there at which the pixel
+is as likely to belong to the surface without texture as to that with it. Blur and windows carry texture about 5 pixels
+over its end, from where on a surface without any lacks it, so that at the end itself the share is 0.1."""
 
 MOST_CURVATURE = 5.0
 """Curvature of the cost, over the power that depth gives the residual's derivative, above which the minimum is not a
@@ -82,11 +93,22 @@ def rests_on_texture(
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
 
 
-def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float) -> NDArray[np.bool_]:
-    """Whether what is informative about depth lies at each pixel (H x W), and not only beside it in its window.
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnTexture:
+    """Where depth rests on texture at the pixel itself, H x W each."""
 
-    A blank surface beside a textured one is given the other's depth by every window that reaches over both. The
-    arguments are those of `rests_on_texture`.
+    present: NDArray[np.bool_]
+    other_surface: Image  # probability that a pixel belongs to a surface without texture, beside that which is seen
+
+
+def own_texture(
+    equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float, compressed: bool
+) -> OwnTexture:
+    """Whether what is informative about depth lies at each pixel, and not only beside it in its window.
+
+    A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
+    with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
+    compression takes away what is weak, and leaves lone edges. The other arguments are those of `rests_on_texture`.
     """
     by_noise = np.interp(
         local.level, np.arange(equalised.levels), noise * sum(r.noise_derivative for r in equalised.residuals)
@@ -95,7 +117,15 @@ def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image, 
     count, own_count = (ndimage.gaussian_filter(weight, sd) + 1e-6 for sd in (equalised.window, BESIDE))
     around = ndimage.gaussian_filter(power, equalised.window) / count
     own = ndimage.gaussian_filter(power, BESIDE) / own_count
-    has = (own >= OWN * around) | (OWN * around < SURE * by_noise)
-    has |= equalised.even.rate_at(local.level) < CHANGING
+    at_focus = equalised.even.rate_at(local.level) < CHANGING
+    has = (own >= OWN * around) | (OWN * around < SURE * by_noise) | at_focus
+    shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
+    lacks = weight * ~(shows if compressed else _without_gaps(shows))
+    share = ndimage.gaussian_filter(lacks, REACH) / (ndimage.gaussian_filter(weight, REACH) + 1e-6)
+    return OwnTexture(_without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32))
+
+
+def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The same without gaps up to `GAP` pixels wide."""
     disc = np.hypot(*np.mgrid[-(GAP // 2) : GAP // 2 + 1, -(GAP // 2) : GAP // 2 + 1]) <= GAP / 2
-    return np.asarray(ndimage.binary_closing(np.pad(has, GAP, mode="edge"), disc)[GAP:-GAP, GAP:-GAP])
+    return np.asarray(ndimage.binary_closing(np.pad(textured, GAP, mode="edge"), disc)[GAP:-GAP, GAP:-GAP])
