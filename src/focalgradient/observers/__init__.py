@@ -30,6 +30,7 @@ from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natu
 from focalgradient.observers.questions import BlurDiscrimination, Choice, DepthOrder, FigureGround, Question
 from focalgradient.observers.ratings import DepthExtent, DepthRating
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
+from focalgradient.observers.slants import PerceivedSlant, Slant
 from focalgradient.observers.thresholds import choose, known_threshold, right_share
 
 __all__ = [
@@ -54,12 +55,14 @@ __all__ = [
     "Observer",
     "ObserverComparison",
     "ObserverFit",
+    "PerceivedSlant",
     "Percept",
     "PersonModel",
     "Question",
     "Ratings",
     "RelativeLayout",
     "SeenLevels",
+    "Slant",
     "blur_threshold",
     "cache_folder",
     "check_pictures",

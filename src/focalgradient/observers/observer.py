@@ -82,6 +82,11 @@ class Observer:
         Standard deviation in dioptres of depth at places that a layout leaves open, a flat one too; our choice.
     flatness
         How surely the display is seen to be flat: standard deviation in dioptres.
+    stereo
+        Just noticeable difference of disparity in minutes of arc, right in 75 % of two alternatives: 20 seconds, as
+        most people pass (Coutant & Westheimer 1993).
+    interocular
+        Metres between the eyes.
     rigidity
         Log odds against a reading for each unit of its departure from rigid.
     dominance
@@ -118,6 +123,8 @@ class Observer:
     layout_noise: float = 0.2
     layout_error: float = 0.1
     flatness: float = 0.17
+    stereo: float = 0.33
+    interocular: float = 0.063
     rigidity: float = 6.0
     dominance: float = 5.2
     duration_spread: float = 0.77
@@ -137,7 +144,8 @@ class Observer:
         display
             That shows it: its pixels per degree.
         question
-            `DepthOrder`, `FigureGround`, `BlurDiscrimination` or `DistanceOfFixated`.
+            `DepthOrder`, `FigureGround`, `BlurDiscrimination`, `DistanceOfFixated`, `DepthExtent`, `DepthRating` or
+            `Slant`.
 
         Raises
         ------

@@ -21,6 +21,7 @@ from scipy.special import ndtr, ndtri
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.borders import border_blur, share_border
+from focalgradient.observers.disparities import disparity_at_places
 from focalgradient.observers.front_end import SPACING, blur_of, own_blur, seen_by
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.retinal_blur import SAMPLING_BLUR, BlurEstimate
@@ -75,20 +76,23 @@ class Question(Protocol[Answered]):
 class DepthOrder:
     """Which of two regions is the nearer one: ``"first"`` or ``"second"``.
 
-    Two cues: which is more blurred, by the prior of the observer, and, where the regions meet, which one the border's
-    blur belongs to.
+    Cues: which is more blurred, by the prior of the observer; where the regions meet, which one the border's blur
+    belongs to; and with two eyes, which one has more crossed disparity.
 
     Parameters
     ----------
     first, second
         Masks of the picture's shape, each with room for a square of 64 pixels or so.
+    right
+        The right eye's picture, where the one that is looked at is the left eye's.
     """
 
     first: Region
     second: Region
+    right: FloatArray | None = None
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
-        """Answer by the product of both cues' odds."""
+        """Answer by the product of the cues' odds."""
         regions = _checked(light, self.first, self.second)
         (seen,), slope = seen_by([light], display, observer.pupil)
         estimated = blur_of(seen, slope, display, observer.pupil)
@@ -101,6 +105,11 @@ class DepthOrder:
             border = _seen(*border_blur(seen, self.first, self.second, own), display)
             first, second = (_belongs(border, blur, observer) for blur in blurs)
             near = near * first / (near * first + (1 - near) * second)
+        if self.right is not None:
+            disparity = disparity_at_places(np.asarray(light, float), self.right, display)
+            crossed = [_region_disparity(disparity, region) for region in regions]
+            by_eyes = float(ndtr((crossed[0] - crossed[1]) / (observer.stereo / float(ndtri(0.75)))))
+            near = near * by_eyes / max(near * by_eyes + (1 - near) * (1 - by_eyes), 1e-300)
         return _answered(near, observer)
 
 
@@ -184,6 +193,15 @@ def _region_blur(estimated: BlurEstimate, display: Display, region: Region) -> t
     weight = estimated.log_sd[chosen] ** -2.0
     log = float(weight @ estimated.log_blur[chosen] / weight.sum())
     return _seen(log, float(weight.sum() ** -0.5), display)
+
+
+def _region_disparity(disparity: FloatArray, region: Region) -> float:
+    """Median disparity (arcmin) of the places whose middle lies within a region."""
+    rows, columns = (SPACING * np.arange(count) + SPACING // 2 for count in disparity.shape)
+    inside = disparity[np.asarray(region)[np.ix_(rows, columns)]]
+    if not np.isfinite(inside).any():
+        raise InputError("a region's disparity cannot be estimated: both eyes' pictures agree at none of its places.")
+    return float(np.nanmedian(inside))
 
 
 def _seen(log: float, log_sd: float, display: Display) -> tuple[float, float]:

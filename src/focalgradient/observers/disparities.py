@@ -1,0 +1,68 @@
+"""Disparity between the pictures of two eyes, estimated at places by correlation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.observers.front_end import DARK, SPACING
+
+__all__ = ["disparity_at_places"]
+
+FloatArray = NDArray[np.float64]
+
+WIDEST = 120.0
+"""Largest disparity searched, in arcmin; our choice."""
+
+CORRELATION = 0.5
+"""Correlation between both eyes' pictures below which a place has no disparity; our choice."""
+
+
+def disparity_at_places(left: FloatArray, right: FloatArray, display: Display) -> FloatArray:
+    """Disparity in arcmin at places, rows x columns; NaN where the pictures do not agree.
+
+    Place in the left eye's picture minus place in the right eye's, to the right: positive (crossed) for what is nearer
+    than the display.
+
+    Raises
+    ------
+    InputError
+        If the pictures are not of one shape.
+
+    Examples
+    --------
+    >>> texture = np.random.default_rng(1).uniform(0.2, 0.8, (96, 160))
+    >>> display = Display()
+    >>> shifted = disparity_at_places(texture, np.roll(texture, -3, axis=1), display)
+    >>> bool(abs(np.nanmedian(shifted) / display.arcmin(1.0) - 3) < 0.1)
+    True
+    """
+    one, other = (np.log(np.maximum(np.asarray(light, float), 0) + DARK) for light in (left, right))
+    if one.ndim != 2 or one.shape != other.shape:
+        raise InputError(f"right is of shape {other.shape}, but must be of the left picture's, {one.shape}.")
+    rows, columns = (length // SPACING for length in one.shape)
+
+    def local(values: FloatArray) -> FloatArray:
+        blocks = values[: rows * SPACING, : columns * SPACING].reshape(rows, SPACING, columns, SPACING)
+        return np.asarray(blocks.mean((1, 3)))
+
+    reach = math.ceil(WIDEST / display.arcmin(1.0))
+    shifts = np.arange(-reach, reach + 1)
+    mean, square = local(one), local(one**2)
+    found = []
+    for shift in shifts:
+        moved = np.roll(other, shift, axis=1)
+        average = local(moved)
+        spread = (square - mean**2) * (local(moved**2) - average**2)
+        found.append((local(one * moved) - mean * average) / np.sqrt(np.maximum(spread, 1e-12)))
+    score = np.array(found)
+    highest = score.argmax(0)
+    best = np.clip(highest, 1, len(shifts) - 2)
+    before, peak, after = (np.take_along_axis(score, best[None] + step, 0)[0] for step in (-1, 0, 1))
+    curve = np.minimum(before - 2 * peak + after, -1e-9)
+    shift = shifts[best] + np.clip(0.5 * (before - after) / curve, -0.5, 0.5)
+    return np.where((score.max(0) > CORRELATION) & (highest == best), display.arcmin(1.0) * shift, np.nan)
