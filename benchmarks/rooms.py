@@ -4,8 +4,9 @@
 
 ROOMS is a folder with one folder a room: ``narrow.jpg`` and ``wide.jpg`` of one focus, and ``depth_mm.png`` of a depth
 camera (16 bits, mm; 0 where none). A row gives the share of the pixels that are measured, the mean relative error of
-distance, the share within a factor of 1.25, and those within two and beyond five stated standard deviations; then the
-same of the completed map, in its classes. Scored is what lies farther than 6 pixels from the depth camera's own jumps
+distance, the share within a factor of 1.25, those within two and beyond five stated standard deviations, and that
+within two with what the focus differs by from room to room (``total_sd``); then the same of the completed map, in its
+classes. Scored is what lies farther than 6 pixels from the depth camera's own jumps
 and on the side of focus that is searched (``--near``), as two apertures cannot tell the sides apart.
 
 Layers are rendered: a textured thing before a blank wall, and a blank thing before a textured wall, each with edges of
@@ -28,6 +29,7 @@ from scipy import ndimage
 from stored_photographs import stored
 
 from focalgradient import DepthMap, Lens, View, recover_depth
+from focalgradient.calibration.scenes import REPEAT
 from focalgradient.photographs import read_photographs
 from focalgradient.plotting import new_figure
 from focalgradient.psf import transfer
@@ -42,7 +44,7 @@ CLASSES = {2: "measured", 1: "near evidence", 0: "guessed"}
 
 def room_views(folder: Path, focus: float) -> list[View]:
     photographs = read_photographs([folder / name for name in F_NUMBERS], "srgb")
-    lenses = [Lens(FOCAL_LENGTH, number, focus) for number in F_NUMBERS.values()]
+    lenses = [Lens(FOCAL_LENGTH, number, focus, focus_tolerance=REPEAT * focus) for number in F_NUMBERS.values()]
     return [
         View(photo.luminance, lens, PITCH / lens.sensor_distance, mask=photo.mask)
         for photo, lens in zip(photographs, lenses, strict=True)
@@ -61,12 +63,16 @@ def truth(folder: Path, near: float) -> tuple[Array, Array]:
     return distance, (distance > near) & (ndimage.distance_transform_edt(~jumps) > MARGIN)
 
 
-def score(vergence: Array, sd: Array, distance: Array) -> list[float]:
-    """Mean relative error, share within a factor of 1.25, within two and beyond five standard deviations."""
+def score(vergence: Array, sd: Array, total_sd: Array, distance: Array) -> list[float]:
+    """Mean relative error, shares within a factor of 1.25, within 2 and beyond 5 sd, and within 2 total sd."""
     found = 1 / np.maximum(vergence, 1e-3)
-    off = np.abs(vergence - 1 / distance) / sd
+    error = np.abs(vergence - 1 / distance)
+    off = error / sd
     factor = np.maximum(found / distance, distance / found)
-    return [float(np.mean(one)) for one in (np.abs(found / distance - 1), factor < 1.25, off < 2, off > 5)]
+    return [
+        float(np.mean(one))
+        for one in (np.abs(found / distance - 1), factor < 1.25, off < 2, off > 5, error < 2 * total_sd)
+    ]
 
 
 def rows(depth: DepthMap, distance: Array, scored: Array) -> dict[str, list[float]]:
@@ -77,7 +83,7 @@ def rows(depth: DepthMap, distance: Array, scored: Array) -> dict[str, list[floa
     return {
         name: [
             part.sum() / scored.sum(),
-            *score(*(one[part].astype(float) for one in (depth.vergence, depth.vergence_sd, distance))),
+            *score(*(one[part].astype(float) for one in (depth.vergence, depth.vergence_sd, depth.total_sd, distance))),
         ]
         for name, part in parts.items()
         if part.any()
@@ -85,15 +91,15 @@ def rows(depth: DepthMap, distance: Array, scored: Array) -> dict[str, list[floa
 
 
 def line(name: str, values: Sequence[float]) -> str:
-    share, error, factor, within, beyond = values
-    return f"{name:28}{share:7.3f}{error:9.3f}{factor:8.3f}{within:8.3f}{beyond:9.4f}"
+    share, error, factor, within, beyond, total = values
+    return f"{name:28}{share:7.3f}{error:9.3f}{factor:8.3f}{within:8.3f}{beyond:9.4f}{total:12.3f}"
 
 
 def rooms(
     folders: Sequence[Path], focus: float, near: float, far: float
 ) -> dict[str, tuple[list[View], DepthMap, Array]]:
     """Depth of each room; prints its rows, and those pooled."""
-    print(f"{'':28}{'share':>7}{'rel.err':>9}{'<1.25':>8}{'< 2 sd':>8}{'> 5 sd':>9}")
+    print(f"{'':28}{'share':>7}{'rel.err':>9}{'<1.25':>8}{'< 2 sd':>8}{'> 5 sd':>9}{'< 2 total':>12}")
     found: dict[str, tuple[list[View], DepthMap, Array]] = {}
     pooled: dict[str, list[list[float]]] = {}
     refused = 0

@@ -1,6 +1,8 @@
 """Autofocus: the sharpest of a stack of focus settings, to a small part of their spacing, and honest about it."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from blurred import Camera, lens, texture, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient import DepthMap, InputError, Lens, View, recover_depth
 from focalgradient.depth.autofocus.peaks import peaks
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import slant
@@ -87,6 +89,39 @@ def test_what_lies_beyond_the_stack_is_rejected() -> None:
     depth = recover_depth(wall(lenses, 1 / 0.63), method="autofocus")
     assert depth.valid.mean() > 0.95
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1 / 0.63, rel=5e-3)
+
+
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
+@pytest.mark.parametrize(("distance", "way", "focus"), [(2.5, -1, 0.6), (0.7, 1, 1.2)])
+def test_what_lies_beyond_the_stack_is_stated_as_such(distance: float, way: int, focus: float, tmp_path: Path) -> None:
+    depth = recover_depth(wall(stack(0.6, 0.8, 1.0, 1.2), distance), method="autofocus")
+    assert depth.beyond is not None
+    assert np.mean(depth.beyond == way) > 0.9
+    assert not (depth.beyond == -way).any()
+    assert not depth.valid[depth.beyond != 0].any()
+    assert depth.vergence[depth.beyond == way] == pytest.approx(focus)
+    assert "lies at or beyond the farthest focus" in depth.details["rejected"]
+    assert "at or beyond the farthest focus: " in depth.summary()
+    depth.save(tmp_path / "depth.npz")
+    again = DepthMap.load(tmp_path / "depth.npz")
+    assert (again.beyond == depth.beyond).all()
+    assert again.evidence is None
+
+
+def test_within_the_stack_nothing_lies_beyond_and_no_sliver_is_claimed() -> None:
+    assert not recover_depth(wall(stack(0.5, 0.65, 0.8, 0.95), 1.4), method="autofocus").beyond.any()
+    # Half of the frame lies in the stack, half beyond it: what is claimed is that half, and no strip beside it.
+    lenses = stack(0.6, 0.8, 1.0, 1.2)
+    near, far = (wall(lenses, distance) for distance in (1.25, 2.6))
+    width = near[0].shape[1]
+    at = np.arange(width) < width // 2
+    views = [replace(one, image=np.where(at, one.image, other.image)) for one, other in zip(near, far, strict=True)]
+    depth = recover_depth(views, method="autofocus")
+    beside = np.abs(np.arange(width) - width / 2) > 16
+    assert depth.valid[:, at & beside].mean() > 0.9
+    assert (depth.beyond[:, ~at & beside] == -1).mean() > 0.9
+    wrong = depth.valid & (np.abs(depth.vergence - np.where(at, 0.8, 1 / 2.6)) > 5 * depth.vergence_sd)
+    assert wrong.mean() < 0.01
 
 
 def test_what_has_no_texture_is_rejected() -> None:

@@ -153,7 +153,8 @@ def depth(
     (m), vergence (dioptres), valid, and two standard deviations in dioptres: vergence_sd of what differs between
     pixels, and common_sd of what the whole frame shares, as the focus. Pixels that are not valid have no estimate that
     can be used; with --dense they have a completed one, and `evidence` is 2 where depth is measured, 1 near there and
-    0 where it is guessed.
+    0 where it is guessed. With --method autofocus `beyond` is -1 at or beyond the farthest focus, 1 at or nearer than
+    the nearest.
 
     \b
     Methods, and when each is right:

@@ -21,6 +21,9 @@ PUPIL = "the entrance pupil"
 _GRIDS = ("vergence", "vergence_sd", "valid", "side_known")
 
 
+_FURTHER = ("evidence", "beyond")
+"""Arrays that some maps have."""
+
 _NONE = np.zeros((0, 0, 0))
 """No common errors, of a map of any size."""
 
@@ -53,6 +56,10 @@ class DepthMap:
     evidence
         H x W integers, how depth is known at each pixel of a map that was completed (``dense``): 2 measured, which is
         where it is valid; 1 near to that; 0 guessed. None: the map was not completed.
+    beyond
+        H x W integers, of a focus stack (``"autofocus"``): -1 where the point lies at or beyond the farthest focus, 1
+        where it lies at or nearer than the nearest, which `vergence` then is; 0 elsewhere. Such pixels are not valid.
+        None: the method does not tell.
 
     Examples
     --------
@@ -77,6 +84,7 @@ class DepthMap:
     plane: str = PUPIL
     common_errors: NDArray[np.floating] = field(default_factory=lambda: _NONE)
     evidence: NDArray[np.uint8] | None = None
+    beyond: NDArray[np.int8] | None = None
 
     def __post_init__(self) -> None:
         if self.common_errors is _NONE:
@@ -167,6 +175,9 @@ class DepthMap:
             lines.append(f"standard deviation (median): {sd:.3g} D{shared}, {sd_m:.3g} m")
         elif "rejected" in self.details:
             lines.append(f"no pixel is valid: {self.details['rejected']}")
+        if self.beyond is not None and self.beyond.any():
+            farther, nearer = (f"{np.mean(self.beyond == way):.0%}" for way in (-1, 1))
+            lines.append(f"at or beyond the farthest focus: {farther}; at or nearer than the nearest: {nearer}")
         if "side" in self.details:
             lines.append(f"side of focus: {self.details['side']}")
         return "\n".join(lines)
@@ -199,9 +210,9 @@ class DepthMap:
 
         Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` and ``common_sd`` (D), ``valid`` and
         ``side_known`` (bool); ``common_errors`` (D), K x H x W; ``offset`` (m); ``plane``, what distances count from;
-        ``details``, a JSON text; and ``evidence`` (integers) of a completed map.
+        ``details``, a JSON text; and, of maps that have them, ``evidence`` and ``beyond`` (integers).
         """
-        completed: dict[str, Any] = {} if self.evidence is None else {"evidence": self.evidence}
+        further = {name: values for name in _FURTHER if (values := getattr(self, name)) is not None}
 
         def write(place: Path) -> None:
             with place.open("wb") as file:
@@ -217,7 +228,7 @@ class DepthMap:
                     offset=np.array(self.offset),
                     plane=np.array(self.plane),
                     details=np.array(json.dumps(self.details)),
-                    **completed,
+                    **further,
                 )
 
         write_whole(path, write)
@@ -232,15 +243,15 @@ class DepthMap:
             If the file is not such an archive.
         """
         what = "a depth map that focalgradient wrote"
-        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane", "common_errors", "evidence"), what)
+        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane", "common_errors", *_FURTHER), what)
         try:
             vergence, vergence_sd, valid, side_known = grids = [found[name] for name in _GRIDS]
             details = json.loads(str(found["details"][()]))
             offset = float(found["offset"]) if "offset" in found else 0.0
             plane = str(found["plane"][()]) if "plane" in found else PUPIL
-            evidence = found.get("evidence")
-            if evidence is not None and (evidence.shape != vergence.shape or evidence.dtype.kind not in "iu"):
-                raise ValueError("evidence of another form")
+            further = [found.get(name) for name in _FURTHER]
+            if any(one is not None and (one.shape != vergence.shape or one.dtype.kind not in "iu") for one in further):
+                raise ValueError("evidence, or what lies beyond, of another form")
             if any(grid.ndim != 2 or grid.shape != grids[0].shape for grid in grids):
                 raise ValueError("shapes differ")
             common = found.get("common_errors", np.zeros((0, *vergence.shape), vergence.dtype))
@@ -250,4 +261,4 @@ class DepthMap:
                 raise ValueError("other types")
         except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InputError(f"{printable(path)} is not {what}, or is damaged: give one that is whole.") from error
-        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane, common, evidence)
+        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane, common, *further)

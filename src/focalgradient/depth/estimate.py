@@ -47,6 +47,9 @@ class Estimate:
         What the user is to be warned of, each a sentence.
     searched
         Vergence that was searched, in dioptres, where the method restricts the search.
+    beyond
+        H x W integers, of methods that see it: 1 at or nearer than the nearest depth searched, -1 at or beyond the
+        farthest, 0 elsewhere.
     """
 
     vergence: NDArray[np.float32]
@@ -57,3 +60,4 @@ class Estimate:
     details: Mapping[str, Any] = field(default_factory=dict)
     warnings: Sequence[str] = ()
     searched: tuple[float, float] | None = None
+    beyond: NDArray[np.int8] | None = None

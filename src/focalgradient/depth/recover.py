@@ -338,7 +338,15 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
         details["common_sd_D"] = stated_parts(middle, search.optics, by_blur)
     side_known = np.full(registered.shape, search.side_known) & estimate.side_known
     common = common_modes(estimate.vergence, search.optics, by_blur)
-    return DepthMap(estimate.vergence, estimate.vergence_sd, estimate.valid, side_known, details, common_errors=common)
+    return DepthMap(
+        estimate.vergence,
+        estimate.vergence_sd,
+        estimate.valid,
+        side_known,
+        details,
+        common_errors=common,
+        beyond=estimate.beyond,
+    )
 
 
 def _warnings(problem: Problem, estimate: Estimate) -> list[str]:

@@ -148,7 +148,9 @@ def _thinned(
     arrays = {name: getattr(depth, name)[some] for name in ("vergence", "vergence_sd", "valid", "side_known")}
     thin = [View(view.image[some], view.optics, every * view.pixel_angle) for view in views]
     arrays["common_errors"] = depth.common_errors[:, ::every, ::every]
-    arrays["evidence"] = None if depth.evidence is None else depth.evidence[some]
+    for name in ("evidence", "beyond"):
+        values = getattr(depth, name)
+        arrays[name] = None if values is None else values[some]
     return thin, replace(depth, **arrays), None if truth is None else truth[some]
 
 

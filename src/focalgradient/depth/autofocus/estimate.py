@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,9 @@ WIDTH = 1.0
 
 REACH = 2.0
 """Pixels of blur radius from the peak up to which settings are fitted, ever less; three always are."""
+
+OUTSIDE = 0.3
+"""Share of the frame at or beyond the ends of the stack above which these are named as the reason: a choice."""
 
 SUPPORT = 0.1
 """Share of the largest number of usable pixels in a window that a window must have."""
@@ -108,16 +112,42 @@ def estimate(problem: Problem) -> Estimate:
     shape = registered.shape
     depth = lowest + unit * interpolate_nodes(fine, apart, step, shape)
     depth_sd = unit * interpolate_nodes(sd, apart, step, shape)
+    enough = count > SUPPORT * count.max()
     inside = (peak.vergence > lowest) & (peak.vergence < highest)
-    valid = repeat_blocks(peak.valid & inside & (count > SUPPORT * count.max()), step, shape)
+    seen = peak.valid & inside & enough
+    # The sharpest setting of all is an end, and no peak lies within.
+    at_end = peak.clear & enough & ~seen
+    beyond = (at_end & (focus[peak.sharpest] >= highest)).astype(np.int8)
+    beyond -= at_end & (focus[peak.sharpest] <= lowest)
+    # Where it borders on what lies beyond, the peak of a window that reaches over both is neither's.
+    narrow = np.ones((max(1, round(window)),) * 2, np.bool_)
+    wide = ndimage.binary_opening(np.pad(seen, len(narrow), mode="edge"), narrow)
+    valid = repeat_blocks(seen & wide[len(narrow) : -len(narrow), len(narrow) : -len(narrow)], step, shape)
     known = blur_is_known(depth_sd * search.slope, search.radius(depth))
+    limits = repeat_blocks(beyond, step, shape) * registered.usable
     return Estimate(
-        depth.clip(lowest, highest).astype(np.float32),
+        np.where(limits == 0, depth, np.where(limits > 0, highest, lowest)).clip(lowest, highest).astype(np.float32),
         depth_sd.astype(np.float32),
-        registered.usable & valid & known,
+        registered.usable & valid & known & (limits == 0),
         noise=(noise * registered.gains).tolist(),
+        details=_stated_limits(limits, lowest, highest),
         searched=(lowest, highest),
+        beyond=limits,
     )
+
+
+def _stated_limits(limits: NDArray[np.int8], lowest: float, highest: float) -> dict[str, Any]:
+    """Shares of the frame at or beyond the ends of the stack, and where that is most of it, the reason to state."""
+    farther, nearer = float(np.mean(limits < 0)), float(np.mean(limits > 0))
+    stated: dict[str, Any] = {"share_at_or_beyond": {"farthest": farther, "nearest": nearer}}
+    if farther + nearer > OUTSIDE:
+        stated["share_outside_range"] = farther + nearer
+        stated["rejected"] = (
+            f"{farther:.0%} of the frame lies at or beyond the farthest focus ({_metres(lowest)} m) and {nearer:.0%} "
+            f"at or nearer than the nearest ({_metres(highest)} m), where the stack has no peak of sharpness: add "
+            "views focused beyond these"
+        )
+    return stated
 
 
 def _noise(problem: Problem) -> FloatArray:

@@ -33,6 +33,8 @@ class Peaks:
     sd: FloatArray  # of it by noise, D
     shape_sd: FloatArray  # of it by what the power may be off, D
     valid: NDArray[np.bool_]  # there is a peak
+    clear: NDArray[np.bool_]  # the sharpest setting stands out from noise
+    sharpest: NDArray[np.intp]  # the setting that is sharpest
     rise: FloatArray  # n x h x w: change of the vergence with the measure at each setting
     share: FloatArray  # n x h x w: weights with which the measures give the peak's height, in units of itself
 
@@ -90,11 +92,14 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
         about = np.clip(about + reach * vertex(about, POWER)[0], least, most)
     place, bend, rise = vertex(about, POWER)
     low, high = (vertex(about, power)[0] for power in POWERS)
+    clear = top**2 > CERTAIN**2 * variance.max(axis=0)
     return Peaks(
         about + reach * place,
         reach * np.sqrt((rise**2 * relative).sum(axis=0)),
         reach * np.abs(high - low) / math.sqrt(12),  # as of an even spread between them
-        (bend > 0) & (top**2 > CERTAIN**2 * variance.max(axis=0)),
+        (bend > 0) & clear,
+        clear,
+        best,
         reach * rise / top,
         height / ((height**2).sum(axis=0) * top),
     )
