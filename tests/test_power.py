@@ -11,7 +11,7 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.power import AnyStudy, Model, rise_power, sequential_power, spending_bounds
-from focalgradient.power.cube import _reports
+from focalgradient.power.cube import CubeModel, _reports
 from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.meta_analysis import random_effects
@@ -52,9 +52,19 @@ def test_rises_that_differ_by_nothing_are_found_to_differ_in_no_more_than_the_le
 
 @pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])
 def test_the_simulated_share_of_time_has_its_odds(log_odds: float) -> None:
-    reports = _reports(20_000.0, log_odds, 2.0, 0.5, np.random.default_rng(1))
+    reports = _reports(20_000.0, log_odds, 2.0, CubeModel(duration_spread=0.5), np.random.default_rng(1))
     nonrigid = sum(lasts for _, lasts, percept in reports if percept == "nonrigid") / 20_000
     assert nonrigid == pytest.approx(1 / (1 + math.exp(-log_odds)), abs=0.01)
+
+
+def test_simulated_durations_have_the_stated_correlation_and_first_percept() -> None:
+    model = CubeModel(serial=0.4, first_ratio=2.0, duration_spread=0.6)
+    logs = np.log([lasts for _, lasts, _ in _reports(20_000.0, 0.0, 2.0, model, np.random.default_rng(2))][:-1])
+    assert logs.std() == pytest.approx(0.6, abs=0.03)
+    assert np.corrcoef(logs[1:-1], logs[2:])[0, 1] == pytest.approx(0.4, abs=0.04)
+    rng = np.random.default_rng(3)
+    first = [np.log(_reports(50.0, 0.0, 2.0, model, rng)[0][1]) for _ in range(400)]
+    assert np.exp(np.mean(first) - logs.mean()) == pytest.approx(2.0, abs=0.3)
 
 
 def test_a_study_of_thresholds_takes_the_bound_that_is_stated() -> None:
