@@ -58,7 +58,7 @@ def test_a_measured_function_is_tested_against_the_prediction_and_the_best_cue()
 
 @pytest.mark.parametrize("rule", CUE_RULES)
 def test_the_rule_that_was_simulated_is_recovered(rule):
-    found = fit_cue_combination(*people(rule, 4, 1, each=300))
+    found = fit_cue_combination(*people(rule, 4, 1, each=300), bootstrap=0)
     weights = {one.name: one.weight for one in found.models}
     assert weights[rule] > 0.1 * max(weights.values())  # by chance another can be a little ahead
     wrong = {"optimal": "best single cue", "best single cue": "average", "average": "switching", "switching": "optimal"}
@@ -69,10 +69,10 @@ def test_the_rule_that_was_simulated_is_recovered(rule):
 
 
 def test_weights_come_from_conflicts_only():
-    found = fit_cue_combination(*people("optimal", 2, 3, each=300))
+    found = fit_cue_combination(*people("optimal", 2, 3, each=300), bootstrap=0)
     for one in found.people:
         assert one.weight == pytest.approx(1.4**2 / (1 + 1.4**2), abs=3 * one.weight_se)
-    without = fit_cue_combination(*people("optimal", 2, 3, conflict=0.0))
+    without = fit_cue_combination(*people("optimal", 2, 3, conflict=0.0), bootstrap=0)
     assert all(np.isnan(one.weight) for one in without.people)
     freely = {one.name: one.parameters for one in without.models}
     assert freely["free"] - freely["optimal"] == 2  # a standard deviation for each person
@@ -80,8 +80,18 @@ def test_weights_come_from_conflicts_only():
 
 @pytest.mark.slow
 def test_the_test_against_optimality_keeps_its_level():
-    p = [fit_cue_combination(*people("optimal", 1, seed)).p_optimal for seed in range(100)]
+    p = [fit_cue_combination(*people("optimal", 1, seed), bootstrap=0).p_optimal for seed in range(100)]
     assert np.mean(np.array(p) < 0.05) < 0.12
+
+
+def test_the_correction_divides_by_the_mean_of_simulated_ratios():
+    """Without conflicts and with few trials by single cues the ratio is larger than chi-square: p rises."""
+    judged = people("optimal", 1, 5, conflict=0.0, each=60)
+    plain, corrected = (fit_cue_combination(*judged, bootstrap=samples).p_optimal for samples in (0, 40))
+    again = fit_cue_combination(*judged, bootstrap=40).p_optimal
+    assert corrected == again
+    assert corrected == pytest.approx(plain, abs=0.25)
+    assert corrected != plain
 
 
 def test_wrong_input_is_refused_and_too_few_trials_are_said():

@@ -26,6 +26,7 @@ from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.observers import fitted_observers
 from focalgradient.report.own_detection import DetectionPart
+from focalgradient.report.own_judgements import CuePart, DifferencePart
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
@@ -36,6 +37,12 @@ from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_detection import holds_detection
+from focalgradient.statistics.own_judgements import (
+    holds_cue_judgements,
+    holds_difference_judgements,
+    read_cue_judgements,
+    read_difference_judgements,
+)
 from focalgradient.statistics.own_reports import holds_reports
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
@@ -99,7 +106,8 @@ def make_report(
         The data set's folder; or a CSV or TSV file, read by `focalgradient.statistics.read_ratings` with `columns`,
         `conditions` and `focal_length_mm`; with a column of percepts by `focalgradient.statistics.read_reports`, with
         one of levels and one of right answers by `focalgradient.statistics.read_thresholds`, with one of signals and
-        one of answers by `focalgradient.statistics.read_detection`.
+        one of answers by `focalgradient.statistics.read_detection`; judgements by two cues and of differences by
+        `focalgradient.statistics.own_judgements`.
     bound
         Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
         says so.
@@ -199,6 +207,10 @@ def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> 
         return "reports on the cube"
     if holds_detection(path, columns):
         return "answers to signal and noise"
+    if holds_cue_judgements(path, columns):
+        return "judgements by two cues"
+    if holds_difference_judgements(path, columns):
+        return "judgements of differences"
     return LEVELS if holds_thresholds(path, columns) else None
 
 
@@ -218,6 +230,13 @@ def _of_table(
         found = read_detection(path, columns, conditions)
         detected = DetectionPart.of(found)
         return _Analysed(path.stem, [detected], notes=[*found.notes], notices=[*found.notices])
+    if holds_cue_judgements(path, columns):
+        judged = read_cue_judgements(path, columns)
+        return _Analysed(path.stem, [CuePart.of(judged)], notes=[*judged.notes], notices=[*judged.notices])
+    if holds_difference_judgements(path, columns):
+        judged = read_difference_judgements(path, columns)
+        scaled = DifferencePart.of(judged, asked.progress)
+        return _Analysed(path.stem, [scaled], notes=[*judged.notes], notices=[*judged.notices])
     own = read_thresholds(path, columns, conditions, guess)
     part = OwnThresholdPart.of(own, asked.progress)
     return _Analysed(path.stem, [part], notes=[*own.notes], notices=[*own.notices])

@@ -7,9 +7,15 @@ from collections.abc import Iterator, Sequence
 from focalgradient.report.document import Anchored, Block, Heading, Links
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 
-__all__ = ["CUBE", "DETECTION", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
+__all__ = ["CUBE", "DETECTION", "JUDGEMENTS", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
 
 CHOICES = {
+    "judgements": (
+        "One likelihood of all judgements",
+        "What single cues predict of both is uncertain, too. All judgements are fitted in one "
+        "likelihood, so that this uncertainty is part of each comparison; thresholds fitted first and combined "
+        "afterwards would be taken as known.",
+    ),
     "exclusions": (
         "Exclusions",
         "Rules of exclusion look at catch trials, repeated answers, response times and dropped frames, never at the "
@@ -94,6 +100,7 @@ CUBE = ("exclusions", "share", "holm")
 THRESHOLDS = ("threshold",)
 DETECTION = ("d-prime", "over-subjects", "holm")
 OWN = ("over-subjects", "holm")
+JUDGEMENTS = ("judgements",)
 
 
 def of_analysis(analysis: Analysis) -> tuple[str, ...]:

@@ -318,9 +318,9 @@ def fit_cue_combination(
     participant
         Whose each trial is; None: one person's.
     bootstrap
-        Number of sets of answers simulated for each person by their fitted optimal rule: the likelihood ratio is divided
-        by its mean over them, over its degrees of freedom (Bartlett's correction), which chi-square has in many trials
-        only. 0: no correction.
+        Number of sets of answers simulated for each person by their fitted optimal rule: the likelihood ratio is
+        divided by its mean over them, over its degrees of freedom (Bartlett's correction), which chi-square has in
+        many trials only. 0: no correction.
     seed
         Of these.
 
@@ -340,7 +340,7 @@ def fit_cue_combination(
     >>> level, cues = rng.uniform(-3, 3, 1200), np.repeat([0, 1, 2], 400)
     >>> a, b = np.where(cues == 1, np.nan, level), np.where(cues == 0, np.nan, level)
     >>> larger = simulate_cue_judgements(a, b, (1.0, 1.5), "optimal", seed=2)
-    >>> found = fit_cue_combination(a, b, larger)
+    >>> found = fit_cue_combination(a, b, larger, bootstrap=20)
     >>> bool(found.p_optimal > 0.01), len(found.models)
     (True, 5)
     """

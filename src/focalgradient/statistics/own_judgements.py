@@ -1,0 +1,194 @@
+"""Judgements by two depth cues, and of differences between differences, from tables of one's own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.statistics.own_tables import (
+    PARTICIPANT,
+    answered,
+    found_columns,
+    numbers,
+    place,
+    read_table,
+    truths,
+    unused,
+    with_participants,
+)
+
+__all__ = [
+    "OwnJudgements",
+    "holds_cue_judgements",
+    "holds_difference_judgements",
+    "read_cue_judgements",
+    "read_difference_judgements",
+]
+
+LARGER = ("deeper", "response", "resp", "answer")
+"""Names of the answer, besides larger."""
+
+CUES = {
+    "participant_id": PARTICIPANT,
+    "first": ("first_cue", "cue_1", "cue1"),
+    "second": ("second_cue", "cue_2", "cue2"),
+    "larger": LARGER,
+    "kind": (),
+}
+"""Columns of judgements by cues, and the names by which they are found where the caller does not give them."""
+
+STIMULI = ("s1", "s2", "s3", "s4")
+
+DIFFERENCES = {
+    "participant_id": PARTICIPANT,
+    **{name: (f"stimulus_{name[1]}",) for name in STIMULI},
+    "larger": LARGER,
+    "kind": (),
+}
+"""The same of judgements of differences."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnJudgements:
+    """A table of judgements, one row a trial: participant_id, what was shown, larger (true or false) and kind.
+
+    Parameters
+    ----------
+    table
+        Of cues: first and second, NaN where a cue was not offered. Of differences: s1, s2, s3 and for quadruples s4.
+    notes, notices
+        As of `focalgradient.statistics.OwnThresholds`.
+    """
+
+    table: pd.DataFrame
+    notes: tuple[str, ...]
+    notices: tuple[str, ...] = ()
+
+
+def _holds(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None,
+    roles: Mapping[str, tuple[str, ...]],
+    needed: set[str],
+) -> bool:
+    path = Path(path)
+    ours = {role: name for role, name in (columns or {}).items() if role in (*roles, "participant")}
+    if set(columns or {}) - set(ours):
+        return False
+    return needed <= set(found_columns(path, read_table(path), roles, ours))
+
+
+def holds_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+    """Whether a table has columns of two cues and of an answer."""
+    return _holds(path, columns, CUES, {"first", "second", "larger"})
+
+
+def holds_difference_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+    """Whether a table has columns of three or four stimuli and of an answer."""
+    return _holds(path, columns, DIFFERENCES, {"s1", "s2", "s3", "larger"})
+
+
+def _read(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None,
+    roles: Mapping[str, tuple[str, ...]],
+    shown: tuple[str, ...],
+    *,
+    empty: bool,
+) -> OwnJudgements:
+    path = Path(path)
+    notes: list[str] = []
+    notices: list[str] = []
+    table = read_table(path)
+    theirs = found_columns(path, table, roles, columns or {})
+    notes += unused([str(name) for name in table if name not in theirs.values()])
+    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
+    if "participant_id" not in table:
+        table["participant_id"] = "one"
+        notes.append("There is no column of participants: all trials are one person's.")
+    table = with_participants(path, table, theirs, notes, notices)
+    table = answered(path, table, "larger", "answer", notes)
+    table["larger"] = truths(table, "larger")
+    present = [name for name in shown if name in table]
+    for name in present:
+        table[name] = numbers(table, name, table[name], empty=empty)
+    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    return OwnJudgements(table[["participant_id", *present, "larger", "kind"]].copy(), tuple(notes), tuple(notices))
+
+
+def read_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> OwnJudgements:
+    r"""Read judgements by two cues from a CSV, TSV or XLSX file, a row a trial.
+
+    Parameters
+    ----------
+    path
+        Commas, semicolons or tabs between the cells.
+    columns
+        The file's name of each of our columns: participant, first and second (the test's difference from the standard
+        by each cue, in one unit; empty where the cue was not offered) and larger (1 where the test was judged larger or
+        deeper, else 0).
+
+    Raises
+    ------
+    InputError
+        If a cell cannot be understood or a trial has neither cue: it is named.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "own.csv")
+    ...     _ = file.write_text("subject,first,second,deeper\nA,0.5,,1\nA,0.5,0.4,0\n")
+    ...     own = read_cue_judgements(file)
+    >>> own.table[["first", "larger"]].values.tolist()
+    [[0.5, True], [0.5, False]]
+    """
+    own = _read(path, columns, CUES, ("first", "second"), empty=True)
+    neither = own.table["first"].isna() & own.table["second"].isna()
+    if neither.any():
+        raise InputError(f"{place(own.table, neither)}: neither cue was offered: leave the trial out.")
+    return own
+
+
+def read_difference_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> OwnJudgements:
+    r"""Read judgements of differences from a CSV, TSV or XLSX file, a row a trial.
+
+    Parameters
+    ----------
+    path
+        Commas, semicolons or tabs between the cells.
+    columns
+        The file's name of each of our columns: participant, s1, s2, s3 and for quadruples s4 (magnitude or number of
+        each stimulus), and larger (1 where s3 and s4, of triads s2 and s3, were judged to differ more than s1 and s2).
+
+    Raises
+    ------
+    InputError
+        If a cell cannot be understood: it is named.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "own.csv")
+    ...     _ = file.write_text("subject,s1,s2,s3,response\nA,0.1,0.3,0.9,1\n")
+    ...     own = read_difference_judgements(file)
+    >>> own.table[["s1", "s3", "larger"]].values.tolist()
+    [[0.1, 0.9, True]]
+    """
+    own = _read(path, columns, DIFFERENCES, STIMULI, empty=False)
+    shown = own.table.filter(items=STIMULI).to_numpy()
+    alike = np.isclose(shown[:, :1], shown[:, 1:2]).ravel()
+    if alike.any():
+        raise InputError(
+            f"{place(own.table, pd.Series(alike, index=own.table.index))}: s1 and s2 are the same stimulus in "
+            f"{printable(Path(path))}: their difference is none."
+        )
+    return own

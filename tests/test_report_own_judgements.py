@@ -1,0 +1,66 @@
+"""Judgements by two cues and of differences from tables of one's own, as the report takes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.errors import InputError
+from focalgradient.report import make_report, other_than_ratings
+from focalgradient.statistics import draw_quadruples, fit_difference_scale, simulate_cue_judgements
+from focalgradient.statistics.own_judgements import read_cue_judgements, read_difference_judgements
+
+
+def cues() -> pd.DataFrame:
+    """Judgements of one simulated person who combines optimally."""
+    level = np.random.default_rng(4).choice(np.linspace(-2.5, 2.5, 9), 300)
+    cue = np.repeat([0, 1, 2], 100)
+    first, second = np.where(cue == 1, np.nan, level), np.where(cue == 0, np.nan, level)
+    deeper = simulate_cue_judgements(first, second, (1.0, 1.4), "optimal", seed=5)
+    return pd.DataFrame({"subject": "A", "first": first, "second": second, "deeper": deeper.astype(int)})
+
+
+def differences() -> tuple[pd.DataFrame, np.ndarray, np.ndarray]:
+    """Judgements of one simulated person of 6 stimuli, with their numbers and answers."""
+    shown = draw_quadruples(6, 150, seed=1)
+    scale = 5 * np.linspace(0, 1, 6) ** 1.5
+    difference = np.diff(np.abs(np.diff(scale[shown].reshape(-1, 2, 2)))[..., 0])[:, 0]
+    larger = difference + np.random.default_rng(2).standard_normal(150) > 0
+    stimuli = np.array([0.5, 1, 2, 4, 8, 16])[shown]
+    table = pd.DataFrame(stimuli, columns=["s1", "s2", "s3", "s4"])
+    return table.assign(subject="A", response=larger.astype(int)), shown, larger
+
+
+def test_a_table_of_cues_is_recognised_and_its_rules_compared(tmp_path) -> None:
+    cues().to_csv(tmp_path / "own.csv", index=False)
+    assert other_than_ratings(tmp_path / "own.csv") == "judgements by two cues"
+    report = make_report(tmp_path / "own.csv")
+    assert {"cues_rules.csv", "cues_people.csv", "cues_trials.csv"} <= set(report.files)
+    rules = report.files["cues_rules.csv"].decode()
+    assert all(name in rules for name in ("optimal", "best single cue", "average", "switching", "free"))
+    assert b"of the rules of combination" in report.files["report.md"]
+
+
+def test_a_table_of_differences_gives_the_scale_that_the_library_gives(tmp_path) -> None:
+    table, shown, larger = differences()
+    table.to_csv(tmp_path / "own.csv", index=False)
+    report = make_report(tmp_path / "own.csv")
+    found = fit_difference_scale(shown, larger)
+    (tmp_path / "scales.csv").write_bytes(report.files["differences_scales.csv"])
+    scales = pd.read_csv(tmp_path / "scales.csv")
+    assert scales["stimulus"].tolist() == [0.5, 1, 2, 4, 8, 16]
+    assert scales["value"].to_numpy() == pytest.approx(found.values, abs=0.006)
+    assert "differences.png" in report.files
+
+
+def test_wrong_cells_are_named(tmp_path) -> None:
+    (tmp_path / "a.csv").write_text("subject,first,second,larger\nA,,,1\n")
+    with pytest.raises(InputError, match="row 2: neither cue was offered"):
+        read_cue_judgements(tmp_path / "a.csv")
+    (tmp_path / "b.csv").write_text("subject,s1,s2,s3,larger\nA,1,1,2,1\n")
+    with pytest.raises(InputError, match="row 2: s1 and s2 are the same stimulus"):
+        read_difference_judgements(tmp_path / "b.csv")
+    (tmp_path / "c.csv").write_text("subject,s1,s2,s3,larger\nA,1,x,2,1\n")
+    with pytest.raises(InputError, match="must be a number"):
+        read_difference_judgements(tmp_path / "c.csv")
