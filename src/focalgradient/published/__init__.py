@@ -1,10 +1,12 @@
 """Published experiments as records, asked of simulated observers: what is predicted beside what was found."""
 
+from focalgradient.published.accommodation import kruger1993
 from focalgradient.published.experiments import EXPERIMENTS
 from focalgradient.published.record import (
     AGREES,
     CANNOT_BE_ASKED,
     DIFFERS,
+    UNDECIDED,
     Finding,
     Prediction,
     Published,
@@ -18,12 +20,14 @@ __all__ = [
     "CANNOT_BE_ASKED",
     "DIFFERS",
     "EXPERIMENTS",
+    "UNDECIDED",
     "Finding",
     "Prediction",
     "Published",
     "Row",
     "Source",
     "csv_of",
+    "kruger1993",
     "markdown",
     "predicted_beside_published",
     "simulate",

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.eye import Accommodation, Stimulus, accommodate
+from focalgradient.files import write_whole
 
-__all__ = ["LIGHTS", "Followed", "follow"]
+__all__ = ["LIGHTS", "ComplexArray", "Followed", "follow", "gain_of_mean", "phase_of_mean", "responses"]
+
+ComplexArray = NDArray[np.complex128]
 
 LIGHTS: Mapping[str, Stimulus] = {
     "white": Stimulus(illuminant="3000 K"),
@@ -65,3 +71,63 @@ def follow(eye: Accommodation, light: Stimulus, seconds: float, seed: int) -> Fo
     error = focus - np.concatenate([there.target[late], back.target[late]])
     response = replace(there, **halves).response(HERTZ, skip=SKIPPED)
     return Followed(response, float(focus.mean()), float(np.sqrt(np.mean(error**2))))
+
+
+def responses(
+    pupil: float, light: str, pairs: int, seconds: float, kept: Path | None = None, eye: Accommodation | None = None
+) -> ComplexArray:
+    """Response of each of several pairs of trials: accommodation over the target at its frequency.
+
+    Parameters
+    ----------
+    pupil
+        Diameter of the pupil in metres.
+    light
+        One of `LIGHTS`.
+    pairs
+        Number of pairs; the seeds are 0, 1 and so on.
+    seconds
+        Duration of a trial.
+    kept
+        Folder with a file for each pair, so that a run that was cut off goes on; empty it for another model. None: all
+        are computed.
+    eye
+        Whose accommodation; None: the default one with that pupil.
+    """
+    own = replace(Accommodation() if eye is None else eye, pupil_diameter=pupil)
+    return np.array([*_responses(own, light, pairs, seconds, kept)])
+
+
+def _responses(eye: Accommodation, light: str, pairs: int, seconds: float, kept: Path | None) -> Iterator[complex]:
+    for seed in range(pairs):
+        name = f"{light}-{1000 * eye.pupil_diameter:g}mm-{seconds:g}s-{seed}.json"
+        file = None if kept is None else kept / name
+        if file is not None and file.exists():
+            known = json.loads(file.read_text(encoding="utf-8"))
+            yield complex(known["real"], known["imaginary"])
+            continue
+        found = follow(eye, LIGHTS[light], seconds, seed)
+        if file is not None:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            about = {"real": found.response.real, "imaginary": found.response.imag, **asdict(found)}
+            about.pop("response")
+            write_whole(file, json.dumps(about).encode())
+        yield found.response
+
+
+def gain_of_mean(light: ComplexArray, white: ComplexArray) -> float:
+    """Gain of the mean response in a light over that in white.
+
+    >>> gain_of_mean(np.array([0.5, 0.5j]), np.array([1.0, 1.0j]))
+    0.5
+    """
+    return float(abs(np.mean(light)) / abs(np.mean(white)))
+
+
+def phase_of_mean(light: ComplexArray, white: ComplexArray) -> float:
+    """Phase of the mean response in a light less that in white, in degrees; more lag is negative.
+
+    >>> round(phase_of_mean(np.array([1.0 - 1.0j]), np.array([2.0 + 0.0j])), 6)
+    -45.0
+    """
+    return math.degrees(float(np.angle(np.mean(light) / np.mean(white))))

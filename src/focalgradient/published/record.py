@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
+
+import numpy as np
 
 from focalgradient.errors import InputError, check_fields, check_number
 from focalgradient.observers import Observer
 
-__all__ = ["AGREES", "CANNOT_BE_ASKED", "DIFFERS", "Finding", "Prediction", "Published", "Source", "simulate"]
+__all__ = [
+    "AGREES",
+    "CANNOT_BE_ASKED",
+    "DIFFERS",
+    "UNDECIDED",
+    "Finding",
+    "Prediction",
+    "Published",
+    "Source",
+    "mean_of",
+    "simulate",
+]
 
 Source = Literal["full text", "abstract", "secondary", "memory"]
 """What a number or a direction was read from: the paper, its abstract, another publication, or nothing at hand."""
 
-AGREES, DIFFERS, CANNOT_BE_ASKED = "agrees", "differs", "cannot be asked"
+AGREES, DIFFERS, UNDECIDED, CANNOT_BE_ASKED = "agrees", "differs", "undecided", "cannot be asked"
 
 STANDARD_ERRORS = 2.0
 """Standard errors on either side of a prediction, and of a printed mean, that count as its interval."""
@@ -35,6 +48,15 @@ class Prediction:
         check_number("standard_error", self.standard_error, "the units of the finding", least=0)
 
 
+def mean_of(values: Sequence[float]) -> Prediction:
+    """Return the mean of repetitions, with its standard error.
+
+    >>> mean_of([1.0, 2.0, 3.0])
+    Prediction(value=2.0, standard_error=0.5773502691896258)
+    """
+    return Prediction(float(np.mean(values)), float(np.std(values, ddof=1)) / math.sqrt(len(values)))
+
+
 Ask = Callable[[Observer], Prediction]
 """Do the experiment with a simulated observer."""
 
@@ -44,9 +66,10 @@ class Finding:
     """One number, or one direction, that an experiment found.
 
     The score of a prediction was fixed before any was computed: `AGREES` where the value and 2 of its standard errors
-    on either side lie inside the range from `low` to `high`, its ends excluded; `DIFFERS` elsewhere, so that an
-    uncertain prediction counts as no agreement; `CANNOT_BE_ASKED` where there is no prediction. The range is the one
-    printed, or 2 standard errors on either side of a printed mean, or the printed side of no effect.
+    on either side lie inside the range from `low` to `high`, its ends excluded; `DIFFERS` where they lie outside it;
+    `UNDECIDED` where an end of the range lies among them, which counts as no agreement; `CANNOT_BE_ASKED` where there
+    is no prediction. The range is the one printed, or 2 standard errors on either side of a printed mean, or the
+    printed side of no effect.
 
     Parameters
     ----------
@@ -58,6 +81,8 @@ class Finding:
         Range of agreement, in `units`; infinite on the open side of a direction.
     source
         What it was read from.
+    taken
+        What of the observer was taken from this finding or its like; empty where the prediction is independent of it.
     ask
         How an observer is asked; None where none can be.
     remark
@@ -76,7 +101,7 @@ class Finding:
     ...     remark="an example",
     ... )
     >>> found.score(Prediction(0.4)), found.score(Prediction(0.3, 0.02)), found.score(None)
-    ('agrees', 'differs', 'cannot be asked')
+    ('agrees', 'undecided', 'cannot be asked')
     """
 
     quantity: str
@@ -85,6 +110,7 @@ class Finding:
     low: float
     high: float
     source: Source
+    taken: str = ""
     ask: Ask | None = None
     remark: str = ""
 
@@ -108,8 +134,10 @@ class Finding:
         if prediction is None:
             return CANNOT_BE_ASKED
         reach = STANDARD_ERRORS * prediction.standard_error
-        inside = self.low < prediction.value - reach and prediction.value + reach < self.high
-        return AGREES if inside else DIFFERS
+        least, most = prediction.value - reach, prediction.value + reach
+        if self.low < least and most < self.high:
+            return AGREES
+        return DIFFERS if most <= self.low or least >= self.high else UNDECIDED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

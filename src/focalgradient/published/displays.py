@@ -1,0 +1,100 @@
+"""Displays that the house does not have: several focal distances, light fields, focus that follows."""
+
+from __future__ import annotations
+
+from math import inf
+
+from focalgradient.published.record import Finding, Published
+
+__all__ = ["RECORDS"]
+
+ONE_EYE = "This observer has one eye: it does not see disparity."
+
+RECORDS = (
+    Published(
+        key="held2012",
+        citation="Held, Cooper and Banks 2012, Current Biology 22, 426-431",
+        doi="10.1016/j.cub.2012.01.033",
+        design="On a display of several focal distances people discriminated depth by blur, by disparity or by both, "
+        "near fixation and away from it.",
+        conditions=("blur", "disparity", "both"),
+        findings=(
+            Finding(
+                quantity="threshold by blur over that by disparity, away from fixation",
+                units="1",
+                printed="blur was indeed more precise away from fixation",
+                low=-inf,
+                high=1.0,
+                source="abstract",
+                remark=ONE_EYE,
+            ),
+            Finding(
+                quantity="threshold by blur over that by disparity, near fixation",
+                units="1",
+                printed="disparity was more precise near fixation",
+                low=1.0,
+                high=inf,
+                source="abstract",
+                remark=ONE_EYE,
+            ),
+        ),
+    ),
+    Published(
+        key="langer2015",
+        citation="Langer and Siciliano 2015, Vision Research 107, 15-21",
+        doi="",
+        design="The experiment of Held, Cooper and Banks with rendered blur on a common 3D display.",
+        conditions=("near fixation", "away from fixation"),
+        findings=(
+            Finding(
+                quantity="weight of blur away from fixation less that near it",
+                units="1",
+                printed="subjects did not rely more on blur to discriminate depth at distances far from fixation",
+                low=-inf,
+                high=0.0,
+                source="abstract",
+                remark=ONE_EYE,
+            ),
+        ),
+    ),
+    Published(
+        key="maiello2015",
+        citation="Maiello, Chessa, Bex and Solari 2015, PLoS ONE 10",
+        doi="",
+        design="People said which of two patches of light-field photographs is farther, with pictorial cues, blur and "
+        "disparity added separately.",
+        conditions=("pictorial", "blur", "disparity", "their combinations"),
+        findings=(
+            Finding(
+                quantity="sensitivity to depth with blur less that without",
+                units="d'",
+                printed="blur cues impaired sensitivity",
+                low=-inf,
+                high=0.0,
+                source="abstract",
+                remark="It looks without a layout, and so has no pictorial cues that blur could impair.",
+            ),
+        ),
+    ),
+    Published(
+        key="konrad2016",
+        citation="Konrad, Cooper and Wetzstein 2016, CHI",
+        doi="10.1145/2858036.2858140",
+        design="People in a near-eye display ordered depth, among other tasks, with conventional, focus-tunable and "
+        "monovision optics.",
+        conditions=("conventional", "focus-tunable", "monovision"),
+        findings=(
+            Finding(
+                quantity="share right with focus-tunable optics less that with conventional ones, near distances",
+                units="1",
+                printed="improve user performance in terms of reaction times and accuracy, particularly for nearby "
+                "simulated distances",
+                low=0.0,
+                high=inf,
+                source="abstract",
+                remark="`depth_order_observer` is fitted to these very people, so its answer would be no prediction; "
+                "the observer that looks has one eye and pictures of one focus.",
+            ),
+        ),
+    ),
+)
