@@ -7,44 +7,68 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from matplotlib.figure import Figure
 from report import Progress, Shown, alone
 
 from focalgradient.observers import OBSERVERS
-from focalgradient.plotting import GREY, ORANGE, new_figure, style
+from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.published import (
     AGREES,
     CANNOT_BE_ASKED,
     DIFFERS,
+    EXPERIMENTS,
+    UNDECIDED,
     Row,
     csv_of,
+    kruger1993,
     predicted_beside_published,
 )
+from focalgradient.published.accommodation import PAIRS as ALL_PAIRS
 
-COLOURS = {AGREES: "black", DIFFERS: ORANGE, CANNOT_BE_ASKED: GREY}
-PLACES = {"Experiment": 0.0, "Quantity": 0.215, "Published": 0.58, "Read from": 0.68, "Simulated": 0.77, "Score": 0.87}
+COLOURS = {AGREES: "black", DIFFERS: ORANGE, UNDECIDED: BLUE, CANNOT_BE_ASKED: GREY}
+PLACES = {
+    "Experiment": 0.0,
+    "Quantity": 0.215,
+    "Published": 0.58,
+    "Read from": 0.68,
+    "Simulated": 0.76,
+    "Score": 0.85,
+    "Independent": 0.93,
+}
 LINE_MM = 4.6
 
 
-def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
+PAIRS = 3  # of trials of accommodation, without --full or --pairs
+
+
+def make(
+    *, full: bool = False, pairs: int | None = None, kept: Path | None = None, progress: Progress | None = None
+) -> Shown:
+    """Make the table; `pairs` of trials of accommodation, 24 with `full`, are kept in a folder."""
     report = None if progress is None else lambda share, words: progress(share)
-    rows = predicted_beside_published(OBSERVERS["default"], progress=report)
+    count_pairs = pairs or (ALL_PAIRS if full else PAIRS)
+    accommodation = kruger1993(count_pairs, kept)
+    experiments = {**EXPERIMENTS, accommodation.key: accommodation}
+    rows = predicted_beside_published(OBSERVERS["default"], [*experiments.values()], report)
     count = Counter(row.score for row in rows)
+    independent = sum(row.score == AGREES and not row.finding.taken for row in rows)
     return Shown(
         title="Published experiments, and what a simulated observer predicts",
         caption=(
             "Each finding was recorded with its range of agreement before any prediction was computed. A prediction "
             "agrees if it lies inside that range with 2 of its standard errors on either side: a printed range, 2 "
-            "standard errors about a printed mean, or the printed side of no effect. Whatever was read from an "
-            "abstract only, or is remembered, says so.",
+            "standard errors about a printed mean, or the printed side of no effect; it is undecided if an end of the "
+            "range lies among them. Whatever was read from an abstract only, or is remembered, says so.",
             f"Of {len(rows)} findings the simulated default observer agrees with {count[AGREES]} and differs from "
-            f"{count[DIFFERS]}; {count[CANNOT_BE_ASKED]} cannot be asked. Agreement with Mather, Mather and "
-            "Smith, Marshall et al. and Watson and Ahumada is not independent: the observer's Weber fraction, "
-            "intrinsic blur and rule of the border's owner were taken from them. Simulated; no people took part.",
+            f"{count[DIFFERS]}; {count[UNDECIDED]} are undecided and {count[CANNOT_BE_ASKED]} cannot be asked. "
+            f"Of those that agree {independent} are independent: of the others something of the observer was taken "
+            f"from the finding or its like, as the table says. Accommodation: {count_pairs} pairs of trials. "
+            "Simulated; no people took part.",
         ),
         figure=_draw(rows),
-        summary={score: count[score] for score in COLOURS},
+        summary={score: count[score] for score in COLOURS} | {"agree and are independent": independent},
         plotted={
             "quantity": [row.finding.quantity for row in rows],
             "predicted (simulated)": [row.predicted.value if row.predicted else None for row in rows],
@@ -68,7 +92,15 @@ def _draw(rows: Sequence[Row]) -> Figure:
             name = row.experiment.short
             one = row.finding
             units = "" if one.units == "1" else f" ({one.units})"
-            cells = ("" if name == last else name, one.quantity + units, row.range, one.source, row.stated, row.score)
+            cells = (
+                "" if name == last else name,
+                one.quantity + units,
+                row.range,
+                one.source,
+                row.stated,
+                row.score,
+                "no" if one.taken else "yes",
+            )
             for place, words in zip(PLACES.values(), cells, strict=True):
                 colour = COLOURS[row.score] if place >= PLACES["Simulated"] else "black"
                 ax.text(place, number + 0.7, words, va="center", fontsize=6.5, color=colour)
@@ -78,4 +110,12 @@ def _draw(rows: Sequence[Row]) -> Figure:
 
 
 if __name__ == "__main__":
-    alone("published", make)
+    alone(
+        "published",
+        make,
+        pairs=(
+            int,
+            f"pairs of trials of accommodation, about 10 s each (default: {PAIRS}, or {ALL_PAIRS} with --full)",
+        ),
+        kept=(Path, "folder for these: a run that was cut off goes on from there; empty it for another model"),
+    )

@@ -53,7 +53,10 @@ ROOMS = {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
         *("render", "scales", "scenes", "stimuli", "tasks"),
     },
-    "published": {"display", "errors", "eye", "observers", "progress", "stimuli"},
+    "published": {
+        *("dataset", "design", "display", "errors", "eye", "files", "observers", "progress", "scales", "stimuli"),
+        "tasks",
+    },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {
         "calibration",
@@ -111,6 +114,7 @@ WHEN_CALLED = {
     "scales": {"dataset", "design", "statistics", "tasks"},
     "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics"},
     "power": {"observers"},
+    "published": {"statistics"},
 }
 
 # Libraries that live in one place: a room, or a folder beside src.
@@ -120,7 +124,15 @@ HOMES = {
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
-    "pydantic": {"design", "photographs", "stimuli", "tables", "web", "experiments"},  # designs to be copied
+    "pydantic": {
+        "design",
+        "photographs",
+        "published",
+        "stimuli",
+        "tables",
+        "web",
+        "experiments",
+    },  # designs to be copied
     "rawpy": {"photographs"},
     "skimage": {"analysis", "benchmarks"},
     "psychopy": {"lab"},

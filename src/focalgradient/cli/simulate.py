@@ -61,7 +61,7 @@ def simulate(
     design: Path | None,
     trials: Path | None,
 ) -> None:
-    """Let simulated observers take part in EXPERIMENT (depth-rating, necker or blur-threshold).
+    """Let simulated observers take part in EXPERIMENT (depth-rating, necker, blur-threshold or published).
 
     They look at the pictures themselves, as the display shows them, and answer as people do; those of blur-threshold
     look at the pictures of --stimuli, or without them have a known threshold. DATASET is what an

@@ -59,6 +59,7 @@ def kruger1993(pairs: int = PAIRS, kept: Path | None = None) -> Published:
         design="Accommodation of 25 people was measured while a target moved sinusoidally from 1.5 to 2.5 D at 0.2 Hz "
         "in light of 590 nm, or in white with chromatic aberration normal, neutralised or reversed.",
         conditions=("white", "monochromatic", "neutralised", "reversed"),
+        needs="an accommodation stimulator with achromatising lenses, and an infrared optometer",
         findings=(
             Finding(
                 quantity="gain in light of 590 nm over that in white",

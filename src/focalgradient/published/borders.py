@@ -58,6 +58,7 @@ RECORDS = (
         design="Of two textured regions, one sharp and one blurred, people said which is nearer, with a sharp or a "
         "blurred border between them.",
         conditions=tuple(PAPERS["mather1996"].conditions),
+        settings={"task": "published", "experiment": "mather1996"},
         findings=(
             Finding(
                 quantity="share in which the blurred side looks nearer, border blurred",
@@ -92,6 +93,7 @@ RECORDS = (
         design="Of two random textures at a sinusoidal border, one blurred, people said which is nearer; blur "
         "discrimination thresholds were measured with similar textures.",
         conditions=tuple(PAPERS["mather2002"].conditions),
+        settings={"task": "published", "experiment": "mather2002"},
         findings=(
             Finding(
                 quantity="Weber fraction of blur in textures",
@@ -137,6 +139,7 @@ RECORDS = (
         design="People said which of two adjacent textured regions is nearer, while the blur of either region and of "
         "the edge between them varied.",
         conditions=tuple(PAPERS["marshall1996"].conditions),
+        settings={"task": "published", "experiment": "marshall1996"},
         findings=(
             Finding(
                 quantity="share in which the blurred side looks nearer, border blurred",

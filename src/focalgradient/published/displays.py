@@ -1,14 +1,37 @@
-"""Displays that the house does not have: several focal distances, light fields, focus that follows."""
+"""Cues compared on displays that the house does not have: several focal distances, light fields, moving focus."""
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from math import inf
 
-from focalgradient.published.record import Finding, Published
+from focalgradient.observers import Observer
+from focalgradient.published.record import Finding, Prediction, Published
+from focalgradient.published.thresholds import discrimination
 
-__all__ = ["RECORDS"]
+__all__ = ["RECORDS", "blur_over_disparity", "blur_weight_change"]
 
-ONE_EYE = "This observer has one eye: it does not see disparity."
+NEAR_D, AWAY_D = 0.0, 2.0
+"""Distance (D) from fixation that is taken as near it and as away from it; our choice."""
+
+THRESHOLDS = (
+    "Thresholds of the observer's laws, 0 and 2 D from fixation. Its threshold of disparity does not "
+    "depend on the distance from fixation."
+)
+
+
+def blur_over_disparity(observer: Observer, away: float) -> Prediction:
+    """Just noticeable difference of depth (D) by blur over that by disparity, at a distance (D) from fixation."""
+    by_disparity = math.radians(observer.stereo / 60) / observer.interocular
+    return Prediction(discrimination(observer, away).value / by_disparity)
+
+
+def blur_weight_change(observer: Observer) -> Prediction:
+    """Weight of blur away from fixation less that near it, both cues weighted by their inverse variances."""
+    near, away = (1 / (1 + blur_over_disparity(observer, one).value ** 2) for one in (NEAR_D, AWAY_D))
+    return Prediction(away - near)
+
 
 RECORDS = (
     Published(
@@ -18,6 +41,7 @@ RECORDS = (
         design="On a display of several focal distances people discriminated depth by blur, by disparity or by both, "
         "near fixation and away from it.",
         conditions=("blur", "disparity", "both"),
+        needs="a display of several focal distances for each eye",
         findings=(
             Finding(
                 quantity="threshold by blur over that by disparity, away from fixation",
@@ -26,7 +50,8 @@ RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="abstract",
-                remark=ONE_EYE,
+                ask=partial(blur_over_disparity, away=AWAY_D),
+                remark=THRESHOLDS,
             ),
             Finding(
                 quantity="threshold by blur over that by disparity, near fixation",
@@ -35,7 +60,8 @@ RECORDS = (
                 low=1.0,
                 high=inf,
                 source="abstract",
-                remark=ONE_EYE,
+                ask=partial(blur_over_disparity, away=NEAR_D),
+                remark=THRESHOLDS,
             ),
         ),
     ),
@@ -45,6 +71,7 @@ RECORDS = (
         doi="",
         design="The experiment of Held, Cooper and Banks with rendered blur on a common 3D display.",
         conditions=("near fixation", "away from fixation"),
+        needs="a display for two eyes with disparate pictures of these scenes, which are not drawn here",
         findings=(
             Finding(
                 quantity="weight of blur away from fixation less that near it",
@@ -53,7 +80,8 @@ RECORDS = (
                 low=-inf,
                 high=0.0,
                 source="abstract",
-                remark=ONE_EYE,
+                ask=blur_weight_change,
+                remark=THRESHOLDS,
             ),
         ),
     ),
@@ -64,6 +92,7 @@ RECORDS = (
         design="People said which of two patches of light-field photographs is farther, with pictorial cues, blur and "
         "disparity added separately.",
         conditions=("pictorial", "blur", "disparity", "their combinations"),
+        needs="light-field photographs with their distances, shown to two eyes",
         findings=(
             Finding(
                 quantity="sensitivity to depth with blur less that without",
@@ -83,6 +112,7 @@ RECORDS = (
         design="People in a near-eye display ordered depth, among other tasks, with conventional, focus-tunable and "
         "monovision optics.",
         conditions=("conventional", "focus-tunable", "monovision"),
+        needs="a near-eye display with focus-tunable lenses",
         findings=(
             Finding(
                 quantity="share right with focus-tunable optics less that with conventional ones, near distances",

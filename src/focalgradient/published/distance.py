@@ -1,16 +1,111 @@
-"""Distance in metres by the blur of pictures."""
+"""Distance in metres by the blur of pictures (Held et al. 2010; Vishwanath and Blaser 2010)."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache, partial
 from math import inf
 
-from focalgradient.published.record import Finding, Published
-from focalgradient.stimuli import PAPERS
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["RECORDS"]
+from focalgradient.display import Display
+from focalgradient.observers import DistanceOfFixated, Observer, RelativeLayout
+from focalgradient.published.record import Finding, Prediction, Published, ratio_of
+from focalgradient.stimuli import PAPERS, Stimulus, replica
 
-WAITS = "Asked by a later commit; the range stands before."
-OWN_MODEL = "that blur gives the scale of a layout: the model that this paper proposes"
+__all__ = ["RECORDS", "displayed", "distance_question", "effect_ratio", "judged_over"]
+
+SEEDS = range(3)
+"""Towns and textures of which distance is judged; our choice."""
+
+NO_BLUR = {"pupil_mm": 0.0}
+
+EXPECTED_M = {"held2010": 783.0, "vishwanath2010": 1.0}
+"""Distance (m) of the middle that other cues suggest, in all pictures of a paper: that of the town's scene; of a plane
+our choice."""
+
+OWN_MODEL = "that blur gives a known layout its scale (the model of Held et al.)"
+TOWN = "3 towns; the layout is the scene's own up to its scale, which other cues leave open by a factor of 20."
+PLANES = "3 textures and both gradients; the layout is the plane's own up to its scale, at a metre in all pictures."
+ACROSS = "3 textures; the layout is a plane that is slanted at right angles to the gradient of blur."
+
+Turn = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+def displayed(drawn: Stimulus) -> Display:
+    """Return a display that shows a picture at its own pixels per degree."""
+    usual = Display()
+    return replace(usual, distance=usual.distance / (math.degrees(drawn.pixel_angle) * usual.pixels_per_degree))
+
+
+def distance_question(depth: NDArray[np.float64], expected_m: float) -> DistanceOfFixated:
+    """Return the question how far the middle of a picture is, given a layout up to its scale, and what is expected."""
+    height, width = depth.shape
+    return DistanceOfFixated(RelativeLayout(depth, expected_m=expected_m), (width / 2, height / 2))
+
+
+def _kept(depth: NDArray[np.float64]) -> NDArray[np.float64]:
+    return depth
+
+
+@lru_cache(maxsize=256)
+def _log_distance(
+    observer: Observer, paper: str, condition: str, seed: int, is_blurred: bool = True, layout: Turn = _kept
+) -> float:
+    """Logarithm of the judged distance (m) of the middle of a replica, with its blur or without."""
+    drawn = replica(paper, condition, seed=seed, **({} if is_blurred else NO_BLUR))
+    question = distance_question(layout(drawn.depth_m), EXPECTED_M[paper])
+    return math.log(observer.look(drawn.picture, displayed(drawn), question).median)
+
+
+def _unblurred(paper: str, condition: str) -> str:
+    """First condition with the same gradient: without blur their pictures are equal."""
+    return next(one for one in PAPERS[paper].conditions if one.split()[0] == condition.split()[0])
+
+
+def judged_over(
+    observer: Observer,
+    paper: str,
+    conditions: tuple[str, ...],
+    other: tuple[str, ...] | None = None,
+    layout: Turn = _kept,
+) -> Prediction:
+    """Judged distance over that of other conditions, or of the same without blur: geometric mean."""
+    logs = []
+    for number, condition in enumerate(conditions):
+        for seed in SEEDS:
+            own = _log_distance(observer, paper, condition, seed, layout=layout)
+            beside = _unblurred(paper, condition) if other is None else other[number]
+            logs.append(own - _log_distance(observer, paper, beside, seed, other is not None, layout))
+    return ratio_of(logs)
+
+
+def effect_ratio(observer: Observer, paper: str, condition: str, other: str) -> Prediction:
+    """Effect of blur on the logarithm of judged distance in one condition over that in another one.
+
+    The ratio of means over seeds, with the standard error of the jackknife.
+    """
+    effects = np.array(
+        [
+            [
+                _log_distance(observer, paper, one, seed)
+                - _log_distance(observer, paper, _unblurred(paper, one), seed, False)
+                for seed in SEEDS
+            ]
+            for one in (condition, other)
+        ]
+    )
+    sums = effects.sum(1)
+    left_out = (sums[0] - effects[0]) / (sums[1] - effects[1])
+    return Prediction(float(sums[0] / sums[1]), float(np.std(left_out)) * (len(SEEDS) - 1) ** 0.5)
+
+
+CONSISTENT = tuple(f"consistent, {metres:g} m" for metres in (0.36, 0.23, 0.15))
+ALIGNED = tuple(f"aligned, {metres:g} m" for metres in (0.36, 0.23, 0.15))
+GRADIENTS = tuple(PAPERS["vishwanath2010"].conditions)
 
 RECORDS = (
     Published(
@@ -20,6 +115,7 @@ RECORDS = (
         design="People judged the distance of a city in pictures with blur that is consistent with a simulated "
         "distance, a planar gradient along or across it, or none.",
         conditions=tuple(PAPERS["held2010"].conditions),
+        settings={"task": "published", "experiment": "held2010"},
         findings=(
             Finding(
                 quantity="judged distance, consistent blur over no blur",
@@ -29,7 +125,8 @@ RECORDS = (
                 high=1.0,
                 source="memory",
                 taken=OWN_MODEL,
-                remark=WAITS,
+                ask=partial(judged_over, paper="held2010", conditions=CONSISTENT),
+                remark=TOWN,
             ),
             Finding(
                 quantity="judged distance, consistent blur of 0.15 m over that of 0.36 m",
@@ -39,7 +136,8 @@ RECORDS = (
                 high=1.0,
                 source="memory",
                 taken=OWN_MODEL,
-                remark=WAITS,
+                ask=partial(judged_over, paper="held2010", conditions=CONSISTENT[-1:], other=CONSISTENT[:1]),
+                remark=TOWN,
             ),
             Finding(
                 quantity="judged distance, aligned gradient over no blur",
@@ -49,7 +147,8 @@ RECORDS = (
                 high=1.0,
                 source="memory",
                 taken=OWN_MODEL,
-                remark=WAITS,
+                ask=partial(judged_over, paper="held2010", conditions=ALIGNED),
+                remark=TOWN,
             ),
             Finding(
                 quantity="logarithm of the effect of the orthogonal gradient over that of consistent blur",
@@ -58,7 +157,9 @@ RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="memory",
-                remark=WAITS,
+                taken="that blur at odds with the layout tells less",
+                ask=partial(effect_ratio, paper="held2010", condition="orthogonal, 0.15 m", other="consistent, 0.15 m"),
+                remark=TOWN,
             ),
         ),
     ),
@@ -68,6 +169,7 @@ RECORDS = (
         doi="",
         design="People judged the distance of surfaces with and without a vertical or a horizontal gradient of blur.",
         conditions=tuple(PAPERS["vishwanath2010"].conditions),
+        settings={"task": "published", "experiment": "vishwanath2010"},
         findings=(
             Finding(
                 quantity="judged distance with the gradient of blur over that without",
@@ -76,7 +178,9 @@ RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="abstract",
-                remark=WAITS,
+                taken=OWN_MODEL,
+                ask=partial(judged_over, paper="vishwanath2010", conditions=GRADIENTS),
+                remark=PLANES,
             ),
             Finding(
                 quantity="judged distance with the gradient of 0.28 m over that with the gradient of 1.14 m",
@@ -85,7 +189,14 @@ RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="abstract",
-                remark=WAITS,
+                taken=OWN_MODEL,
+                ask=partial(
+                    judged_over,
+                    paper="vishwanath2010",
+                    conditions=tuple(one for one in GRADIENTS if "0.28" in one),
+                    other=tuple(one for one in GRADIENTS if "1.14" in one),
+                ),
+                remark=PLANES,
             ),
             Finding(
                 quantity="judged distance with the gradient across the slant over that without",
@@ -95,7 +206,8 @@ RECORDS = (
                 low=-inf,
                 high=1.0,
                 source="abstract",
-                remark=WAITS,
+                ask=partial(judged_over, paper="vishwanath2010", conditions=GRADIENTS, layout=np.transpose),
+                remark=ACROSS,
             ),
         ),
     ),

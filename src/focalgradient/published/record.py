@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ __all__ = [
     "Published",
     "Source",
     "mean_of",
+    "ratio_of",
     "simulate",
 ]
 
@@ -55,6 +56,16 @@ def mean_of(values: Sequence[float]) -> Prediction:
     Prediction(value=2.0, standard_error=0.5773502691896258)
     """
     return Prediction(float(np.mean(values)), float(np.std(values, ddof=1)) / math.sqrt(len(values)))
+
+
+def ratio_of(logarithms: Sequence[float]) -> Prediction:
+    """Return the geometric mean of repetitions of a ratio, by their logarithms, with its standard error.
+
+    >>> ratio_of([0.0, 0.0])
+    Prediction(value=1.0, standard_error=0.0)
+    """
+    log = mean_of(logarithms)
+    return Prediction(math.exp(log.value), math.exp(log.value) * log.standard_error)
 
 
 Ask = Callable[[Observer], Prediction]
@@ -159,6 +170,10 @@ class Published:
         Names of its conditions.
     findings
         What it found.
+    settings
+        Settings of the design with which people are asked here, its task among them; empty where they cannot be.
+    needs
+        Apparatus, or pictures, without which people cannot be asked; empty where they can.
 
     Raises
     ------
@@ -172,6 +187,8 @@ class Published:
     design: str
     conditions: tuple[str, ...]
     findings: tuple[Finding, ...]
+    settings: Mapping[str, str] = field(default_factory=dict)
+    needs: str = ""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -187,6 +204,29 @@ class Published:
         quantities = [finding.quantity for finding in self.findings]
         if not self.conditions or not quantities or len(set(quantities)) < len(quantities):
             raise InputError(f"{self.key} needs conditions, and findings of different names.")
+        if bool(self.settings) == bool(self.needs.strip()):
+            raise InputError(f"{self.key} needs the settings of a design, or what is missing to ask people: give one.")
+
+    def design_text(self) -> str:
+        """Return the design with which people, or simulated observers, are asked: text of a design file (TOML).
+
+        ``focalgradient run TASK --design FILE`` runs it; so do ``serve`` and ``simulate``.
+
+        Raises
+        ------
+        InputError
+            If the stimuli need apparatus or pictures that are not here, which it names.
+
+        Examples
+        --------
+        >>> from focalgradient.published import EXPERIMENTS
+        >>> print(EXPERIMENTS["mather1996"].design_text(), end="")
+        task = "published"
+        experiment = "mather1996"
+        """
+        if self.needs:
+            raise InputError(f"{self.short} cannot be run here: it needs {self.needs}.")
+        return "".join(f'{name} = "{value}"\n' for name, value in self.settings.items())
 
     @property
     def short(self) -> str:

@@ -16,6 +16,10 @@ from focalgradient.published.record import Finding, Prediction, Published, simul
 __all__ = ["Row", "csv_of", "markdown", "predicted_beside_published"]
 
 
+LEAST_SHOWN = 0.095
+"""Value below which two decimals would have fewer than two digits."""
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One finding, and what a simulated observer predicts of it; None where it cannot be asked."""
@@ -38,12 +42,26 @@ class Row:
         return f"above {low:g}" if math.isinf(high) else f"{low:g} to {high:g}"
 
     @property
+    def independent(self) -> str:
+        """Whether the prediction is independent of the finding; if not, what was taken from it."""
+        return f"no: {self.finding.taken}" if self.finding.taken else "yes"
+
+    @property
     def stated(self) -> str:
         """Predicted value with its standard error, where it has one; a dash where there is none."""
         if self.predicted is None:
             return "-"
         error = self.predicted.standard_error
-        return f"{self.predicted.value:.2f}" + (f" ± {error:.2f}" if error else "")
+        return _number(self.predicted.value) + (f" ± {_number(error)}" if error else "")
+
+
+def _number(value: float) -> str:
+    """Two decimals, or two digits where these would show less.
+
+    >>> _number(0.41), _number(-12.3), _number(0.0031)
+    ('0.41', '-12.30', '0.0031')
+    """
+    return f"{value:.2f}" if abs(value) >= LEAST_SHOWN or value == 0 else f"{value:.2g}"
 
 
 def predicted_beside_published(
@@ -88,12 +106,14 @@ def csv_of(rows: Iterable[Row]) -> str:
     written = io.StringIO()
     writer = csv.writer(written, lineterminator="\n")
     heads = ("experiment", "quantity", "units", "published", "range of agreement", "read from")
-    writer.writerow((*heads, "predicted (simulated)", "standard error (simulated)", "score", "remark", "doi"))
+    writer.writerow(
+        (*heads, "predicted (simulated)", "standard error (simulated)", "score", "independent", "remark", "doi")
+    )
     for row in rows:
         one, predicted = row.finding, row.predicted
         numbers = ("", "") if predicted is None else (f"{predicted.value:.4g}", f"{predicted.standard_error:.4g}")
         published = (row.experiment.citation, one.quantity, one.units, one.printed, row.range, one.source)
-        writer.writerow((*published, *numbers, row.score, one.remark, row.experiment.doi))
+        writer.writerow((*published, *numbers, row.score, row.independent, one.remark, row.experiment.doi))
     return written.getvalue()
 
 
@@ -104,13 +124,31 @@ def markdown(rows: Iterable[Row]) -> str:
     --------
     >>> row = Row(EXPERIMENTS["held2012"], EXPERIMENTS["held2012"].findings[0], None)
     >>> markdown([row]).splitlines()[0].count("|")
-    8
+    9
     """
-    heads = ("experiment", "quantity", "published", "range of agreement", "read from", "simulated", "score")
+    heads = (
+        "experiment",
+        "quantity",
+        "published",
+        "range of agreement",
+        "read from",
+        "simulated",
+        "score",
+        "independent",
+    )
     lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for row in rows:
         one = row.finding
         quantity = one.quantity if one.units == "1" else f"{one.quantity} ({one.units})"
-        cells = (row.experiment.citation, quantity, one.printed, row.range, one.source, row.stated, row.score)
+        cells = (
+            row.experiment.citation,
+            quantity,
+            one.printed,
+            row.range,
+            one.source,
+            row.stated,
+            row.score,
+            row.independent,
+        )
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

@@ -72,6 +72,7 @@ RECORDS = (
         doi="",
         design="Review of thresholds for an increment of blur of an edge as a function of the reference blur.",
         conditions=tuple(PAPERS["watson2011"].conditions),
+        settings={"task": "published", "experiment": "watson2011"},
         findings=(
             Finding(
                 quantity="smallest threshold over that without a pedestal",
@@ -93,6 +94,7 @@ RECORDS = (
         design="Defocus grew by the ascending method of limits, accommodation paralysed, until blur was first noticed "
         "and then until each further change was.",
         conditions=("detection", "discrimination"),
+        needs="lenses before an eye whose accommodation is paralysed",
         findings=(
             Finding(
                 quantity="detection threshold of defocus",
@@ -123,6 +125,7 @@ RECORDS = (
         design="People adjusted defocus, in the picture or by lenses, to the first perceptible blur of targets of "
         "several sizes, and to the least change of blur of a blurred target.",
         conditions=("blur threshold", "threshold of perceived change in blur"),
+        settings={"task": "blurthreshold"},
         findings=(
             Finding(
                 quantity="least noticeable defocus",
@@ -163,6 +166,7 @@ RECORDS = (
         design="39 people said which quadrant of an annulus of dead leaves at 0, 4, 8 or 12 degrees is more blurred, "
         "upon pedestals of blur.",
         conditions=tuple(PAPERS["maiello2017"].conditions),
+        settings={"task": "published", "experiment": "maiello2017"},
         findings=(
             Finding(
                 quantity="smallest threshold over that without a pedestal, fovea",

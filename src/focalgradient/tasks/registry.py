@@ -25,6 +25,7 @@ OURS: Mapping[str, str] = {
     "necker": "focalgradient.tasks.necker:NeckerRotation",
     "pinhole": "focalgradient.tasks.pinhole:PinholeDemonstration",
     "blurthreshold": "focalgradient.tasks.blur_threshold:BlurThreshold",
+    "published": "focalgradient.published.task:PublishedTask",
 }
 """The tasks of this package, as an installed package declares its own."""
 

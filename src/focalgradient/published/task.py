@@ -1,0 +1,190 @@
+"""Published experiments as one task: replicas of a paper's stimuli, with its question, for people and observers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from focalgradient.dataset import Response
+from focalgradient.design import Counterbalanced, Trial
+from focalgradient.design.plain_pages import PlainPages
+from focalgradient.display import Display
+from focalgradient.published.asked import ASKED, Asked
+from focalgradient.scales import Control
+from focalgradient.tasks import Task
+
+__all__ = ["PublishedAnswer", "PublishedDesign", "PublishedTask", "PublishedTrial"]
+
+DECISION_S = 2.0
+"""Seconds from a question to a simulated answer; our choice."""
+
+TEXTS = {
+    "en": {
+        "order instructions": "Which is nearer?\nTwo textures meet. Say which of them lies in front of the other.",
+        "order question": "Which texture was nearer?",
+        "left": "left",
+        "right": "right",
+        "intervals instructions": "Which is more blurred?\nTwo edges follow each other. Say which was more blurred.",
+        "intervals question": "Which was more blurred?",
+        "first": "the first",
+        "second": "the second",
+        "quadrant instructions": "Where is it more blurred?\nLook at the middle of the picture. One quarter of a ring "
+        "around it is more blurred than the others: say which.",
+        "quadrant question": "Which quarter was more blurred?",
+        "upper right": "upper right",
+        "upper left": "upper left",
+        "lower left": "lower left",
+        "lower right": "lower right",
+        "distance instructions": "How far away is it?\nSay how far what is in the middle of the picture seems to be.",
+        "distance question": "How far away was it, in metres?",
+        "near": "in the hand",
+        "far": "at the horizon",
+    },
+    "de": {
+        "order instructions": "Was ist näher?\nZwei Muster grenzen aneinander. Sagen Sie, welches davon vorn liegt.",
+        "order question": "Welches Muster war näher?",
+        "left": "links",
+        "right": "rechts",
+        "intervals instructions": "Was ist unschärfer?\nZwei Kanten folgen aufeinander. Sagen Sie, welche unschärfer "
+        "war.",
+        "intervals question": "Welche war unschärfer?",
+        "first": "die erste",
+        "second": "die zweite",
+        "quadrant instructions": "Wo ist es unschärfer?\nSehen Sie in die Mitte des Bildes. Ein Viertel eines Rings um "
+        "sie ist unschärfer als die anderen: Sagen Sie, welches.",
+        "quadrant question": "Welches Viertel war unschärfer?",
+        "upper right": "oben rechts",
+        "upper left": "oben links",
+        "lower left": "unten links",
+        "lower right": "unten rechts",
+        "distance instructions": "Wie weit weg ist es?\nSagen Sie, wie weit das entfernt scheint, was in der Mitte des "
+        "Bildes ist.",
+        "distance question": "Wie weit weg war es, in Metern?",
+        "near": "in der Hand",
+        "far": "am Horizont",
+    },
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PublishedTrial(Trial):
+    """What a trial shows.
+
+    Parameters
+    ----------
+    experiment
+        Key of the paper.
+    condition_name
+        Of the paper's conditions.
+    place
+        Interval in which its picture comes; 1 where there is one picture.
+    """
+
+    experiment: str = field(metadata={"about": "Key of the published experiment in the bibliography."})
+    condition_name: str = field(metadata={"about": "Condition of the published experiment."})
+    place: Literal[1, 2] = field(
+        default=1, metadata={"about": "Interval of the more blurred picture; 1 where there is one picture."}
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PublishedAnswer(Response):
+    """The answer: 1 or 0 of a choice, metres of a distance."""
+
+    answer: float = field(
+        metadata={
+            "about": "Order: 1 where the blurred side was chosen as the nearer one, else 0. Blur: 1 where the more "
+            "blurred one was chosen, else 0. Distance: metres.",
+            "least": 0,
+        }
+    )
+
+
+class PublishedDesign(Counterbalanced):
+    """The design of a published experiment whose stimuli can be shown on a usual display."""
+
+    task: Literal["published"] = "published"
+    experiment: Annotated[str, Field(description=f"one of {', '.join(ASKED)}")] = "mather1996"
+    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 5
+    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 2
+    picture_s: Annotated[float, Field(gt=0, le=60, description="a number of seconds above 0")] = 1.0
+
+    @field_validator("experiment")
+    @classmethod
+    def _known(cls, given: str) -> str:
+        if given not in ASKED:
+            raise ValueError(f"experiment is {given!r}, but must be one of {', '.join(ASKED)}.")
+        return given
+
+    @property
+    def asked(self) -> Asked:
+        """Stimuli and question of the experiment."""
+        return ASKED[self.experiment]
+
+    def trials(self, participant: str, session: str | None = None) -> tuple[PublishedTrial, ...]:
+        """List a participant's trials: each condition, in each interval, `repetitions` times."""
+        asked = self.asked
+        shown = [
+            PublishedTrial(experiment=self.experiment, condition_name=one, place=place)
+            for one in asked.conditions
+            for place in asked.places
+        ]
+        return self.ordered(participant, session, shown)
+
+
+@dataclass(frozen=True, slots=True)
+class _AskedPages(PlainPages):
+    """Pages of one experiment's question."""
+
+    asked: Asked
+
+    def opening(self) -> Any:
+        """Give the instructions."""
+        return self._read(f"{self.asked.name} instructions", "instructions")
+
+
+class PublishedTask(Task):
+    """Answer the question of a published experiment about replicas of its stimuli."""
+
+    name: ClassVar[str] = "published"
+    title: ClassVar[str] = "A published experiment, with replicas of its stimuli"
+    texts = TEXTS
+    observer_s: ClassVar[float] = 30.0
+    no_pictures: ClassVar[str] = "whose pictures are drawn by its design"
+
+    design, trial, answer = PublishedDesign, PublishedTrial, PublishedAnswer
+
+    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
+        """Return the pages with the instructions of the experiment's question."""
+        return _AskedPages(self, words, design.asked)
+
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Any:
+        """Return the replicas of a trial, one an interval, with another texture in each trial."""
+        drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, trial.trial)
+        return [(np.asarray(Display().encode(one.picture)), design.picture_s) for one in drawn]
+
+    def control(self, words: Any, trial: Any) -> Control:
+        """Describe what the experiment's question is answered on."""
+        asked: Asked = ASKED[trial.experiment]
+        return asked.control(partial(self.text, words))
+
+    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+        """Return the answer that is recorded for what was given on the control."""
+        return PublishedAnswer(answer=design.asked.value(trial.condition_name, trial.place, value), **times)
+
+    def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
+        """Return the answer of an observer who looks at the same pictures."""
+        asked: Asked = design.asked
+        drawn = asked.drawn(trial.condition_name, trial.place, asked.pixels_per_degree, trial.trial)
+        given = asked.simulate(observer, drawn, trial.condition_name, trial.place, chance)
+        return self.answered(design, trial, given, onset=0.0, response_time=DECISION_S)
+
+    def planned(self, design: Any) -> tuple[Any, ...]:
+        """Return the tests of the report: of conditions, distances on their logarithm."""
+        from focalgradient.statistics.conditions import planned_tests
+
+        return planned_tests({"answer": design.asked.is_ratio}, self.factors(design))
