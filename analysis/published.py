@@ -30,12 +30,12 @@ from focalgradient.published.accommodation import PAIRS as ALL_PAIRS
 COLOURS = {AGREES: "black", DIFFERS: ORANGE, UNDECIDED: BLUE, CANNOT_BE_ASKED: GREY}
 PLACES = {
     "Experiment": 0.0,
-    "Quantity": 0.215,
-    "Published": 0.58,
-    "Read from": 0.68,
-    "Simulated": 0.76,
-    "Score": 0.85,
-    "Independent": 0.93,
+    "Quantity": 0.235,
+    "Published": 0.612,
+    "Read from": 0.687,
+    "Simulated": 0.757,
+    "Score": 0.845,
+    "Independent": 0.925,
 }
 LINE_MM = 4.6
 
@@ -78,6 +78,12 @@ def make(
     )
 
 
+def _independent(row: Row) -> str:
+    if row.predicted is None:
+        return ""
+    return "no" if row.finding.taken else "yes"
+
+
 def _draw(rows: Sequence[Row]) -> Figure:
     with style():
         figure = new_figure(280, LINE_MM * (len(rows) + 3))
@@ -99,7 +105,7 @@ def _draw(rows: Sequence[Row]) -> Figure:
                 one.source,
                 row.stated,
                 row.score,
-                "no" if one.taken else "yes",
+                _independent(row),
             )
             for place, words in zip(PLACES.values(), cells, strict=True):
                 colour = COLOURS[row.score] if place >= PLACES["Simulated"] else "black"

@@ -143,7 +143,7 @@ class MoreBlurredQuadrant(Asked):
     """Which quadrant of an annulus is more blurred; 1 where that is right, otherwise 0."""
 
     name = "quadrant"
-    pixels_per_degree = 16.0
+    pixels_per_degree = 32.0
 
     def control(self, text: Text) -> Control:
         """Describe what is answered on."""
@@ -178,10 +178,11 @@ def _quadrants(annulus: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
 
 
 def _region_blur(blur: FloatArray, log_sd: FloatArray, region: NDArray[np.bool_]) -> tuple[float, float]:
-    """Blur (arcmin) of a region and the sd of its logarithm, of the places in it, by their precision."""
+    """Blur (arcmin) of a region and the sd of its logarithm, of the places most within it, by their precision."""
     rows, columns = blur.shape
     spacing = region.shape[0] // rows
     share = region[: rows * spacing, : columns * spacing].reshape(rows, spacing, columns, spacing).mean((1, 3))
+    share = np.where(share >= share.max() / 2, share, 0.0)
     weight = np.where(np.isfinite(blur) & (blur > 0), share / np.maximum(log_sd, 1e-6) ** 2, 0.0)
     if not weight.sum() > 0:
         return 0.0, math.inf
