@@ -1,17 +1,17 @@
 """Recovery of observers' parameters from simulated answers of each kind: choices, ratings, durations.
 
-Takes the file of the figure, and prints the true value, the estimate and its standard error of each parameter.
+The true value, the estimate and its standard error of each parameter, and a figure.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from report import Shown, alone
 
 from focalgradient.observers import Answers, Durations, ObserverFit, Ratings, depth_order_observer, fit_observer
 from focalgradient.observers.likelihood import Conditions, Values
 from focalgradient.plotting import BLUE, GREY, new_figure, style
+from focalgradient.progress import Progress
 
 FloatArray = NDArray[np.float64]
 PEOPLE, TRIALS = 30, 240
@@ -53,23 +53,52 @@ def fits(seed: int = 1) -> dict[str, tuple[dict[str, float], ObserverFit]]:
     return {"Choices": (CHOICES, choices), "Ratings": (RATINGS, ratings), "Durations": (DURATIONS, durations)}
 
 
-def main() -> None:
-    """Print the table and draw the figure: estimates with 95 % intervals over the true values."""
+def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
+    """Fit and draw; `full` changes nothing."""
     found = fits()
+    rows = [
+        (kind, name, value, fit.values[name], fit.standard_errors[name])
+        for kind, (true, fit) in found.items()
+        for name, value in true.items()
+    ]
+    away = [abs(estimate - true) / error for _, _, true, estimate, error in rows]
+    return Shown(
+        title="Observers fitted to simulated answers",
+        caption=(
+            f"Estimates over true values with 95 % intervals, of {PEOPLE} simulated people with {TRIALS} answers each, "
+            "for choices, ratings and durations. People's own effects are integrated out; the search does not start at "
+            "the true values.",
+        ),
+        figure=_draw(found),
+        summary={
+            "parameters": len(rows),
+            "farthest from the true value (standard errors)": max(away),
+            "farther than 2 standard errors": sum(one > 2 for one in away),
+        },
+        plotted={
+            "parameter": [f"{kind}: {name}" for kind, name, *_ in rows],
+            "true": [row[2] for row in rows],
+            "fitted": [row[3] for row in rows],
+            "standard error": [row[4] for row in rows],
+        },
+    )
+
+
+def _draw(found: dict[str, tuple[dict[str, float], ObserverFit]]) -> Figure:
     with style():
         figure = new_figure(180, 60, layout="constrained")
         for ax, (kind, (true, fit)) in zip(figure.subplots(1, 3), found.items(), strict=True):
             for place, (name, value) in enumerate(true.items()):
                 estimate, error = fit.values[name], fit.standard_errors[name]
-                print(f"{kind:10} {name:10} true {value:.3f}, fitted {estimate:.3f} (standard error {error:.3f})")
                 ax.errorbar(estimate / value, place, xerr=1.96 * error / value, fmt="o", color=BLUE, markersize=4)
             ax.axvline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)))
             ax.set_yticks(range(len(true)), [name.replace("_", " ") for name in true])
             ax.set(ylim=(len(true) - 0.5, -0.5), xlabel="Fitted over true (95 % interval)")
             ax.set_title(kind, loc="left")
         ax.set_title("simulated people", loc="right", color=GREY)
-    figure.savefig(Path(sys.argv[1]), dpi=200)
+        figure.draw_without_rendering()
+    return figure
 
 
 if __name__ == "__main__":
-    main()
+    alone("observers_recovery", make)

@@ -34,6 +34,7 @@ import motorcycle
 import necker
 import necker_strip
 import observers
+import observers_recovery
 import observers_sensitivity
 import outlines
 import people
@@ -82,6 +83,7 @@ FIGURES: tuple[
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
     ("observers", observers.make, 20.0),
     ("observers_sensitivity", observers_sensitivity.make, 40.0),
+    ("observers_recovery", observers_recovery.make, 20.0),
     ("published", published.make, 45.0),
 )
 
