@@ -109,7 +109,9 @@ def test_a_known_spectrum_is_handed_in() -> None:
 def test_without_chromatic_aberration_colour_moves_nothing() -> None:
     eye = replace(EYE, chromatic_scale=0.0)
     seen = SeenContrast((1.4, 0.9, 0.1), eye, PIXEL)
-    colours = LocalColours(BASIS, (seen,), np.array([0.8, 0.1, 0.1]), np.ones((1, 40, 40)), np.zeros((40, 40)))
+    colours = LocalColours(
+        BASIS, (seen,), np.array([0.8, 0.1, 0.1]), np.ones((1, 40, 40)), np.zeros((40, 40)), np.ones(3)
+    )
     frequency = np.degrees(np.array([2.0, 8.0, 16.0]))
     cones = colours.seen_by(Cones.of(eye, "L+M"))
     lit = cones.mixture.optics[0].through_focus(0 * frequency, frequency, [1.3])
@@ -125,3 +127,29 @@ def test_shares_of_a_mixture_add_up_and_fit_the_views() -> None:
     views = [one.view for one in band_views(wall(RED), EYE, (128, 128), PIXEL, colours=known)]
     with pytest.raises(InputError, match="at the views' pixels"):
         recover_depth(views)
+
+
+def test_the_contrast_that_s_cones_see_is_expected_from_the_colours() -> None:
+    """Light and shade on blue beside brown: a contrast over the mean light that S cones see as L and M cones do."""
+    shade, side = texture(128), 128
+    colour = np.where((np.arange(side) < side // 2)[None, :, None], np.array(RED), np.array(BLUE))
+    catches = np.stack([shade[..., 0] * (colour[0] @ BASIS.catch(band))[None, :] for band in "LMS"], axis=-1)
+    colours = estimate_colours(catches, BASIS, EYE, PIXEL)
+    parts = colours.seen_by(Cones.of(EYE, "S")).mixture
+    assert parts.gain == pytest.approx(1.0, abs=3 * parts.gain_sd)
+    # Where the texture is blue, S cones see more of it than where it is red.
+    red, blue = (parts.shares[:, :, columns].mean(axis=(1, 2)) for columns in (np.s_[16:40], np.s_[88:112]))
+    seen = np.array([one.contrast(np.array([1.0]))[0] for one in parts.optics])
+    assert blue @ seen > 3 * (red @ seen)
+
+
+def test_bands_share_a_texture_whose_gain_differs_from_place_to_place() -> None:
+    """Detail in brown and in grey light, side by side: depth by bands is valid and right in both."""
+    own = np.where((np.arange(128) < 64)[None, :, None], np.array((1.2, 1.0, 0.6)), np.array((0.9, 1.0, 1.3)))
+    detail = texture(128) - 1
+    scene = SpectralPicture(0.4 * (1 + detail * own), BASIS), np.full((128, 128), 1 / VERGENCE)
+    depth = recover_depth([one.view for one in band_views(scene, EYE, (128, 128), PIXEL, noise=0.003)])
+    error = (depth.vergence - VERGENCE)[depth.valid]
+    assert depth.valid.mean() > 0.6
+    assert abs(np.median(error)) < 0.04
+    assert np.mean(np.abs(error) <= 2 * depth.vergence_sd[depth.valid]) > 0.85

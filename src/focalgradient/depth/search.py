@@ -55,6 +55,7 @@ class Blurs:
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
     even: bool = True  # whether a little blur acts by its square, alike on both sides of focus
     parts: tuple[Blurs, ...] = ()  # those of which the blur at each pixel is a mixture, if it varies over the field
+    contrast: FloatArray | None = None  # n x L: of the texture in each view over that of the mixture; None: 1
 
     @cached_property
     def pass_band(self) -> NDArray[Any]:
@@ -68,10 +69,30 @@ class Blurs:
         band = disc_pass(self.radius[:, :, None], limit=8.0, power=8, frequencies=self.frequencies)
         return (band * (self.transfer != 0)).astype(self.transfer.real.dtype)
 
+    def averaged(self, shares: NDArray[np.floating] | None) -> Blurs:
+        """The blurs with the mean transfer and contrast of their parts, by their `shares` (C x H x W) of the frame.
+
+        The parts' transfers are multiplied by their contrast over that mean: the same at all levels on average.
+        """
+        if shares is None or not self.parts:
+            return self
+        weights = shares.mean(axis=(1, 2))
+        contrasts = np.stack([np.ones(self.radius.shape) if p.contrast is None else p.contrast for p in self.parts])
+        mean = np.einsum("c,cnl->nl", weights, contrasts)
+        kind = self.transfer.real.dtype
+        parts = tuple(
+            replace(part, transfer=part.transfer * (own / mean)[:, :, None].astype(kind))
+            for part, own in zip(self.parts, contrasts, strict=True)
+        )
+        transfer = sum(kind.type(weight) * part.transfer for weight, part in zip(weights, parts, strict=True))
+        return replace(self, transfer=np.asarray(transfer, self.transfer.dtype), parts=parts, contrast=mean)
+
     def every(self, count: int) -> Blurs:
         """The blurs at every so many levels only."""
         parts = tuple(part.every(count) for part in self.parts)
-        return replace(self, radius=self.radius[:, ::count], transfer=self.transfer[:, ::count], parts=parts)
+        contrast = None if self.contrast is None else self.contrast[:, ::count]
+        some = self.radius[:, ::count], self.transfer[:, ::count]
+        return replace(self, radius=some[0], transfer=some[1], parts=parts, contrast=contrast)
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +230,10 @@ class Search:
             )
         at = ROUND if self.isotropic else plane(self._finest())
         transfers = [self._own_transfer(one, disc, at) for one, disc in zip(own, radius, strict=True)]
+        contrast = [np.ones(self.levels) if c is None else c(self.vergences) for c in (s.contrast for s in self.stated)]
         even = not any(one.tells_side for one in self.stated)
         parts = tuple(replace(self, optics=one).blurs(psf) for one in self._mixed())
-        return Blurs(radius, np.stack(transfers), True, at, self.limited, even, parts)
+        return Blurs(radius, np.stack(transfers), True, at, self.limited, even, parts, np.stack(contrast))
 
     def _mixed(self) -> list[tuple[Optics, ...]]:
         """The views' optics in each part of the mixture that their blur is; none where blur is alike everywhere."""

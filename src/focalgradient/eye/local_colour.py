@@ -45,6 +45,14 @@ STEP_D, MOST = 0.06, 6
 EXTREME = 0.02
 """Share of the texture's contrast whose colour may lie beyond each end of the mixture's. Our choice."""
 
+LEAST_CONTRAST = 0.01
+"""Contrast of a band over that of L and M cones that is assumed at least: S cones see next to nothing of red."""
+
+GAIN_SD, WIDER = 0.15, 1.7
+"""How much the contrast of S cones over that of L and M cones differs between coarse and fine detail (SD of the
+logarithm): photographs' up to 0.2. And times the standard error of a slope by which it is off, as wavebands' gains are
+(`focalgradient.depth.equalise.wavebands`). Our choice."""
+
 ROUNDS = 3
 """Times that the spectrum at a depth is solved for, with the blur of the last one."""
 
@@ -144,11 +152,15 @@ def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray
 
 @dataclass(frozen=True, slots=True)
 class LitCones:
-    """Cones before a texture of one spectrum: their blur is the mean over its components, by their catch of each."""
+    """Cones before a texture of one spectrum: their blur is the mean over its components, by their catch of each.
+
+    `usual` is what they catch of the field's mean spectrum where L and M cones together catch 1.
+    """
 
     whole: Cones
     basis: SpectralBasis
     spectrum: Spectrum
+    usual: float
 
     @property
     def aperture_diameter(self) -> float:
@@ -169,6 +181,11 @@ class LitCones:
     def isotropic(self) -> bool:
         """Whether blur is alike in all directions."""
         return self.whole.isotropic
+
+    def contrast(self, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Contrast that they see of the texture if it lies at each vergence (D), over the usual one."""
+        caught = self.spectrum.amounts(self.basis, np.asarray(vergences, float)) @ self.basis.catch(self.light)
+        return np.asarray(np.maximum(caught, LEAST_CONTRAST) / self.usual)
 
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
@@ -204,6 +221,10 @@ class LocalColours:
         Share of each spectrum at each pixel, C x H x W, in sum 1.
     focus_sd
         Standard deviation of the focus of the L and M cones at each pixel (D, H x W).
+    light
+        Amounts of the components in the mean light of the field (K), which differ from those in its contrast.
+    gain_sd
+        Standard deviation of the logarithm of the contrast that S cones see over that of L and M cones.
     """
 
     basis: SpectralBasis
@@ -211,6 +232,8 @@ class LocalColours:
     mean: NDArray[np.float64]
     shares: NDArray[np.float64]
     focus_sd: NDArray[np.float64]
+    light: NDArray[np.float64]
+    gain_sd: float = np.inf
 
     @classmethod
     def known(cls, basis: SpectralBasis, amounts: Sequence[float], shape: tuple[int, int]) -> LocalColours:
@@ -221,7 +244,9 @@ class LocalColours:
         ((1, 48, 64), 0.0)
         """
         amount = np.asarray(amounts, float)
-        return cls(basis, (KnownSpectrum(tuple(amount.tolist())),), amount, np.ones((1, *shape)), np.zeros(shape))
+        return cls(
+            basis, (KnownSpectrum(tuple(amount.tolist())),), amount, np.ones((1, *shape)), np.zeros(shape), amount
+        )
 
     def seen_by(self, cones: Cones) -> ColouredCones:
         """Return the cones with the blur of these colours."""
@@ -259,8 +284,13 @@ class ColouredCones(Cones):
             return None
         base = self.eye, self.light, self.wavelengths_nm, self.finest_cpd, self.model, self.weights, self.scatter
         plain = Cones(*base)
-        parts = tuple(LitCones(plain, self.colours.basis, one) for one in self.colours.spectra)
-        return Mixture(parts, self.colours.shares, self.colours.focus_sd)
+        basis, own, whole = self.colours.basis, self.colours.basis.catch(self.light), self.colours.basis.catch("L+M")
+        varies, shines = (
+            max(float(amounts @ own) / max(float(amounts @ whole), 1e-9), LEAST_CONTRAST)
+            for amounts in (self.colours.mean, self.colours.light)
+        )
+        parts = tuple(LitCones(plain, basis, one, varies) for one in self.colours.spectra)
+        return Mixture(parts, self.colours.shares, self.colours.focus_sd, varies / shines, self.colours.gain_sd)
 
 
 def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye, pixel_angle: float) -> LocalColours:
@@ -281,7 +311,7 @@ def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye
     both = basis.catch("L+M")
     # What L and M cones catch together is this mix of either's.
     mix = np.append(np.linalg.lstsq(catch[:2].T, both, rcond=None)[0], 0.0)
-    found, variance, power = [], [], np.zeros(cones.shape[:2])
+    found, variance, power, gain_sd = [], [], np.zeros(cones.shape[:2]), 0.0
     for number, (fine, coarse) in enumerate(SCALES):
         own, whole = (_between(image, fine, coarse) for image in (cones[..., number], cones @ mix))
         square, product, rest = (_local(image) for image in (whole**2, own * whole, own**2))
@@ -293,16 +323,27 @@ def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye
         found.append(slope)
         variance.append(left / np.maximum(square + little, 1e-30) / samples)
         power = power if number else square
+        gain_sd = float(np.hypot(GAIN_SD, WIDER * _share_left(own, whole, fine)))  # that of S cones comes last
     slopes = np.stack(found, axis=-1)
     amounts = _amounts(basis, slopes)
     differences = np.array([basis.mixed("L+M", one).difference() for one in np.eye(basis.components)])
     focus = eye.chromatic_scale * (amounts @ (both * differences))
     by_class = eye.chromatic_scale * (both * (differences - differences @ both)) @ np.linalg.pinv(catch)
-    focus_sd = np.sqrt(sum(one * weight**2 for one, weight in zip(variance, by_class, strict=True)))
+    focus_sd = WIDER * np.sqrt(sum(one * weight**2 for one, weight in zip(variance, by_class, strict=True)))
     weights, shares = _parted(focus, power)
     own = np.einsum("chw,hwk->ck", weights, slopes) / weights.sum(axis=(1, 2))[:, None]
     spectra = tuple(SeenContrast((float(r), float(g), float(b)), eye, pixel_angle) for r, g, b in own)
-    return LocalColours(basis, spectra, np.average(amounts.reshape(-1, len(both)), 0, power.ravel()), shares, focus_sd)
+    mean = np.average(amounts.reshape(-1, len(both)), 0, power.ravel())
+    light = _amounts(basis, cones.mean(axis=(0, 1)))
+    return LocalColours(basis, spectra, mean, shares, focus_sd, light, gain_sd)
+
+
+def _share_left(own: NDArray[np.float64], whole: NDArray[np.float64], fine: float) -> float:
+    """Standard error of the slope of `own` by `whole` (H x W) over the slope, of detail coarser than `fine` pixels."""
+    product, square = float(np.mean(own * whole)), float(np.mean(whole**2))
+    left = max(float(np.mean(own**2)) * square - product**2, 0.0)
+    samples = own.size / (4 * np.pi * fine**2)
+    return float(np.sqrt(left / max(product**2, 1e-30) / samples))
 
 
 def _parted(focus: NDArray[np.float64], power: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

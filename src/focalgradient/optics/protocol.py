@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -37,6 +38,9 @@ class Optics(Protocol):
         Whether blur is alike all over the field; depth is recovered through such optics only.
     ``mixture``
         Blur that varies over the field as a `Mixture` of other optics; ``transfer`` is then its mean over the field.
+    ``contrast(vergences)``
+        Of optics that are part of a mixture: contrast of the texture that they see if it lies at each vergence (D),
+        over the mixture's own.
     ``light``
         Name of the waveband that they see, as an eye's cones of one class do: surfaces look alike, but for their blur,
         in views of one name only.
@@ -69,11 +73,16 @@ class Mixture:
         Share of each at each pixel of the view, C x H x W: 1 in sum.
     focus_sd
         Standard deviation of the focus at each pixel (D), H x W: how well the shares are known.
+    gain, gain_sd
+        Contrast of the texture in the optics' waveband (its variation over the mean light of the view), in a unit
+        common to all wavebands; and the standard deviation of its logarithm, infinite where nothing is known of it.
     """
 
     optics: tuple[Any, ...]
     shares: NDArray[np.floating]
     focus_sd: NDArray[np.floating]
+    gain: float = 1.0
+    gain_sd: float = np.inf
 
     def __post_init__(self) -> None:
         shape = np.shape(self.shares)
@@ -100,6 +109,8 @@ class Capabilities:
     aperture_tolerance: float = 0.0
     mixture: Mixture | None = None
     """How blur varies over the field; None: it does not."""
+    contrast: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None
+    """As part of a mixture: the texture's contrast at each vergence (D, L), over the mixture's own; None: 1."""
 
     @property
     def isotropic(self) -> bool:
@@ -140,7 +151,10 @@ def capabilities(optics: Any) -> Capabilities:
         raise InputError(f"mixture of {type(optics).__name__} is {described(mixture)}, but must be a Mixture or None.")
     sides, uniform = _flag(optics, "tells_side", False), _flag(optics, "uniform", True)
     own = dict(zip(TOLERANCES, tolerances, strict=True))
-    stated = Capabilities(blur, sides, uniform, waveband, residual, mixture=mixture, **own)
+    contrast = getattr(optics, "contrast", None)
+    if not (contrast is None or callable(contrast)):
+        raise InputError(f"contrast of {type(optics).__name__} is {described(contrast)}, but must be a method or None.")
+    stated = Capabilities(blur, sides, uniform, waveband, residual, mixture=mixture, contrast=contrast, **own)
     if stated.tells_side and stated.blur is None:
         raise InputError(
             f"{type(optics).__name__} states tells_side = True, but offers no blur of its own that could: add "

@@ -72,6 +72,11 @@ with it, 79 % with 0.1; and 89 % in ten that were left out of the choice (`bench
 FARTHER = 2.0
 """How far filters carry one surface over another in different wavebands, in radii of blur."""
 
+EXPLAINED_COLOURED = 0.75
+"""Share of the places with texture whose views must agree for anything to be claimed of textures in several colours,
+whose wavebands differ: walls whose depth is wrong by a dioptre, or by 1.5 sd, have 0.57 and 0.60 of a photograph and of
+random colours, those that are right mostly more than 0.85 (`benchmarks/coloured_walls.py`)."""
+
 FINER, LEAST_WINDOW = 0.625, 2.0
 """Size of the windows in which depth about outlines is estimated, over that of the settings, and the least of them in
 pixels. Near outlines of eight scenes of spheres (seeds 5, 6, 8, 11 and 12) 12.1 % of what is claimed is off by more
@@ -100,7 +105,7 @@ def estimate(problem: Problem) -> Estimate:
     """Depth by equalisation, for `focalgradient.recover_depth`."""
     search, registered, settings = problem.search, problem.registered, problem.settings
     settings.progress(0.15, "estimating noise")
-    blurs = search.blurs(settings.psf)
+    blurs = search.blurs(settings.psf).averaged(registered.shares)
     noise_sd, raisable, gains = _noise_and_gains(problem, blurs)
     settings.progress(0.4, "equalising blur")
     shared = None if gains is None else gains.shared
@@ -130,7 +135,8 @@ def estimate(problem: Problem) -> Estimate:
     explained = float(informative[textured].mean()) if textured.any() else 0.0
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
     # Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may differ.
-    sound = gains is None or (gains.comparable and explained >= EXPLAINED)
+    least = EXPLAINED if gains is None or not gains.coloured else EXPLAINED_COLOURED
+    sound = gains is None or (gains.comparable and explained >= least)
     # What a user gives as noise may be more than there is.
     images = [view.image for view in problem.views]
     blank = left_on_blank(nodes, informative, images) if gains is None and settings.noise is None else None
@@ -304,7 +310,13 @@ def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float
         noise_sd, raisable = noise_from_residuals(registered, blurs, settings.window, given)
         return noise_sd, raisable, None
     known = None if given is None else noise_from_residuals(registered, blurs, settings.window, given)[0]
-    gains = estimate_band_gains(wavebands, registered.most_textured_crop(256), blurs, settings.window, known)
+    part = registered.most_textured_crop(256)
+    mixtures = [one.mixture for one in problem.search.stated]
+    expected = None
+    if mixtures[0] is not None:  # then all are
+        stated = np.array([(one.gain / mixtures[0].gain, one.gain_sd) for one in mixtures if one is not None])
+        expected = stated[:, 0], stated[:, 1]
+    gains = estimate_band_gains(wavebands, part, blurs, settings.window, known, expected)
     return gains.noise_sd, LENIENCE**2, gains
 
 

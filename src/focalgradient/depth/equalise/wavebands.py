@@ -21,7 +21,6 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import noise_passed
 from focalgradient.depth.equalise.likelihood import (
     Equalised,
-    Filters,
     Nodes,
     SharedPower,
     assumed_sd,
@@ -30,7 +29,7 @@ from focalgradient.depth.equalise.likelihood import (
     scene_power,
     view_spectra,
 )
-from focalgradient.depth.equalise.residuals import Residuals
+from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
 from focalgradient.depth.filters import FloatArray, Image, Spectra
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.registration import RegisteredViews
@@ -84,6 +83,8 @@ class BandGains:
     noise_sd: list[float]
     gain_sd: FloatArray  # of each waveband's gain, over the gain; the first's is 0
     power: FloatArray  # of the sharp scene, at the blurs' frequencies
+    local_sd: FloatArray  # by which each waveband's gain differs from place to place, over the gain
+    coloured: bool = False  # whether the gains are those of a texture in several colours, known beforehand
 
     @property
     def assumed_sd(self) -> FloatArray:
@@ -114,9 +115,18 @@ class BandGains:
 
 
 def estimate_band_gains(
-    wavebands: Sequence[str], part: RegisteredViews, blurs: Blurs, window: float, noise_sd: Sequence[float] | None
+    wavebands: Sequence[str],
+    part: RegisteredViews,
+    blurs: Blurs,
+    window: float,
+    noise_sd: Sequence[float] | None,
+    known: tuple[FloatArray, FloatArray] | None = None,
 ) -> BandGains:
-    """Estimate what views in `wavebands` share, from a `part` of them; their noise too where it is not given."""
+    """Estimate what views in `wavebands` share, from a `part` of them; their noise too where it is not given.
+
+    `known` are the gains of the views that are expected, but for the blurs' contrast at the depth that is found; and
+    the standard deviation of their logarithms.
+    """
     names = list(dict.fromkeys(wavebands))
     band = np.array([names.index(name) for name in wavebands])
     coarse = blurs.every(COARSE)
@@ -130,28 +140,33 @@ def estimate_band_gains(
     least = np.array([max(storage(image), LEAST_NOISE * float(image.std())) for image in part.images])
     most = np.maximum(least, [finest[band == one].min() for one in band])
     sd = most if noise_sd is None else np.asarray(noise_sd, float)
-    gain, little = np.ones(len(wavebands)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
-    gain_sd = np.zeros(len(names))
+    gain, prior_sd = (np.ones(len(wavebands)), np.full(len(wavebands), np.inf)) if known is None else known
+    start, expected = gain, gain
+    little = np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
+    gain_sd, local_sd = np.zeros(len(names)), np.zeros(len(names))
 
     spectra = view_spectra(part.images, blurs)
     power = scene_power(part.images, np.ones(len(sd)), blurs.frequencies)
 
-    def compare(blurs: Blurs, own: FloatArray) -> tuple[Filters, Equalised, Nodes]:
+    def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
         shared = SharedPower(band, gain, own, floors)
         filters = comparing_filters(blurs, sd, power, shared)
         equalised = equalise(
             spectra, blurs, sd.tolist(), window=window, shared=shared, power=power, filters=filters, shares=part.shares
         )
-        return filters, equalised, equalised.read(weight)
+        return equalised, equalised.read(weight)
 
     def improve(blurs: Blurs, own: FloatArray) -> float:
         """Improve the gains, by filters that know them; return the greatest change of a logarithm."""
         nonlocal gain
-        filters, equalised, nodes = compare(blurs, own)
-        moved, now = 0.0, BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power)
+        equalised, nodes = compare(blurs, own)
+        moved, now = 0.0, BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power, local_sd)
         for number in range(1, len(names)):
-            changed = _gain_change(equalised, nodes, spectra, filters[0], now, number, blurs, weight)
-            change, gain_sd[number] = changed
+            shown = _gain_change(equalised, nodes, spectra, now, number, blurs, weight, part.shares)
+            change, sd_here, local_sd[number] = shown
+            first = int(np.argmax(band == number))
+            before = np.log(expected[first] * _contrast_at(blurs, nodes, first) / gain[first])
+            change, gain_sd[number] = _with_prior(change, sd_here, float(before), float(prior_sd[first]))
             gain = gain * np.where(band == number, np.exp(np.clip(change, -0.3, 0.3)), 1)
             moved = max(moved, abs(change))
         return moved
@@ -159,7 +174,7 @@ def estimate_band_gains(
     for _ in range(ROUNDS):
         # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
         # way to it, and more be found.
-        _, equalised, nodes = compare(coarse, little)
+        equalised, nodes = compare(coarse, little)
         # Outlines that hide what lies behind contradict every depth, in one waveband as in another: they are left out.
         usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
         weight = weight * equalised.to_blocks(nodes.misfit <= CONTRADICTS * usual, part.shape)
@@ -171,37 +186,62 @@ def estimate_band_gains(
         for _ in range(STEPS):
             if improve(coarse, own) < ALIKE:
                 break
-        if np.abs(np.log(gain)).max() < ALIKE:
+        if np.abs(np.log(gain / start)).max() < ALIKE:
             break  # the gain assumed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
-    return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power)
+    coloured = bool(np.isfinite(prior_sd).all())
+    return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power, coloured * local_sd, coloured)
+
+
+def _contrast_at(blurs: Blurs, nodes: Nodes, view: int) -> float:
+    """Contrast in a view that the blurs state for the depth of the nodes: their geometric mean; 1 where none does."""
+    if blurs.contrast is None:
+        return 1.0
+    at = np.interp(nodes.level, np.arange(blurs.contrast.shape[1]), np.log(blurs.contrast[view]))
+    weight = (nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)).astype(float)
+    return float(np.exp(np.average(at, weights=weight))) if weight.any() else 1.0
+
+
+def _with_prior(change: float, sd: float, expected: float, prior_sd: float) -> tuple[float, float]:
+    """Mean and standard deviation of a change by what views show of it and by what is `expected`.
+
+    Both rest on the same textures, and are wrong by what these have in common by chance: errors are taken to be alike.
+
+    >>> change, sd = _with_prior(0.2, 0.3, 0.0, 0.3)
+    >>> round(change, 2), round(sd, 2)
+    (0.1, 0.3)
+    """
+    if not np.isfinite(prior_sd):
+        return change, sd
+    share = prior_sd**2 / max(prior_sd**2 + sd**2, 1e-12)
+    return share * change + (1 - share) * expected, share * sd + (1 - share) * prior_sd
 
 
 def _gain_change(
     equalised: Equalised,
     nodes: Nodes,
     spectra: Spectra,
-    filters: list[NDArray[Any]],
     now: BandGains,
     number: int,
     blurs: Blurs,
     weight: Image,
-) -> tuple[float, float]:
-    """Change of the logarithm of the gain of waveband `number` that fits best, with depth free at every node; its sd.
+    shares: NDArray[np.floating] | None,
+) -> tuple[float, float, float]:
+    """Change of the logarithm of the gain of waveband `number` that fits best, with depth free at every node.
 
-    `filters` are those of the gains as they are `now`.
+    Also its standard deviation, and that of the change from place to place. The gains are as they are `now`.
     """
     assumed = now.assumed_sd
     over_noise, known_noise = spectra.over(assumed), (np.array(now.noise_sd) / assumed) ** 2
     # By filters of the gain raised by a share.
     raised = comparing_filters(blurs, now.noise_sd, now.power, _raised(now.shared, number))
     level = equalised.evaluate(nodes).level
+    steps = _by_gain(over_noise, now, number, blurs, shares)
     sums = np.zeros((5, *level.shape), np.float32)  # of r'^2, r' g', g'^2, r r' and r g', with g' by the gain
     by_level, by_gain = -equalised.change / 2, np.zeros(equalised.levels)  # what noise alone makes of the last two
     left, noise = np.zeros_like(level), np.zeros(equalised.levels)
-    for here, old, new in zip(equalised.residuals, filters, raised[0], strict=True):
+    for here, by_step, new in zip(equalised.residuals, steps, raised[0], strict=True):
         rest, slope = here.at(level)
-        by_step = Residuals.of(over_noise, (new - old) / np.float32(STEP), None, blurs.frequencies, SIDEWAYS)
         aside = by_step.at(level)[0]
         sums += np.stack([slope**2, slope * aside, aside**2, rest * slope, rest * aside])
         by_level += np.gradient(here.noise) / 2
@@ -220,14 +260,32 @@ def _gain_change(
     lever = both / np.maximum(slope, 1e-9)
     known = np.where(valid, np.maximum(size - lever * both, 0), 0).ravel()
     if not known.any():
-        return 0.0, 0.1
+        return 0.0, 0.1, 0.0
     # The median over the nodes, each by what it knows: outlines, where the model fails, pull a mean anywhere.
     each = -(pull - lever * depth).ravel() / np.maximum(known, 1e-9)
     change = numerics.weighted_median(each, known)
     spread = 1.48 * numerics.weighted_median(np.abs(each - change), known)
     overlap = 2 * np.pi * wide**2  # nodes' windows overlap
     independent = max(1.0, known.sum() ** 2 / (known**2).sum() / (2 * overlap))
-    return change, WIDER * 1.25 * max(float(np.sqrt(overlap / known.sum())), spread / np.sqrt(independent))
+    sd = WIDER * 1.25 * max(float(np.sqrt(overlap / known.sum())), spread / np.sqrt(independent))
+    return change, sd, float(spread)
+
+
+def _by_gain(
+    over_noise: Spectra, now: BandGains, number: int, blurs: Blurs, shares: NDArray[np.floating] | None
+) -> list[Residuals]:
+    """Derivative of each comparison's residual by the logarithm of the gain of waveband `number`."""
+    if shares is not None and blurs.parts:
+        parts = [_by_gain(over_noise, now, number, one, None) for one in blurs.parts]
+        return [mixed_residuals(same, shares) for same in zip(*parts, strict=True)]
+    old, new = (
+        comparing_filters(blurs, now.noise_sd, now.power, shared)[0]
+        for shared in (now.shared, _raised(now.shared, number))
+    )
+    return [
+        Residuals.of(over_noise, (after - before) / np.float32(STEP), None, blurs.frequencies, SIDEWAYS)
+        for before, after in zip(old, new, strict=True)
+    ]
 
 
 def _raised(shared: SharedPower, number: int) -> SharedPower:
@@ -235,7 +293,7 @@ def _raised(shared: SharedPower, number: int) -> SharedPower:
 
 
 def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
-    """Standard deviation of depth due to the gains' uncertainty, in levels, at each level.
+    """Standard deviation of depth due to the gains' uncertainty and difference by place, in levels, at each level.
 
     For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
     """
@@ -254,6 +312,6 @@ def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
         for here, there, risen in zip(filters, others, by_level, strict=True):
             by_gain = ((there - here) / STEP * scene).sum(axis=0)
             both += (risen.conj() * by_gain).real @ areas
-        variance += (both / slope * gains.gain_sd[number]) ** 2
+        variance += (both / slope * np.hypot(gains.gain_sd[number], gains.local_sd[number])) ** 2
     levels = blurs.radius.shape[1]
     return np.sqrt(np.interp(np.arange(levels), np.arange(0, levels, every), variance))
