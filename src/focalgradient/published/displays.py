@@ -123,7 +123,7 @@ RECORDS = (
                 high=inf,
                 source="abstract",
                 remark="`depth_order_observer` is fitted to these very people, so its answer would be no prediction; "
-                "the observer that looks has one eye and pictures of one focus.",
+                "the observer that looks has pictures of one focus.",
             ),
         ),
     ),
