@@ -316,11 +316,11 @@ DAMAGES = {
     ),
     "a key that stands twice": (
         lambda root: sidecar(root).write_text(sidecar(root).read_text().replace("{", '{"Seed": 3,', 1)),
-        "the key 'Seed' stands there twice",
+        "the key 'Seed' occurs twice",
     ),
     "a nested key that stands twice": (
         lambda root: sidecar(root).write_text(sidecar(root).read_text().replace('"Events":', '"Events": 3, "Events":')),
-        "the key 'Events' stands there twice",
+        "the key 'Events' occurs twice",
     ),
     "sidecar lost": (lambda root: sidecar(root).unlink(), "beh.json cannot be read"),
     "sidecar nested": (lambda root: sidecar(root).write_text("[" * 200_000), "nested too deeply|is not valid JSON"),

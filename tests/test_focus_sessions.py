@@ -83,7 +83,7 @@ def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
         ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate differs from what the journal says"),
         ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from what the journal says"),
         ('"TaskName"', '"Note": 1, "TaskName"', "Note stands in it, but not in its journal: restore it"),
-        ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' stands there twice"),
+        ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' occurs twice"),
         ("{", "[{", "is not valid JSON"),
     ],
 )

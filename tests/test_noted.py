@@ -88,8 +88,8 @@ def test_what_is_noted_later_adds_a_column_also_after_a_session_was_cut_off(tmp_
 @pytest.mark.parametrize(
     ("before", "extra", "sentence"),
     [
-        ({}, {"interest": [1, 2]}, "a note holds a finite number, a text"),
-        ({}, {"interest": math.inf}, "a note holds a finite number"),
+        ({}, {"interest": [1, 2]}, "must be a finite number, a text"),
+        ({}, {"interest": math.inf}, "must be a finite number"),
         ({}, {"a b": 1}, "'a b' cannot be the name of a column"),
         ({}, {"trial": 1}, "'trial' has a meaning in the data set already"),
         ({}, {"Design": 1}, "'Design' has a meaning in the data set already"),

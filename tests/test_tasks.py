@@ -211,7 +211,7 @@ def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monk
     for words in (("validate", data), ("report", data, "--out", tmp_path / "report")):
         done = command(tmp_path, *words)
         assert done.returncode in (1, 2)
-        assert "is of a task 'edgeblur' that is not known here: install its package" in done.stdout + done.stderr
+        assert "is of a task 'edgeblur' that is unknown here: install its package" in done.stdout + done.stderr
     monkeypatch.setenv(FILES, str(file))
     done = command(tmp_path, "validate", data)
     assert done.returncode == 0, done.stdout
@@ -224,7 +224,7 @@ def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monk
     [
         ("", "registers 0 tasks, but must register one"),
         ("x = 1 / 0", "cannot be run (ZeroDivisionError"),
-        (None, "is not there: give the Python file"),
+        (None, "does not exist: give the Python file"),
     ],
 )
 def test_a_file_without_a_task_is_refused_in_a_sentence(text, sentence: str, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Files from outside read with care, and files of ours written whole or not at all."""
+"""Validated reading of external files, and atomic writing of the package's own."""
 
 from focalgradient.files.marks import mark, marked_by, refuse_foreign
 from focalgradient.files.names import inner_name, plain_name, printable, refuse_overwriting

@@ -1,7 +1,7 @@
-"""Marks in files that a command writes, by which the same command recognises them before it replaces them.
+"""Provenance marks in output files, by which a command recognises its own earlier results before replacing them.
 
-A mark is a comment, key or chunk that readers of the format skip: "Written by focalgradient depth". Formats without
-room for one (CSV, .npy) are named in the marks of the files that are written with them.
+A mark is a comment, key or chunk that readers of the format ignore: "Written by focalgradient depth". Files in formats
+without comments (CSV, .npy) are listed in the marks of the other files of their set.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from focalgradient.files.names import printable
 __all__ = ["mark", "marked_by", "refuse_foreign"]
 
 EDGE = 1 << 16
-"""Bytes at the beginning and at the end of a file in which its mark is looked for."""
+"""Number of bytes searched for a mark at the beginning and at the end of a file."""
 
 _PNG_HEADER = 33
-"""Bytes of a PNG's signature and first chunk (IHDR), after which others may stand: PNG specification, 5.6."""
+"""Length in bytes of a PNG's signature and IHDR chunk, after which further chunks may follow (PNG specification,
+5.6).
+"""
 
 
 def mark(paths: Iterable[Path], by: str) -> None:
-    """Mark the files of one set, made by the command `by`, as "focalgradient depth"."""
+    """Mark the files of one set as written by the command `by`, such as "focalgradient depth"."""
     paths = list(paths)
     others = [quote(path.name, safe="") for path in paths if path.suffix.lower() not in _MARKS]
     text = f"Written by {by}" + (f", with {','.join(others)}" if others else "")
@@ -37,7 +39,7 @@ def mark(paths: Iterable[Path], by: str) -> None:
 
 
 def marked_by(path: Path, by: str) -> Sequence[str] | None:
-    """Files named in the mark of `path` by the command `by`, beside it; None without such a mark."""
+    """Return the file names listed in the mark that the command `by` left in `path`; None without such a mark."""
     try:
         with path.open("rb") as file:
             head = file.read(EDGE)
@@ -52,12 +54,12 @@ def marked_by(path: Path, by: str) -> Sequence[str] | None:
 
 
 def refuse_foreign(places: Iterable[Path], by: str, remedy: str) -> None:
-    """Refuse to replace files that the command `by` has not written; the `remedy` ends the message.
+    """Raise `InputError` for existing files that the command `by` did not write; `remedy` ends the message.
 
     Raises
     ------
     InputError
-        If one of `places` is a file without its mark, and is not named in the mark of another of them.
+        If one of `places` is an existing file that neither contains the mark nor is listed in the mark of another.
     """
     places = list(places)
     there = [place for place in places if place.is_file()]
@@ -90,7 +92,7 @@ def _zip(path: Path, text: str) -> None:
 
 
 def _appended(around: Callable[[bytes], bytes]) -> Callable[[Path, str], None]:
-    """Marks at the end of a file."""
+    """Return a writer that appends a mark, formatted by `around`, to a file."""
 
     def append(path: Path, text: str) -> None:
         with path.open("ab") as file:
@@ -100,17 +102,17 @@ def _appended(around: Callable[[bytes], bytes]) -> Callable[[Path, str], None]:
 
 
 def _free_box(text: bytes) -> bytes:
-    """A box of nothing: ISO/IEC 14496-12, 8.1.2."""
+    """Return an ignored 'free' box that contains `text` (ISO/IEC 14496-12, 8.1.2)."""
     return struct.pack(">I", 8 + len(text)) + b"free" + text
 
 
 def _void_element(text: bytes) -> bytes:
-    """A Void element of Matroska, with a size of 8 bytes: RFC 8794, 11.3.2."""
+    """Return a Void element of Matroska (RFC 8794, 11.3.2) that contains `text`, with an 8-byte size."""
     return b"\xec" + struct.pack(">Q", 1 << 56 | len(text)) + text
 
 
 def _junk_chunk(text: bytes) -> bytes:
-    """A chunk of nothing, of an even length, as AVI has them."""
+    """Return an ignored JUNK chunk of AVI that contains `text`, padded to even length."""
     text += b" " * (len(text) % 2)
     return b"JUNK" + struct.pack("<I", len(text)) + text
 
@@ -127,4 +129,4 @@ _MARKS: dict[str, Callable[[Path, str], None]] = {
     **dict.fromkeys((".mp4", ".mov"), _appended(_free_box)),
     **dict.fromkeys((".mkv", ".webm"), _appended(_void_element)),
 }
-"""How files of each kind are marked, by ending."""
+"""Function that writes the mark, by file extension."""

@@ -1,4 +1,4 @@
-"""Names of files: safe to write under, fit to print, and whether two lead to one file."""
+"""File names: portability, printing, and detection of outputs that would overwrite inputs."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from focalgradient.errors import InputError
 __all__ = ["inner_name", "plain_name", "printable", "refuse_overwriting"]
 
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
-"""Names that Windows keeps for devices, whatever their ending."""
+"""Device names reserved by Windows, with any extension."""
 
 
 def printable(name: str | os.PathLike[str]) -> str:
-    r"""A file's name as text can hold it: what is not UTF-8 in it becomes U+FFFD, and control characters spaces.
+    r"""Return a file name as printable text: invalid UTF-8 becomes U+FFFD, control characters become spaces.
 
     >>> printable("a\udcff.png")
     'a�.png'
@@ -26,12 +26,12 @@ def printable(name: str | os.PathLike[str]) -> str:
 
 
 def plain_name(name: str, where: str = "a file's name") -> str:
-    """Give `name` back if it is a plain file name on every platform: no folder, nothing above, no device.
+    """Return `name` after checking that it is a plain file name on every platform: no folder, no reserved name.
 
     Raises
     ------
     InputError
-        If it is not; `where` says where it stands.
+        If it is not; `where` names its source in the message.
 
     Examples
     --------
@@ -53,12 +53,12 @@ def plain_name(name: str, where: str = "a file's name") -> str:
 
 
 def inner_name(name: str, where: str = "a file's name") -> str:
-    """Give `name` back if it is the path of a file within a folder, its parts plain names with / between.
+    """Return `name` after checking that it is a relative path of plain names separated by "/".
 
     Raises
     ------
     InputError
-        If it is not; `where` says where it stands.
+        If it is not; `where` names its source in the message.
 
     Examples
     --------
@@ -71,12 +71,12 @@ def inner_name(name: str, where: str = "a file's name") -> str:
 
 
 def refuse_overwriting(inputs: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]) -> None:
-    """Refuse outputs that are inputs, by the file itself: also through links and other spellings.
+    """Raise `InputError` for outputs that are also inputs, comparing the files themselves, also through links.
 
     Raises
     ------
     InputError
-        If an output is an input.
+        If an output file is also an input file.
     """
     read = {identity: Path(path) for path in inputs for identity in _identities(path)}
     for path in outputs:
@@ -89,7 +89,7 @@ def refuse_overwriting(inputs: Iterable[str | os.PathLike[str]], outputs: Iterab
 
 
 def _identities(path: str | os.PathLike[str]) -> Iterator[object]:
-    """The file that a path leads to: its number on the disk where it exists, and where it would be."""
+    """Yield the resolved path, and device and inode numbers where the file exists."""
     with suppress(OSError, ValueError, RuntimeError):  # RuntimeError: links in a circle
         yield os.path.normcase(Path(path).resolve())
     with suppress(OSError, ValueError):

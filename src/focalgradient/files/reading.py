@@ -1,4 +1,4 @@
-"""Reading of files from outside: regular files only, of a stated size at most; what is wrong is one `InputError`."""
+"""Validated reading of external files: regular files up to a stated size; every fault raises one `InputError`."""
 
 from __future__ import annotations
 
@@ -40,59 +40,65 @@ __all__ = [
 MB = 1024**2
 
 LARGEST = 2048 * MB
-"""Bytes of a file that is read at once, unless its reader states another limit."""
+"""Maximum size in bytes of a file read at once, unless its reader sets another limit."""
 
 LARGEST_TEXT = 256 * MB
-"""Bytes of a text: a data set of thousands of sessions has tables of some 10 MB."""
+"""Maximum size of a text file in bytes: the tables of thousands of sessions occupy some 10 MB."""
 
 LARGEST_LIST = 16 * MB
-"""Bytes of a small table or text by hand, as of a photometer: 200,000 lines of three numbers have some 6 MB."""
+"""Maximum size in bytes of a small table or text, such as a photometer's readings: 200,000 lines of three numbers
+occupy some 6 MB.
+"""
 
 MOST_COLUMNS = 4096
-"""Columns of a table: one a condition of 24 scenes x 8 apertures x 2 fixations x 10 repetitions is 3,840."""
+"""Maximum number of columns of a table: one column per condition of 24 scenes x 8 apertures x 2 fixations x 10
+repetitions makes 3,840.
+"""
 
 LARGEST_TOML = 1 * MB
-"""Bytes of a settings file: those of hundreds of views have some 10 KB."""
+"""Maximum size of a settings file in bytes: the settings of hundreds of views occupy some 10 KB."""
 
 DEEPEST = 32
-"""Parts of a dotted TOML key (what reading takes grows with their square), and levels of nesting: no file has ten."""
+"""Maximum number of parts of a dotted TOML key, and of nesting levels: parsing time grows with the square of the
+former; real files have fewer than ten.
+"""
 
 LARGEST_WHOLE = 2**63 - 1
-"""Largest whole number in JSON and TOML: that of 64 bits, which TOML asks for and every other reader has."""
+"""Largest integer magnitude accepted in JSON and TOML: signed 64 bits, as TOML requires and other readers assume."""
 
 _DOTTED = re.compile(rf"(?<![\w-])(?:(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
-_LONG = re.compile(r"\w{16}")  # of 64 bits: 19 decimal digits, 16 hexadecimal ones
+_LONG = re.compile(r"\w{16}")  # 64 bits take 19 decimal or 16 hexadecimal digits
 _LONG_BYTES = re.compile(_LONG.pattern.encode())
 _SURROGATE_BYTES = re.compile(_SURROGATE.pattern.encode())
 
 
 @contextmanager
 def opened(path: str | os.PathLike[str], what: str = "a file", largest: int = LARGEST) -> Iterator[BinaryIO]:
-    """Open a regular file for reading; neither a FIFO nor a device is waited for.
+    """Open a regular file for reading; FIFOs and devices are rejected without blocking.
 
     Parameters
     ----------
     path
-        Where it is.
+        Path of the file.
     what
-        What it should be, with its article: ends the message "give the path of ...".
+        Expected kind of file, with its article: ends the message "give the path of ...".
     largest
-        Bytes that it may have.
+        Maximum size in bytes.
 
     Raises
     ------
     InputError
-        If it cannot be opened or read, is no regular file or is larger.
+        If it cannot be opened or read, is not a regular file, or is larger.
     """
     name = printable(path)
     try:
         number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except ValueError as error:  # NUL in the name
-        raise InputError(f"{name!r} is no name of a file: give the path of {what}.") from error
+        raise InputError(f"{name!r} is not a valid file name: give the path of {what}.") from error
     except OSError as error:
-        folder = os.path.isdir(path)  # Windows says of these that access is denied
+        folder = os.path.isdir(path)  # Windows reports "access denied" for folders
         why = "is a folder" if folder else f"cannot be read ({error.strerror or error})"
         raise InputError(f"{name} {why}: give the path of {what}.") from error
     with os.fdopen(number, "rb", closefd=True) if _regular(number) else _refused(number, name, what) as file:
@@ -104,7 +110,7 @@ def opened(path: str | os.PathLike[str], what: str = "a file", largest: int = LA
         try:
             yield file
         except OSError as error:
-            if error.filename is not None or error.errno is None:  # of another file, or a decoder's
+            if error.filename is not None or error.errno is None:  # an error of another file, or of a decoder
                 raise
             raise InputError(f"{name} cannot be read ({error.strerror or error}): give {what} that can.") from error
 
@@ -116,16 +122,16 @@ def _regular(number: int) -> bool:
 def _refused(number: int, name: str, what: str) -> NoReturn:
     folder = stat.S_ISDIR(os.fstat(number).st_mode)
     os.close(number)
-    raise InputError(f"{name} is {'a folder' if folder else 'no regular file'}: give the path of {what}.")
+    raise InputError(f"{name} is {'a folder' if folder else 'not a regular file'}: give the path of {what}.")
 
 
 def read_bytes(path: str | os.PathLike[str], what: str = "a file", largest: int = LARGEST) -> bytes:
-    """Read all of a regular file.
+    """Read a whole regular file.
 
     Raises
     ------
     InputError
-        As `opened` does, and if there is too little memory.
+        As for `opened`, and if memory is insufficient.
     """
     with opened(path, what, largest) as file:
         try:
@@ -138,12 +144,12 @@ def read_bytes(path: str | os.PathLike[str], what: str = "a file", largest: int 
 
 
 def read_text(path: str | os.PathLike[str], what: str = "a text file", largest: int = LARGEST_TEXT) -> str:
-    """Read a text in UTF-8, with or without a byte order mark; line ends as they stand.
+    """Read UTF-8 text, with or without a byte order mark; line ends are kept.
 
     Raises
     ------
     InputError
-        As `read_bytes` does, and if it is not UTF-8.
+        As for `read_bytes`, and if the content is not UTF-8.
     """
     try:
         return read_bytes(path, what, largest).decode("utf-8-sig")
@@ -167,7 +173,7 @@ def read_tsv(path: str | os.PathLike[str], what: str = "a table") -> str:
 
 
 def check_width(lines: Iterable[str], delimiter: str, name: str) -> None:
-    """Raise InputError if a line of a table has more than `MOST_COLUMNS` cells.
+    """Raise `InputError` if a line of a table has more than `MOST_COLUMNS` cells.
 
     >>> check_width([",".join("0" * 5000)], ",", "a.csv")
     Traceback (most recent call last):
@@ -181,12 +187,12 @@ def check_width(lines: Iterable[str], delimiter: str, name: str) -> None:
 
 
 def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> dict[str, Any]:
-    """Read a TOML file as it stands.
+    """Read a TOML file without validating its keys.
 
     Raises
     ------
     InputError
-        As `read_text` does, and if it is not TOML, or nested beyond reason.
+        As for `read_text`, and if the content is not TOML, or is nested more than `DEEPEST` levels.
     """
     text, name = read_text(path, what, LARGEST_TOML), printable(path)
     if _DOTTED.search(text):
@@ -197,35 +203,35 @@ def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> di
         return content
     except (RecursionError, MemoryError) as error:
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
-    except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
+    except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
         hint = "; write \\ as / in paths" if "\\" in text else ""
         raise InputError(f"{name} is not valid TOML: {printable(str(error)).rstrip('.')}{hint}.") from error
 
 
 def read_json(path: str | os.PathLike[str], what: str = "a JSON file", largest: int = LARGEST_TEXT) -> Any:
-    """Read a file of strict JSON: no NaN, no infinity, no whole number beyond 64 bits, no key twice in one object.
+    """Read a file of strict JSON: no NaN or infinity, no integer beyond 64 bits, no duplicate key in an object.
 
     Raises
     ------
     InputError
-        As `read_text` does, and if it is not such JSON, or nested beyond reason.
+        As for `read_text`, and if the content is not such JSON, or is nested more than `DEEPEST` levels.
     """
     return parse_json(read_text(path, what, largest), printable(path), what)
 
 
 def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
-    """What a strict JSON text holds; `name` and `what` are for messages.
+    """Parse strict JSON text; `name` and `what` appear in messages.
 
     Raises
     ------
     InputError
-        If it is not JSON, or nested beyond reason.
+        If it is not strict JSON, or is nested more than `DEEPEST` levels.
     """
     try:
         content = json.loads(text, parse_constant=_no_constant, parse_float=_number, object_pairs_hook=_each_once)
         _check_tree(text, content)
         if not is_text(text, content):
-            raise ValueError("half a character stands there, as \\ud800 alone")
+            raise ValueError("it contains half a surrogate pair, such as \\ud800 alone")
         return content
     except (RecursionError, MemoryError) as error:
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
@@ -234,7 +240,7 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
 
 
 def is_text(source: str | bytes, content: Any) -> bool:
-    r"""Whether what was read from JSON can be written as UTF-8: no half of a surrogate pair was escaped in it.
+    r"""Return whether content parsed from JSON can be encoded as UTF-8, i.e. contains no lone surrogate.
 
     >>> is_text('"\\ud800"', "\ud800"), is_text('"\\ud83d\\ude00"', "\U0001f600")
     (False, True)
@@ -250,11 +256,11 @@ def is_text(source: str | bytes, content: Any) -> bool:
 
 
 def _no_constant(word: str) -> NoReturn:
-    raise ValueError(f"{word} is no JSON")
+    raise ValueError(f"{word} is not JSON")
 
 
 def _number(word: str) -> float:
-    """A number with a point or an exponent: 1e400 is an infinity that nobody wrote."""
+    """Parse a decimal number; reject literals such as 1e400 that overflow to infinity."""
     value = float(word)
     if math.isinf(value) and "inf" not in word:
         raise ValueError(f"the number {_cut(word)} is too large")
@@ -262,7 +268,7 @@ def _number(word: str) -> float:
 
 
 def _check_tree(text: str | bytes, content: Any) -> None:
-    """Raise ValueError for whole numbers beyond 64 bits, and RecursionError for what is nested beyond reason."""
+    """Raise ValueError for integers beyond 64 bits, and RecursionError for more than `DEEPEST` levels."""
     marks: Any = ("[", "{") if isinstance(text, str) else (b"[", b"{")
     may_be_deep = sum(text.count(mark) for mark in marks) > DEEPEST
     digits = _LONG if isinstance(text, str) else _LONG_BYTES
@@ -288,23 +294,23 @@ def _cut(word: str) -> str:
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object's content: of a key that stands twice, programs take this value or that."""
+    """Return an object's content; reject duplicate keys, which programs resolve differently."""
     content = dict(pairs)
     if len(content) < len(pairs):
         key, _ = Counter(key for key, _ in pairs).most_common(1)[0]
-        raise ValueError(f"the key {key[:40]!r} stands there twice")
+        raise ValueError(f"the key {key[:40]!r} occurs twice")
     return content
 
 
 def read_array(
     path: str | os.PathLike[str], what: str = "a .npy file of plain numbers", largest: int = LARGEST
 ) -> NDArray[Any]:
-    """Read a ``.npy`` file of plain numbers: nothing in it is run, and memory is taken for what is there only.
+    """Read a ``.npy`` file of plain numbers without unpickling, allocating only the memory that its data need.
 
     Raises
     ------
     InputError
-        As `read_bytes` does, and if it is no such file.
+        As for `read_bytes`, and if it is not such a file.
     """
     return _parsed_array(read_bytes(path, what, largest), printable(path), what)
 
@@ -323,21 +329,21 @@ def _parsed_array(data: bytes, name: str, what: str) -> NDArray[Any]:
     plain = plain and all(type(n) is int and n >= 0 for n in shape)
     if not plain or len(shape) > 32 or math.prod(shape) * dtype.itemsize != len(content):
         raise InputError(wrong)
-    array = np.frombuffer(content, dtype).copy()  # to be written to, as what numpy.load gives
+    array = np.frombuffer(content, dtype).copy()  # writable, like the result of numpy.load
     return array.reshape(shape[::-1]).transpose() if in_columns else array.reshape(shape)
 
 
 def read_arrays(
     path: str | os.PathLike[str], names: Iterable[str], what: str = "a .npz archive", largest: int = LARGEST
 ) -> dict[str, NDArray[Any]]:
-    """Read arrays of plain numbers or texts out of a ``.npz`` archive: those of `names` that are there.
+    """Read those arrays of `names` that a ``.npz`` archive contains, as plain numbers or texts.
 
-    `largest` holds for the archive, and for all these together once unpacked.
+    `largest` limits the size in bytes of the archive, and of these arrays together once unpacked.
 
     Raises
     ------
     InputError
-        As `opened` does, and if it is no such archive.
+        As for `opened`, and if it is not such an archive.
     """
     name = printable(path)
     with opened(path, what, largest) as file:

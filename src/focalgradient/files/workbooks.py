@@ -1,4 +1,4 @@
-"""Read the sheet of an Excel workbook (XLSX) as text, so that it passes through the same checks as a CSV file."""
+"""Conversion of an Excel sheet (XLSX) to text, which then passes the same checks as a CSV file."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from focalgradient.errors import InputError
 __all__ = ["is_workbook", "sheet_text"]
 
 LARGEST = 64 * 2**20
-"""Maximum size of a part of a workbook, unpacked, in bytes: some 500,000 rows of six cells."""
+"""Maximum size of one unpacked part of a workbook, in bytes: some 500,000 rows of six cells."""
 
 MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
-"""Size of a sheet, as Excel has it."""
+"""Excel's maximum number of rows and of columns of a sheet."""
 
 CELL = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
 
 
 def is_workbook(data: bytes) -> bool:
-    """Whether bytes are those of a ZIP archive, as XLSX files are."""
+    """Return whether data begin with the signature of a ZIP archive, as XLSX files do."""
     return data.startswith(b"PK\x03\x04")
 
 
 def sheet_text(data: bytes, name: str) -> str:
-    """The cells of the only sheet that holds any, with tabs between them; a row of the sheet is a row of the text.
+    """Return the only non-empty sheet as tab-separated text, one line per sheet row.
 
     Parameters
     ----------
     data
-        Bytes of the file.
+        Content of the file, in bytes.
     name
-        Of the file, for errors.
+        File name shown in messages.
 
     Raises
     ------
     InputError
-        If it is no workbook, too large, or several of its sheets hold cells.
+        If it is not a workbook, is too large, or does not have exactly one sheet with cells.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -81,7 +81,7 @@ def _local(element: ElementTree.Element) -> str:
 
 
 def _text(element: ElementTree.Element) -> str:
-    """Text of a cell or a shared string, without phonetic hints."""
+    """Return the text of a cell or shared string, without phonetic hints."""
     return "".join(
         each.text or ""
         for run in (element, *(one for one in element if _local(one) == "r"))
@@ -95,7 +95,7 @@ def _texts(root: ElementTree.Element) -> list[str]:
 
 
 def _rows(root: ElementTree.Element, texts: list[str]) -> dict[int, dict[int, str]]:
-    """Texts of the cells that hold some, by row and column, both from 1."""
+    """Return the texts of non-empty cells by row and column, both counted from 1."""
     rows: dict[int, dict[int, str]] = {}
     for cell in (one for one in root.iter() if _local(one) == "c"):
         found = CELL.fullmatch(cell.get("r", ""))
@@ -111,7 +111,7 @@ def _rows(root: ElementTree.Element, texts: list[str]) -> dict[int, dict[int, st
 
 
 def _value(cell: ElementTree.Element, texts: list[str]) -> str:
-    """Text of a cell: a number to 15 digits, as a spreadsheet has them."""
+    """Return a cell's text; numbers are rounded to 15 significant digits, as spreadsheets store them."""
     kind = cell.get("t", "n")
     held = {_local(one): one for one in cell}
     if kind == "inlineStr":

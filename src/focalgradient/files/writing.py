@@ -1,7 +1,7 @@
-"""Writing of files, whole or not at all.
+"""Atomic writing of files.
 
-In a hidden folder beside the place, under a name that cannot be foretold, flushed to the disk, then moved. Whatever
-cuts that off, what stands under its own name is whole; the hidden folder is swept by the next run.
+Content is written to an unpredictably named hidden folder beside the destination, flushed to disk, then moved. After
+an interruption every file under its final name is complete; the next run removes the hidden folder.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from focalgradient.files.names import plain_name, printable
 __all__ = ["existing", "flush", "move", "refuse_special", "replace_set", "replacing", "staged", "sweep", "write_whole"]
 
 STALE_S = 86400.0
-"""Age (s) beyond which a hidden folder is taken for a dead run's, also where its process cannot be looked up."""
+"""Age in seconds beyond which a hidden folder is removed as stale, even if its process cannot be checked."""
 
 PATIENCE_S = 2.0
-"""How long a move is tried again where another program holds its place open, as Windows forbids."""
+"""Time in seconds for which a move is retried while another program keeps the destination open (on Windows)."""
 
 _HIDDEN = re.compile(r"\.focalgradient-([0-9a-f]{8})-(\d+)-[0-9a-f]{16}")
 
 
 def flush(number: int) -> None:
-    """Bring what was written to a file's number to the disk itself; on macOS past the disk's own memory."""
+    """Flush a file descriptor to disk (fsync), on macOS past the drive's own cache (F_FULLFSYNC)."""
     if sys.platform == "darwin":
         import fcntl
 
-        with suppress(OSError):  # not every file system knows it
+        with suppress(OSError):  # not supported by every file system
             fcntl.fcntl(number, fcntl.F_FULLFSYNC)
             return
     os.fsync(number)
@@ -53,9 +53,9 @@ def _flush_file(path: Path) -> None:
 
 
 def _flush_folder(path: Path) -> None:
-    if os.name != "posix":  # elsewhere folders cannot be opened, and need not be
+    if os.name != "posix":  # on Windows folders cannot be opened, and need no flush
         return
-    with suppress(OSError):  # some network file systems refuse
+    with suppress(OSError):  # unsupported by some network file systems
         number = os.open(path, os.O_RDONLY)
         try:
             os.fsync(number)
@@ -68,7 +68,7 @@ def _host() -> str:
 
 
 def sweep(folder: str | os.PathLike[str]) -> None:
-    """Remove from a folder what dead runs left half done in it; what cannot be removed stays."""
+    """Remove hidden folders that interrupted runs left behind; skip those that cannot be removed."""
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             match = _HIDDEN.fullmatch(entry.name)
@@ -93,7 +93,7 @@ def _dead(match: re.Match[str], entry: os.DirEntry[str]) -> bool:
 
 @contextmanager
 def staged(base: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a hidden folder of this run in `base`, which is there; it is gone at the end, with what is left in it."""
+    """Create a hidden folder in the existing folder `base`, and remove it with its content on exit."""
     base = Path(base)
     sweep(base)
     folder = base / f".focalgradient-{_host()}-{os.getpid()}-{secrets.token_hex(8)}"
@@ -103,17 +103,17 @@ def staged(base: str | os.PathLike[str]) -> Iterator[Path]:
             yield folder
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-    finally:  # again: a signal may have cut the first off
+    finally:  # repeated: a signal may have interrupted the first removal
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def move(source: Path, place: Path) -> None:
-    """Move a file to its place, in one step.
+    """Move a file to its destination in one atomic step.
 
     Raises
     ------
     OSError
-        If it cannot be moved; on Windows also if another program goes on holding its place open.
+        If it cannot be moved; on Windows also if another program keeps the destination open.
     """
     until = time.monotonic() + PATIENCE_S
     while True:
@@ -137,23 +137,23 @@ def write_whole(
     mode: int = 0o666,
     remedy: str = "make room on the disk or choose a folder that you may write in",
 ) -> None:
-    """Write one file, so that it is never there in part; what stood there is replaced.
+    """Write one file atomically, replacing an existing one.
 
     Parameters
     ----------
     path
-        Its place, in a folder that is there.
+        Destination, in an existing folder.
     content
-        What to write; or what writes it to the path that it is given, whose name is that of `path`.
+        Content in bytes; or a function that writes it to a temporary path, which has the same file name.
     mode
-        Its permissions, of which the process's mask is taken away.
+        File permissions, reduced by the process's umask.
     remedy
-        Ends the message where it cannot be written.
+        End of the message of a failed write.
 
     Raises
     ------
     InputError
-        If it cannot be written: then `path` is as it was before.
+        If it cannot be written: `path` is then unchanged.
     """
     path = Path(path)
     refuse_special([path])
@@ -179,18 +179,18 @@ def _make(path: Path, content: bytes | Callable[[Path], object], mode: int = 0o6
 def replace_set(
     out: str | os.PathLike[str], contents: Mapping[str, bytes | Callable[[Path], object]], summary: str, by: str = ""
 ) -> None:
-    """Write a set of results into a folder, in place of an older one, as `replacing` does.
+    """Write a set of results into a folder, replacing an older set as `replacing` does.
 
     Parameters
     ----------
     out
-        The folder: made where it is not there.
+        The folder, created if necessary.
     contents
-        What to write, by plain name, or what writes it to the path that it is given.
+        Content by plain file name: bytes, or a function that writes to a given path.
     summary
-        The one of them that is moved last.
+        The file of the set that is moved last.
     by
-        The command that writes them, of which each bears the `mark`: "focalgradient depth"; none if empty.
+        Command named in the `mark` of each file, such as "focalgradient depth"; empty: no marks.
     """
     places = {plain_name(name): Path(out, name) for name in contents}
     with replacing(list(places.values()), Path(out, summary), by) as hidden:
@@ -200,31 +200,31 @@ def replace_set(
 
 @contextmanager
 def replacing(places: Sequence[Path], summary: Path, by: str = "") -> Iterator[dict[Path, Path]]:
-    """Replace a set of files, in one folder or several, by what is written to the hidden paths that are given.
+    """Replace a set of files, in one or several folders, by files written to the hidden paths yielded.
 
-    All are made out of sight first. Then the old `summary` goes, the others are moved to their places, and the new
-    summary last: where there is a summary, there is the whole set that it belongs to.
+    All files are first written to hidden folders. Then the old `summary` is removed, the other files are moved to their
+    destinations, and the new summary last: an existing summary implies a complete set.
 
     Parameters
     ----------
     places
-        Of the files; their folders are made where they are not there.
+        Destinations of the files; their folders are created if necessary.
     summary
-        The one of them that is moved last.
+        The file of the set that is moved last.
     by
-        The command that writes them, of which each bears the `mark`: "focalgradient depth"; none if empty.
+        Command named in the `mark` of each file, such as "focalgradient depth"; empty: no marks.
 
     Yields
     ------
     dict
-        For each place where to write, under the same name.
+        Hidden path to write to, by destination; the file name is the same.
 
     Raises
     ------
     InputError
-        If they cannot be made or moved; the message says what is there then.
+        If they cannot be written or moved; the message states what then exists.
     KeyboardInterrupt
-        As it comes; with such a message where some had been moved.
+        If interrupted, with such a message.
     """
     refuse_special(places)
     left = "none of these results was written"
@@ -244,7 +244,7 @@ def replacing(places: Sequence[Path], summary: Path, by: str = "") -> Iterator[d
             summary.unlink(missing_ok=True)
             for place in (*(place for place in places if place != summary), summary):
                 move(made[place], place)
-            left = "all was written"
+            left = "all files were written"
         for folder in hidden:
             _flush_folder(folder)
     except OSError as error:
@@ -268,5 +268,5 @@ def refuse_special(places: Iterable[Path]) -> None:
 
 
 def existing(folder: Path) -> Path:
-    """Give the folder, or the nearest above it that is there."""
+    """Return `folder`, or its nearest existing ancestor."""
     return next(one for one in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(one))

@@ -1,7 +1,7 @@
-"""Response scales: one class each, which the laboratory, the browser, the files, the report and the power ask.
+"""Response scales: one class each, used by the laboratory, the browser, the files, the report and the power analysis.
 
-A new scale is one class derived from `ResponseScale` in one file, found by `register` or by an entry point of the group
-"focalgradient.scales". `check_scale` states whether it is complete.
+A new scale is one class derived from `ResponseScale` in one file, registered by `register` or by an entry point of the
+group "focalgradient.scales". `check_scale` verifies that it is complete.
 """
 
 from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named

@@ -1,4 +1,4 @@
-"""The statistics that answers on a scale can be analysed by; a scale names one, the room `statistics` computes it."""
+"""Statistical analyses of the answers on a response scale; each scale names one, `statistics` computes it."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ __all__ = [
 ]
 
 LOGARITHM, AS_GIVEN, RANKS = "logarithm", "as given", "ranks"
-"""Transformations of answers; ranks are each subject's own, as shares of the highest."""
+"""Transformations of answers; ranks are computed within each subject, as fractions of the highest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysis:
-    """A statistic, with what the report and the exclusion criteria need to know of the answers.
+    """Statistical analysis of the answers, with the properties that the report and the exclusion criteria depend on.
 
     Parameters
     ----------
     name
         Name in arguments and tables, like "ratio".
     middle
-        Answer between flatter and deeper; None where the design decides it or it is not known.
+        Answer that separates flatter from deeper; None if it depends on the design or is unknown.
     standard_known
-        Whether some answer to the standard itself is right.
+        True if the standard itself has a correct answer.
     answers
-        What the answers are, to complete "..., and these answers are".
+        Noun phrase for the answers, completing "..., and these answers are".
     """
 
     name: str
@@ -47,41 +47,41 @@ class Analysis:
     answers: str = "steps or choices"
 
     ratios: ClassVar[bool] = False
-    """Whether answers are ratios: analysed on their logarithm, and judged by spread and lapses, which are factors."""
+    """True if answers are ratios: analysed on their logarithm; spread and lapses are judged as factors."""
     whole: ClassVar[bool] = False
-    """Whether answers must be whole numbers."""
+    """True if answers must be integers."""
     positive: ClassVar[bool] = True
-    """Whether every answer is above 0."""
+    """True if every answer is above 0."""
     signed: ClassVar[bool] = False
-    """Whether answers may be below 0."""
+    """True if answers may be negative."""
     binary: ClassVar[bool] = False
-    """Whether there are two answers only, modelled by log odds."""
+    """True if there are only two answers, modelled by log odds."""
     compares_slopes: ClassVar[bool] = True
-    """Whether the slopes of two fixations are compared."""
+    """True if slopes are compared between two fixations."""
     experiments: ClassVar[int] = 60
-    """Simulated experiments of each size for the power: as many as take some 20 s on one core."""
+    """Number of simulated experiments per sample size in the power analysis: some 20 s on one core."""
     seconds: ClassVar[float] = 0.004
-    """Processor time (s) of the analysis of one simulated experiment for each of its subjects: measured."""
+    """Processor time in seconds, measured, to analyse one simulated experiment, per subject."""
     latent: ClassVar[bool] = False
-    """Whether the statistic is the model by which power simulates answers, so that its mean is what was put in."""
+    """True if power analysis simulates answers from this very model, so that the mean estimate equals the input."""
 
     transformations: ClassVar[tuple[str, ...]] = (AS_GIVEN, RANKS)
-    """Transformations of the answers under which data are re-analysed; the first is that of the main analysis."""
+    """Transformations applied when data are re-analysed; the first is that of the main analysis."""
 
     @property
     def no_rises(self) -> str:
-        """Reason for which there is no analysis of ratios."""
+        """Reason why answers have no ratio analysis."""
         return "The answers compare two pictures: they have no ratios."
 
     @property
     def no_ratios(self) -> str:
-        """Reason for which the criteria of spread and lapses cannot be applied."""
+        """Reason why the spread and lapse criteria do not apply."""
         return f"it is judged of ratios, and these answers are {self.answers}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ratios(Analysis):
-    """Rise of the log ratio from the pinhole to the largest aperture, subjects and scenes crossed."""
+    """Depth effect: ratio of the answers at the largest aperture to the pinhole, with crossed subjects and scenes."""
 
     name: str = "ratio"
     middle: float | None = 1.0
@@ -97,13 +97,13 @@ class OrdinalSteps(Analysis):
     name: str = "ordinal"
     whole: ClassVar[bool] = True
     seconds: ClassVar[float] = 0.03
-    experiments: ClassVar[int] = 8  # a model takes 0.5 to 2 s; the mean standard error is known to some 7 %
+    experiments: ClassVar[int] = 8  # a model takes 0.5 to 2 s; the mean standard error is accurate to some 7 %
     latent: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slopes(Analysis):
-    """Least-squares slope of the answer on the aperture (mm) of each subject and scene, both crossed as random.
+    """Least-squares slope of the answer on aperture (mm), with subjects and scenes as crossed random factors.
 
     Parameters
     ----------
@@ -112,10 +112,10 @@ class Slopes(Analysis):
     mean
         The mean answer in words, like "mean step".
     alike
-        Answer to two pictures that are alike, which answers at the largest aperture are tested against; None where the
-        scale has no such answer.
+        Answer for two identical pictures, against which answers at the largest aperture are tested; None if the scale
+        has no such answer.
     compared
-        What is answered, to complete "Pictures were compared with REFERENCE in"; empty where `alike` is None.
+        Meaning of the answers, completing "Pictures were compared with REFERENCE in"; empty if `alike` is None.
     """
 
     name: str
@@ -135,7 +135,7 @@ class Slopes(Analysis):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices(Analysis):
-    """Least-squares slope of the share of choices on the aperture (mm) of each subject and scene, both as random."""
+    """Least-squares slope of the choice proportion on aperture (mm), with subjects and scenes as random factors."""
 
     name: str = "choice"
     middle: float | None = 0.5
@@ -158,19 +158,19 @@ BIPOLAR = Slopes(
     alike=0.0,
     compared="from much flatter to much deeper, 0 being alike",
 )
-"""Of steps from flatter to deeper."""
+"""Analysis of signed steps from flatter to deeper."""
 
 ANALYSES: dict[str, Analysis] = {one.name: one for one in (Ratios(), OrdinalSteps(), BIPOLAR, Choices())}
-"""By the name that the functions of `focalgradient.statistics` take."""
+"""Analyses by the name that the functions of `focalgradient.statistics` accept."""
 
 
 def analysis_named(analysis: Analysis | str) -> Analysis:
-    """Return the analysis of a name; an `Analysis` is returned as it is.
+    """Return the analysis with a given name; an `Analysis` is returned unchanged.
 
     Raises
     ------
     InputError
-        If there is none of that name.
+        If the name is unknown.
 
     Examples
     --------

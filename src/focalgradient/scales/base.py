@@ -1,4 +1,4 @@
-"""The base class of response scales: what the laboratory, the browser, the files and the report ask of one."""
+"""Base class of response scales: the interface used by the laboratory, the browser, the files and the report."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ __all__ = ["AnswerColumn", "ResponseScale", "Texts"]
 FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-6
-"""Answers may lie this far beyond the ends of a scale: what is left of rounding to four decimals is smaller."""
+"""Tolerance of answers beyond the ends of a scale: exceeds the error of rounding to four decimals."""
 
 
 class Texts(Protocol):
-    """The texts of a session's language: `focalgradient.design.words.Words`."""
+    """Protocol of the translated texts of a session, as `focalgradient.design.words.Words`."""
 
     @property
     def language(self) -> str:
-        """Code of the language, or name of a file of words."""
+        """Language code, or name of a translation file."""
         ...
 
     @property
@@ -37,30 +37,30 @@ class Texts(Protocol):
         ...
 
     def __call__(self, entry: str, **values: object) -> str:
-        """Return the text of an entry with its values filled in."""
+        """Return the text of an entry, filled in with values."""
         ...
 
     def number(self, value: float, form: str = ".2f") -> str:
-        """Write a number as the language does."""
+        """Format a number as the language requires."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class AnswerColumn:
-    """The column `rating` of the tables, with the entries Units, Levels, Minimum and Maximum of its sidecar.
+    """Column `rating` of the tables, with the entries Units, Levels, Minimum and Maximum of its sidecar.
 
     Parameters
     ----------
     about
         Description.
     units
-        Unit as BIDS writes it; None for a number without unit.
+        Unit in BIDS notation; None for a number without unit.
     levels
-        Meaning of each answer, by its text; empty where answers are not a few.
+        Meaning of each answer, by its text; empty unless answers are categories.
     least, most
-        Smallest and largest answer; None where the sidecar states none.
+        Smallest and largest answer; None: not stated in the sidecar.
     above
-        Number that every answer exceeds; None where `least` is stated.
+        Exclusive lower bound; None if `least` is stated.
     """
 
     about: str
@@ -72,35 +72,35 @@ class AnswerColumn:
 
 
 class ResponseScale(ABC):
-    """A response scale, made of the settings of a design.
+    """Response scale, configured by the settings of a design.
 
     A subclass is a frozen dataclass. Its fields are settings of a design (`steps`, `labels`, `least_rating`,
     `most_rating`, `answer`, `reference`) with defaults, checked in ``__post_init__``; `of` fills them. A scale without
-    texts in the files of words has its own in `texts`, by language and entry: "instructions", "example", and what its
-    control shows. `focalgradient.scales.check_scale` states whether a class is complete.
+    texts in the translation files defines them in `texts`, by language and entry: "instructions", "example", and those
+    of its control. `focalgradient.scales.check_scale` verifies that a class is complete.
     """
 
     name: ClassVar[str]
     """Value of the setting `scale` of a design."""
     intervals: ClassVar[int] = 1
-    """Pictures shown in a trial: 2 where a picture and the reference are shown one after the other."""
+    """Number of pictures shown in a trial: 2 if a picture and the reference are shown one after the other."""
     standard: ClassVar[float | None] = None
-    """Answer that the standard counts as; None where no answer to it is right, and it is not shown."""
+    """Correct answer to the standard; None if it has none, and the standard is not shown."""
     texts: ClassVar[Mapping[str, Mapping[str, str]]] = {}
-    """Texts of the scale's own by language ("en"), then by entry."""
+    """Texts specific to the scale, by language ("en"), then by entry."""
     again: ClassVar[str] = "depth.practice_again"
-    """Entry of the page before repeated practice."""
+    """Text entry of the page shown before practice is repeated."""
     off: ClassVar[str] = "has no such answer"
-    """What the scale has that a number between its ends violates, to complete "the scale"."""
+    """Property of the scale that an invalid number between its ends violates, completing "the scale"."""
 
     @classmethod
     def of(cls, settings: Mapping[str, Any]) -> Self:
-        """Make the scale of a design's settings, also as a journal or a sidecar states them.
+        """Create the scale from the settings of a design, a journal or a sidecar.
 
         Raises
         ------
         InputError
-            If a setting cannot be used.
+            If a setting is invalid.
         """
         given = {one.name: settings[one.name] for one in fields(cls) if one.name in settings}  # type: ignore[arg-type]
         return cls(**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
@@ -108,69 +108,69 @@ class ResponseScale(ABC):
     @property
     @abstractmethod
     def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest answer."""
+        """Smallest and largest answer."""
 
     @property
     @abstractmethod
     def middle(self) -> float:
-        """Answer between flatter and deeper: a clearly flat drawing is answered below it, a clearly deep one above."""
+        """Answer that separates flatter from deeper: clearly flat drawings lie below it, clearly deep ones above."""
 
     @property
     @abstractmethod
     def analysis(self) -> Analysis:
-        """The statistic of the answers."""
+        """Statistical analysis of the answers."""
 
     @property
     @abstractmethod
     def column(self) -> AnswerColumn:
-        """The column of the answers, with its sidecar."""
+        """Table column of the answers, with its sidecar entries."""
 
     @property
     @abstractmethod
     def answered(self) -> str:
-        """What is answered, in a sentence of a preregistration."""
+        """Sentence of a preregistration that describes the answers."""
 
     @property
     def reported(self) -> str:
-        """What was answered, in a sentence of the report's methods; empty where the analysis states it."""
+        """Sentence of the report's methods that describes the answers; empty if the analysis states it."""
         return ""
 
     @property
     def compares(self) -> bool:
-        """Whether each answer compares the picture with another one, so that subjects share one level of answers."""
+        """True if each answer compares the picture with another, so that all subjects share one mean level."""
         return self.standard is not None or self.intervals > 1
 
     @property
     def example(self) -> float | None:
-        """Answer that the page of the example shows; None where there is no such page."""
+        """Answer shown on the example page; None if there is no such page."""
         return None
 
     def is_answer(self, value: float) -> bool:
-        """Return whether a number can be an answer."""
+        """Return whether a number is a valid answer."""
         least, most = self.bounds
         return math.isfinite(value) and least - ROUNDING <= value <= most + ROUNDING
 
     @abstractmethod
     def control(self, texts: Texts) -> Control:
-        """Describe what is answered on: the window and the browser draw it."""
+        """Return the description of the response control, which the window and the browser draw."""
 
     def instructions(self, texts: Texts) -> str:
-        """Return the page that explains the task, the first line its title."""
+        """Return the instruction page, with its title in the first line."""
         return self.text(texts, "instructions", **self.ends(texts))
 
     def example_text(self, texts: Texts) -> str:
-        """Return the page above the example."""
+        """Return the text of the example page."""
         return self.text(texts, "example", **self.ends(texts))
 
     def ends(self, texts: Texts, form: str = "g") -> dict[str, str]:
-        """Write the ends and the example as texts fill them in: `least`, `most`, and `example` where there is one."""
+        """Format the ends and the example for the texts: `least`, `most`, and `example` if there is one."""
         values = dict(zip(("least", "most"), self.bounds, strict=True))
         if self.example is not None:
             values["example"] = self.example
         return {key: texts.number(value, form) for key, value in values.items()}
 
     def text(self, texts: Texts, entry: str, **values: object) -> str:
-        """Return a text of the scale's own: of the section of its name in the file of words, else of `texts`.
+        """Return a text of this scale, from its section in the translation file, else from `texts`.
 
         Raises
         ------
@@ -189,7 +189,7 @@ class ResponseScale(ABC):
         return own[entry].format(**values)
 
     def answer_in(self, given: float, interval: int) -> float:
-        """Return the answer of what was chosen on the control, by the interval (1 or 2) that showed the picture."""
+        """Convert the value set on the control to an answer, given the interval (1 or 2) that showed the picture."""
         return given
 
     @abstractmethod
@@ -199,15 +199,15 @@ class ResponseScale(ABC):
         Parameters
         ----------
         log_ratio
-            Natural logarithm of how many times as deep as the reference the picture looks, within +-`largest`.
+            Natural logarithm of the picture's perceived depth relative to the reference, within +-`largest`.
         largest
-            Logarithm of the greatest ratio of the design.
+            Natural logarithm of the design's largest ratio.
         """
 
     def latent(self, log_odds: FloatArray) -> FloatArray:
-        """Return the answers to latent depths in log odds, by which the power of tests is simulated.
+        """Return the answers to latent depths (log odds), as simulated for the power of tests.
 
-        Here the logistic function over the range of a continuous scale.
+        By default the logistic function, scaled to the range of a continuous scale.
         """
         least, most = self.bounds
         return least + (most - least) / (1 + np.exp(-log_odds))

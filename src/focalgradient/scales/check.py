@@ -1,4 +1,4 @@
-"""The check that every response scale must pass: it passes, or the first thing that fails is named."""
+"""Conformance check of response scales: raises an error that names the first failure."""
 
 from __future__ import annotations
 
@@ -16,29 +16,32 @@ from focalgradient.scales.controls import Control, Scale, Steps, Ways
 __all__ = ["check_scale"]
 
 RANGE = (0.25, 4.0)
-"""Ratios that simulated observers see, unless the scale has `least_rating` and `most_rating`: their defaults."""
+"""Range of depth ratios shown to simulated observers if the scale has no `least_rating` and `most_rating`: their
+defaults.
+"""
 
 BEYOND = 1e-3
-"""Distance beyond an end, as a share of the range, at which no number may be an answer: a thousand times what rounding
-to four decimals leaves."""
+"""Distance beyond an end, as a fraction of the range, at which no number may be an answer: 1000 times the error of
+rounding to four decimals.
+"""
 
 
 def check_scale(scale: ResponseScale | type[ResponseScale]) -> None:
-    """Check that a response scale is complete and consistent, in all that the rest of the package asks of it.
+    """Check that a response scale is complete and consistent with the rest of the package.
 
-    Its bounds include the middle. The window's control and the browser's form reach exactly the answers, the ends among
-    them. Answers pass unchanged through the column and agree with its sidecar. The simulated observer answers on the
-    scale, never less for more depth. The analysis finds the direction in simulated data. No text is empty.
+    The bounds enclose the middle. The window's control and the browser's form offer exactly the valid answers,
+    including the ends. Answers survive a write and read of the table, and agree with its sidecar. Simulated answers are
+    valid and never decrease with depth. The analysis recovers the sign of a simulated effect. No text is empty.
 
     Parameters
     ----------
     scale
-        A scale, or its class, which is then made with its defaults.
+        A scale, or its class, which is then created with its defaults.
 
     Raises
     ------
     InputError
-        If it fails: what, and where.
+        If a check fails; the message names the failure and its place.
 
     Examples
     --------
@@ -60,7 +63,7 @@ def check_scale(scale: ResponseScale | type[ResponseScale]) -> None:
 
 
 class _Checked:
-    """One scale under check."""
+    """A response scale under test."""
 
     def __init__(self, scale: ResponseScale):
         self.scale = scale
@@ -71,12 +74,12 @@ class _Checked:
         self.logs = (math.log(least), math.log(most))
 
     def need(self, holds: object, what: str) -> None:
-        """Raise unless something holds."""
+        """Raise `InputError` with the message `what` unless a condition holds."""
         if not holds:
             raise InputError(f"the scale {type(self.scale).__name__} fails: {what}.")
 
     def bounds(self) -> None:
-        """Check name, ends, middle, and that what lies beyond is no answer."""
+        """Check the name, the ends and the middle, and that numbers beyond the ends are rejected."""
         scale, least, most = self.scale, self.least, self.most
         self.need(isinstance(getattr(scale, "name", None), str) and scale.name.strip(), "name must be a text")
         self.need(scale.intervals in (1, 2), f"intervals is {scale.intervals!r}, but a trial has 1 or 2")
@@ -94,7 +97,7 @@ class _Checked:
             self.need(scale.example > scale.middle, f"example is {scale.example:g}, not above the middle")
 
     def languages(self) -> Iterable[Texts]:
-        """Return the texts of the languages that the scale has: those of its own, or all of the package's."""
+        """Return the texts of the scale's own languages, or of all languages of the package."""
         from focalgradient.design.words import LANGUAGES, load_words
 
         own = self.scale.texts
@@ -128,7 +131,7 @@ class _Checked:
         return control
 
     def answers(self, control: Control) -> None:
-        """Check that keys reach every answer, and that window and browser accept what is within the bounds only."""
+        """Check that the keys reach every answer, and that window and browser accept only valid answers."""
         scale = self.scale
         self.need(
             isinstance(control, Ways) == (scale.intervals > 1),
@@ -153,7 +156,7 @@ class _Checked:
         self.form(control.form(), reached)
 
     def form(self, form: Mapping[str, object], reached: set[float]) -> None:
-        """Check that the browser offers what the window does."""
+        """Check that the browser offers the same answers as the window."""
         if "least" in form:
             ends = (form["least"], form["most"])
             self.need(ends == self.scale.bounds, f"the browser's form goes over {ends}, not the bounds")
@@ -162,7 +165,7 @@ class _Checked:
             self.need(offered == reached, f"the browser's form offers {sorted(offered)}, the window {sorted(reached)}")
 
     def column(self) -> None:
-        """Check that answers pass through the table and agree with the sidecar."""
+        """Check that answers survive writing and reading of the table, and agree with the sidecar."""
         from focalgradient.dataset.columns import cell
         from focalgradient.dataset.read import converted
         from focalgradient.tasks.depth_rating import rating_column
@@ -183,7 +186,7 @@ class _Checked:
             self.need(isinstance(text, str) and text.strip(), f"the sidecar's {name} is empty")
 
     def observers(self) -> None:
-        """Check that simulated answers lie on the scale and never fall where depth rises."""
+        """Check that simulated answers are valid and never decrease with depth."""
         scale = self.scale
         seen = np.linspace(*self.logs, 81)
         answers = {"simulated": [scale.simulated(log, self.logs[1]) for log in seen.tolist()]}
@@ -197,7 +200,7 @@ class _Checked:
             self.need(found[0] < scale.middle < found[-1], f"{name} does not cross the middle, {scale.middle:g}")
 
     def analysis(self) -> None:
-        """Check that the analysis finds the direction of an effect of the aperture, and the report the words for it."""
+        """Check that the analysis recovers the sign of an aperture effect, and that the report has the texts for it."""
         from focalgradient.statistics import Effect, analyse
         from focalgradient.statistics.effects import effects
 
@@ -220,7 +223,7 @@ class _Checked:
             )
 
     def _table(self, direction: int):  # type: ignore[no-untyped-def]  # pandas is imported when called
-        """Answers of 8 subjects to 6 scenes, whose log depth changes by .05 a millimetre; scatter .3."""
+        """Simulate 8 subjects x 6 scenes: log depth changes by 0.05 per mm of aperture, with an SD of 0.3."""
         import pandas as pd
 
         rng = np.random.default_rng(1)

@@ -1,4 +1,4 @@
-"""What an answer is given on: descriptions that the laboratory's window and the browser's page draw."""
+"""Response controls described as data, which the laboratory's window and the browser's page draw."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ __all__ = ["Control", "Scale", "Steps", "Ways"]
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """A line without steps; arrow keys, mouse or touch move a marker on it.
+    """Continuous line with a marker, which arrow keys, mouse or touch move.
 
     Parameters
     ----------
     question, below
-        The question, and what the answer is to be compared with.
+        Question, and the reference that the answer is relative to.
     least, most
-        Its ends.
+        Values at the two ends.
     ratios
-        Whether equal ratios are equally far apart; else equal differences are.
+        True if the line is logarithmic (equal distances are equal ratios); else it is linear.
     ends
-        Meaning of the ends, in a word or two.
+        Labels of the ends, one or two words each.
     typed
-        Whether the answer is typed, not set with the marker.
+        True if the answer is typed instead of set with the marker.
     numbered
-        Whether numbers stand at the line and at the marker.
+        True if numbers are shown along the line and at the marker.
     """
 
     question: str
@@ -40,19 +40,19 @@ class Scale:
     numbered: bool = True
 
     def value(self, share: float) -> float:
-        """Return what lies at that share of the way from `least` to `most`."""
+        """Return the value at a fraction of the way from `least` to `most`."""
         if self.ratios:
             return self.least * (self.most / self.least) ** share
         return self.least + (self.most - self.least) * share
 
     def share(self, value: float) -> float:
-        """Return where a value lies, from 0 to 1."""
+        """Return the position of a value as a fraction (0 to 1) of the way from `least` to `most`."""
         if self.ratios:
             return math.log(value / self.least) / math.log(self.most / self.least)
         return (value - self.least) / (self.most - self.least)
 
     def ticks(self) -> list[float]:
-        """Return the values that are marked: doublings from 1 within the range, or five evenly spaced; none unnumbered.
+        """Return the values of tick marks: doublings from 1, or five evenly spaced values; empty if unnumbered.
 
         >>> Scale("", "", 0.5, 4.0).ticks(), Scale("", "", 0.0, 1.0, ratios=False, numbered=False).ticks()
         ([0.5, 1.0, 2.0, 4.0], [])
@@ -67,15 +67,15 @@ class Scale:
 
     @property
     def how(self) -> str:
-        """How it is answered, as the entries ``depth.answer_...`` of the words name it."""
+        """Input method: suffix of the text entry ``depth.answer_...``."""
         return "typed" if self.typed else "slider"
 
     def reached(self) -> list[float]:
-        """Return values that keys set, from one end to the other."""
+        """Return 61 evenly spaced values that keys can set, from end to end."""
         return [self.value(number / 60) for number in range(61)]
 
     def form(self) -> dict[str, Any]:
-        """Describe it for the browser's page."""
+        """Return the description of the control for the browser's page."""
         return {
             "kind": "slider",
             "question": self.question,
@@ -91,16 +91,16 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """Steps of which arrow keys, a digit, mouse or touch choose one.
+    """Discrete steps, chosen by arrow keys, a digit, mouse or touch.
 
     Parameters
     ----------
     question, below
-        The question, and what the answer is to be compared with.
+        Question, and the reference that the answer is relative to.
     least, most
-        Its ends, whole numbers.
+        First and last step, integers.
     labels
-        Meaning of the steps: one each, or one for each end (and one for the middle, where there are three).
+        Labels: one per step, one per end, or three for the ends and the middle.
     """
 
     question: str
@@ -111,21 +111,21 @@ class Steps:
 
     @property
     def values(self) -> list[int]:
-        """All steps, from the least to the most."""
+        """All steps, in ascending order."""
         return list(range(self.least, self.most + 1))
 
     @property
     def has_digits(self) -> bool:
-        """Whether a digit key chooses each step."""
+        """True if a digit key chooses each step."""
         return self.least >= 0 and self.most <= 9
 
     @property
     def how(self) -> str:
-        """How it is answered, as the entries ``depth.answer_...`` of the words name it."""
+        """Input method: suffix of the text entry ``depth.answer_...``."""
         return "steps" if self.has_digits else "arrows"
 
     def labelled(self) -> list[tuple[int, str]]:
-        """Return the steps that have a label, each with it.
+        """Return the labelled steps as pairs (step, label).
 
         >>> Steps("", "", 1, 7, ("flat", "deep")).labelled()
         [(1, 'flat'), (7, 'deep')]
@@ -139,11 +139,11 @@ class Steps:
         return [(values[place], label) for place, label in zip(places, self.labels, strict=False)]
 
     def reached(self) -> list[float]:
-        """Return values that keys set, from one end to the other."""
+        """Return all values that keys can set, in ascending order."""
         return [float(value) for value in self.values]
 
     def form(self) -> dict[str, Any]:
-        """Describe it for the browser's page."""
+        """Return the description of the control for the browser's page."""
         named = dict(self.labelled())
         return {
             "kind": "steps",
@@ -156,14 +156,14 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """Two ways: the left arrow key chooses the first interval (1), the right one the second (2).
+    """Binary choice: the left arrow key chooses the first interval (1), the right arrow key the second (2).
 
     Parameters
     ----------
     question
-        The question.
+        Question.
     ways
-        Labels of the two.
+        Labels of the two choices.
     """
 
     question: str
@@ -171,15 +171,15 @@ class Ways:
 
     @property
     def how(self) -> str:
-        """How it is answered, as the entries ``depth.answer_...`` of the words name it."""
+        """Input method: suffix of the text entry ``depth.answer_...``."""
         return "choice"
 
     def reached(self) -> list[float]:
-        """Return values that keys set: the two intervals."""
+        """Return the values that keys can set: the numbers of the two intervals."""
         return [1.0, 2.0]
 
     def form(self) -> dict[str, Any]:
-        """Describe it for the browser's page."""
+        """Return the description of the control for the browser's page."""
         return {"kind": "choice", "question": self.question, "ways": list(self.ways)}
 
 

@@ -1,4 +1,4 @@
-"""Ratios to a standard that counts as 1 (magnitude estimation)."""
+"""Magnitude estimation: ratios to a standard of value 1."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ __all__ = ["Ratio"]
 
 @dataclass(frozen=True)
 class Ratio(ResponseScale):
-    """How many times as deep as the reference a picture looks, set on a line of ratios or typed.
+    """Perceived depth as a ratio to the reference, set on a logarithmic line or typed.
 
     Parameters
     ----------
     least_rating, most_rating
-        The ends: below 1, and above 1.
+        Ends of the scale: below 1, and above 1.
     answer
-        "slider", or "typed".
+        Input method: "slider" or "typed".
     reference
-        "standard", or "same-scene": which picture counts as 1.
+        Picture of value 1: "standard" or "same-scene".
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Ratio(ResponseScale):
         return texts("depth.instructions_ratio", reference=reference, ratios=self.doubled(texts))
 
     def doubled(self, texts: Texts) -> str:
-        """Return which ratios count as twice and as half as deep, where the scale has both; else nothing."""
+        """Return the text about ratios 2 and 0.5; empty if the scale does not include both."""
         both = self.least_rating <= 0.5 and self.most_rating >= 2
         return texts("depth.ratios", half=texts.number(0.5, "g")) if both else ""
 

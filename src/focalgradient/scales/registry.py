@@ -1,4 +1,4 @@
-"""The registry of response scales: ours, registered ones, and those that installed packages declare."""
+"""Registry of response scales: built-in, registered, and declared by installed packages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from focalgradient.scales.visual_analogue import VisualAnalogue
 __all__ = ["GROUP", "register", "scale_class", "scale_names", "scale_of"]
 
 GROUP = "focalgradient.scales"
-"""Group of entry points by which an installed package declares scales: name of the scale = "module:Class"."""
+"""Entry-point group by which installed packages declare scales: name of the scale = "module:Class"."""
 
 _REGISTERED: dict[str, type[ResponseScale]] = {}
 
@@ -26,12 +26,12 @@ Class = TypeVar("Class", bound=type[ResponseScale])
 
 
 def register(scale: Class) -> Class:
-    """Register a response scale for this process; as a decorator, too.
+    """Register a response scale for this process; also usable as a decorator.
 
     Raises
     ------
     InputError
-        If it is no complete class of a response scale, or another has its name.
+        If it is not a complete subclass of `ResponseScale`, or its name is taken.
 
     Examples
     --------
@@ -53,7 +53,7 @@ for _own in (Ratio, OrdinalScale, SignedComparison, TwoIntervals, VisualAnalogue
 
 
 def scale_names() -> tuple[str, ...]:
-    """Return the names of all scales: ours first, then those registered or declared by installed packages.
+    """Return the names of all scales: built-in ones first, then those registered or declared by installed packages.
 
     >>> scale_names()[:5]
     ('ratio', 'steps', 'bipolar', 'choice', 'visual-analogue')
@@ -63,12 +63,12 @@ def scale_names() -> tuple[str, ...]:
 
 
 def scale_class(name: str) -> type[ResponseScale]:
-    """Return the class of a scale.
+    """Return the class of the scale with a given name.
 
     Raises
     ------
     InputError
-        If there is no scale of that name: those that exist are listed. Or if what a package declares cannot be loaded.
+        If the name is unknown (the message lists all names), or a declared class cannot be loaded.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def scale_class(name: str) -> type[ResponseScale]:
                 loaded = point.load()
             except Exception as error:
                 raise InputError(
-                    f"scale is {name!r}, but {point.value} of its package cannot be loaded ({error!r}): mend the "
+                    f"scale is {name!r}, but {point.value} of its package cannot be loaded ({error!r}): repair the "
                     "package."
                 ) from error
             if register(loaded).name != name:
@@ -96,14 +96,14 @@ def scale_class(name: str) -> type[ResponseScale]:
 
 
 def scale_of(settings: Mapping[str, Any]) -> ResponseScale:
-    """Make the response scale of a design's settings, as a design, a journal or a sidecar states them.
+    """Create the response scale from the settings of a design, a journal or a sidecar.
 
-    Designs of versions before there were scales state none: they had ratios.
+    Designs of early versions name no scale: they used ratios.
 
     Raises
     ------
     InputError
-        If there is no such scale, or a setting cannot be used.
+        If the scale is unknown or a setting is invalid.
 
     Examples
     --------

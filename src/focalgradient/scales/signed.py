@@ -1,4 +1,4 @@
-"""Signed comparison with a reference: steps from much flatter to much deeper, 0 being alike."""
+"""Signed comparison with a reference: steps from much flatter to much deeper, 0 meaning equal."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ __all__ = ["SignedComparison"]
 
 @dataclass(frozen=True)
 class SignedComparison(ResponseScale):
-    """A step from -(`steps` - 1) / 2 (much flatter than the reference) to +(`steps` - 1) / 2 (much deeper).
+    """Signed step from -(`steps` - 1) / 2 (much flatter than the reference) to +(`steps` - 1) / 2 (much deeper).
 
     Parameters
     ----------
     steps
-        How many, an odd number.
+        Number of steps, odd.
     labels
-        Meaning of the steps: one each, one for each end, these with the middle, or none for those of the words.
+        Labels: one per step, one per end, or three for ends and middle; empty: those of the translation.
     reference
-        "standard", or "same-scene": which picture is 0.
+        Picture of value 0: "standard" or "same-scene".
 
     Examples
     --------

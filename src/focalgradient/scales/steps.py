@@ -1,4 +1,4 @@
-"""Steps of an ordinal scale, from flat to very deep."""
+"""Ordinal scale of steps from flat to very deep."""
 
 from __future__ import annotations
 
@@ -15,27 +15,28 @@ from focalgradient.scales.controls import Steps
 __all__ = ["REACH", "OrdinalScale", "check_labels"]
 
 REACH = 3.0
-"""Log odds between the middle of a scale of steps and its outer thresholds: our choice, as in
-benchmarks/scales_error_rates.py."""
+"""Log odds between the middle of an ordinal scale and its outer thresholds: our choice, as in
+benchmarks/scales_error_rates.py.
+"""
 
 
 def check_labels(scale: str, labels: tuple[str, ...], allowed: set[int]) -> None:
-    """Raise InputError unless a scale takes that number of labels."""
+    """Raise `InputError` unless the number of labels is allowed for a scale."""
     if len(labels) not in allowed:
         counts = " or ".join(map(str, sorted(allowed)))
-        raise InputError(f"labels has {len(labels)} texts, but scale {scale!r} takes {counts}: mend it.")
+        raise InputError(f"labels has {len(labels)} texts, but scale {scale!r} takes {counts}: change their number.")
 
 
 @dataclass(frozen=True)
 class OrdinalScale(ResponseScale):
-    """A step from 1 to `steps`.
+    """Ordinal step from 1 to `steps`.
 
     Parameters
     ----------
     steps
-        How many, 2 or more.
+        Number of steps, at least 2.
     labels
-        Meaning of the steps: one each, one for each end, or none for those of the words.
+        Labels: one per step or one per end; empty: those of the translation.
 
     Examples
     --------
@@ -97,9 +98,9 @@ class OrdinalScale(ResponseScale):
         return texts("depth.example_steps", **self.ends(texts))
 
     def simulated(self, log_ratio: float, largest: float) -> float:
-        """Return step 2 for the reference and the last for the greatest ratio, at equal log steps.
+        """Return step 2 for the reference and the last step for the largest ratio, at equal log intervals.
 
-        Of two steps, the second for whatever looks deeper than the reference.
+        With two steps, return the second for every picture that looks deeper than the reference.
 
         >>> OrdinalScale().simulated(0.0, 1.4), OrdinalScale().simulated(1.4, 1.4)
         (2.0, 7.0)

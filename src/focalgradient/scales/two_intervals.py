@@ -1,4 +1,4 @@
-"""Two-interval forced choice: which of two pictures looks deeper."""
+"""Two-interval forced choice (2IFC): which of two pictures looks deeper."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["TwoIntervals"]
 
 @dataclass(frozen=True)
 class TwoIntervals(ResponseScale):
-    """1 where the picture is chosen as the deeper one, 0 where the reference is.
+    """Choice of the deeper picture: 1 if the test picture is chosen, 0 if the reference is.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Visual analogue scale: a place on a line between two labelled ends, without steps and without numbers."""
+"""Visual analogue scale: a position on a line between two labelled ends, without steps or numbers."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["VisualAnalogue"]
 
 @dataclass(frozen=True)
 class VisualAnalogue(ResponseScale):
-    """A place on a line from 0 (flat) to 100 (very deep), in per cent of its length from the left end.
+    """Position on a line from 0 (flat) to 100 (very deep), in per cent of its length from the left end.
 
     Parameters
     ----------
     labels
-        Texts at the two ends; none for those of the words.
+        Labels of the two ends; empty: those of the translation.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Tasks: one class each, which the laboratory, the browser, the files, the simulation and the report ask.
+"""Tasks: one class each, used by the laboratory, the browser, the files, the simulation and the report.
 
-A task of one's own is one class derived from `Task` in one file, found by `register` or by an entry point of the group
-"focalgradient.tasks". Ours are registered in the same way.
+A custom task is one class derived from `Task` in one file, registered by `register` or by an entry point of the group
+"focalgradient.tasks". Built-in tasks are registered in the same way.
 """
 
 from focalgradient.tasks.adjustment import Adjustment, Refocused

@@ -1,4 +1,4 @@
-"""An adjustment described as data: pictures that follow a knob, for the window and the browser alike."""
+"""Adjustment trials described as data: pictures controlled by a knob, in the window and in the browser."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["Adjustment", "Refocused"]
 
 @dataclass(frozen=True, slots=True)
 class Refocused:
-    """A picture at a focus.
+    """A picture of a focus series, shown at a fixed or adjustable focus.
 
     Parameters
     ----------
     series
         A `focalgradient.live.FocusSeries`.
     pos
-        Of its middle, in pixels from the middle of the screen, x right and y up.
+        Centre of the picture, in pixels from the screen's centre, x right and y up.
     focus
-        In dioptres; None: the value of the knob.
+        Vergence in focus, in dioptres; None: the value of the knob.
     """
 
     series: Any
@@ -32,23 +32,23 @@ class Refocused:
 
 @dataclass(frozen=True, slots=True)
 class Adjustment:
-    """What a trial asks to be set.
+    """Pictures, knob range and question of an adjustment trial.
 
     Parameters
     ----------
     views
         The two pictures, side by side.
     least, most
-        Ends of the knob, in dioptres.
+        Range of the knob, in dioptres.
     question
-        What is to be set.
+        Instruction shown to the participant.
     ratios
-        Whether equal turns are equal ratios of the value; else equal differences.
+        True if the knob is logarithmic (equal turns are equal ratios of the value); else it is linear.
 
     Raises
     ------
     InputError
-        If the ends do not rise, or ratios are of what is not above 0.
+        If `least` is not below `most`, or not above 0 on a logarithmic knob.
 
     Examples
     --------

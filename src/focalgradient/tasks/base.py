@@ -1,4 +1,4 @@
-"""The base class of tasks: design, trial, answer, columns, texts, check and report of one experiment."""
+"""Base class of tasks: design, trial, answer, columns, texts, checks and report of one experiment."""
 
 from __future__ import annotations
 
@@ -28,31 +28,33 @@ if TYPE_CHECKING:
 __all__ = ["Response", "Rows", "Task", "paper_settings"]
 
 BLANK_S = 0.3
-"""Seconds without a picture before the question, of tasks whose trials are described as data: our choice."""
+"""Duration in seconds of the blank screen before the question, in tasks whose trials are described as data (our
+choice).
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Response(metaclass=OpenRecord):
-    """The answer of a trial; that of a task of one's own is a subclass, whose fields become columns.
+    """Answer of a trial; a custom task subclasses it, and the added fields become columns.
 
-    A field may say in its metadata what the sidecar states: "about", "units", "levels", "least", "most". Keywords that
-    name no field are noted in `extra`, and become columns, too.
+    The metadata of a field may contain the sidecar entries "about", "units", "levels", "least" and "most". Keywords
+    that name no field are stored in `extra`, and also become columns.
 
     Parameters
     ----------
     onset
-        When the stimulus appeared, in seconds of the sitting's clock.
+        Time of stimulus onset, in seconds on the clock of the sitting.
     response_time
-        From the question to the answer, in seconds.
+        Time from the question to the answer, in seconds.
     dropped_frames
-        Frames that came late during the trial.
+        Number of late frames during the trial.
     extra
-        Values noted beside it, by name: each a `Noted`, or its value alone.
+        Additional values by name, each a `Noted` or a plain value.
 
     Raises
     ------
     InputError
-        If a value is of another type than its field, or a time is negative or not finite.
+        If a value does not match the type of its field, or a time is negative or not finite.
     """
 
     onset: float
@@ -71,25 +73,25 @@ class Response(metaclass=OpenRecord):
 
 
 Interval = tuple[NDArray[np.uint8], float]
-"""A picture (H x W x 3, 8 bits), and for how many seconds it is shown."""
+"""Picture (H x W x 3, 8 bits) and its duration in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """The table of a session while it is checked.
+    """Table of a session during validation.
 
     Parameters
     ----------
     columns
         Values of all rows, by column.
     shown
-        Those of the first row of each trial.
+        Values of the first row of each trial, by column.
     design
-        Of the session.
+        Design of the session.
     planned
-        Its main trials, by number.
+        Main trials of the design, by number.
     pictures
-        File of each picture of the manifest, by scene, aperture and fixation.
+        Picture files of the manifest, by scene, aperture and fixation.
     """
 
     columns: Mapping[str, Any]
@@ -100,50 +102,52 @@ class Rows:
 
 
 class Task(ABC):
-    """One experiment, by which laboratory, browser, files, simulation and report know what to do.
+    """An experiment, as the laboratory, browser, files, simulation and report need to know it.
 
-    A task of one's own states `name`, `title`, `design`, `trial` and `answer`, its texts, what its laboratory trial
-    does (`run`), and, where observers are to be simulated, how they answer (`simulated`). Columns, pages, check and
-    report follow; each can be replaced.
+    A custom task defines `name`, `title`, `design`, `trial` and `answer`, its texts, its laboratory trial (`run`) and,
+    if observers are to be simulated, their answers (`simulated`). Columns, pages, checks and report are derived from
+    these; each can be overridden.
     """
 
     name: ClassVar[str]
-    """Label of the task in the names of files: letters and digits."""
+    """Label of the task in file names: letters and digits."""
     title: ClassVar[str]
-    """What the task is, in a few words, for sidecars and report."""
+    """Short description of the task, for sidecars and report."""
     command: ClassVar[str] = ""
-    """Name on the command line; empty: that of the task."""
+    """Name on the command line; empty: `name`."""
     texts: ClassVar[Mapping[str, Mapping[str, str]]] = {}
-    """Texts by language ("en"), then by entry: "instructions" (pages apart by ``---``), "debriefing", and one's own."""
+    """Texts by language ("en"), then by entry: "instructions" (pages separated by ``---``), "debriefing", and custom
+    entries.
+    """
     onset: ClassVar[str] = "onset"
-    """Column of the time at which a trial began."""
+    """Column of the onset time of a trial."""
     percepts: ClassVar[bool] = False
-    """Whether keys are held during a trial, and the table has a row for each percept."""
+    """True if keys are pressed and held during a trial, and the table has one row per percept."""
     ratios: ClassVar[frozenset[str]] = frozenset()
-    """Columns of answers that are ratios, analysed on their logarithm."""
+    """Answer columns that are ratios, analysed on their logarithm."""
     settings_of_report: ClassVar[frozenset[str]] = frozenset()
-    """Settings of a preregistration that only some tasks have: "bound", "ordinal", "far_effect"."""
+    """Preregistration settings that apply to this task: "bound", "ordinal", "far_effect"."""
     observer_s: ClassVar[float] = 0.1
-    """Seconds of one core that a simulated observer's session takes about."""
+    """Approximate processor time in seconds (one core) of one simulated observer's session."""
     no_pictures: ClassVar[str] = "whose observers look at none"
-    """Why simulated observers need no pictures from a folder; empty where they look at some."""
+    """Reason why simulated observers need no picture folder; empty if they look at pictures."""
     earlier: ClassVar[Mapping[str, Any]] = {}
-    """Meaning of settings that designs of earlier versions do not state."""
+    """Values of settings that designs of earlier versions do not state."""
 
     @property
     @abstractmethod
     def design(self) -> type[Any]:
-        """Class of the design, a `focalgradient.design.Plan`."""
+        """Class of the design, a subclass of `focalgradient.design.Plan`."""
 
     @property
     def trial(self) -> type[Any]:
-        """Class of a trial, a `focalgradient.design.Trial`."""
+        """Class of a trial, a subclass of `focalgradient.design.Trial`."""
         raise NotImplementedError
 
     @property
     @abstractmethod
     def answer(self) -> type[Any]:
-        """Class of an answer, a `Response`."""
+        """Class of an answer, a subclass of `Response`."""
 
     @property
     def called(self) -> str:
@@ -151,9 +155,9 @@ class Task(ABC):
         return self.command or self.name
 
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
-        """Return the columns of a session's table, by its design as it was recorded; None: those of every design.
+        """Return the columns of a session's table for the recorded design settings; None: those of every design.
 
-        Here those of the trial's fields, then those of the answer's.
+        By default the fields of the trial, then those of the answer.
         """
         answered = [*_own_columns(self.answer, "Answer.")]
         chosen = {column.name for column in answered}
@@ -164,7 +168,7 @@ class Task(ABC):
         return (TRIAL, *shown, REPETITION, catch, onset, *answered, time, DROPPED, SITTING)
 
     def settings(self) -> str:
-        """Return the settings file (TOML) of the task's default design, to be copied and changed."""
+        """Return the settings file (TOML) of the task's default design, as a template."""
         lines = [f"# {self.title}"]
         for name, value in self.design().model_dump(mode="json").items():
             if isinstance(value, dict):
@@ -173,18 +177,18 @@ class Task(ABC):
         return "\n".join(lines) + "\n"
 
     def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        """Return the pages that a participant reads: here `texts`' "instructions" before, "debriefing" after."""
+        """Return the pages for the participant: by default "instructions" before the task and "debriefing" after it."""
         from focalgradient.design.plain_pages import PlainPages
 
         return PlainPages(self, words)
 
     def text(self, words: Any, entry: str, **values: object) -> str:
-        """Return a text in the session's language.
+        """Return a text of the task in the session's language.
 
         Raises
         ------
         InputError
-            If the task has no such text in it.
+            If the task has no such text in that language.
         """
         own = self.texts.get(words.language, {})
         if entry not in own:
@@ -194,52 +198,52 @@ class Task(ABC):
         return own[entry].format(**values)
 
     def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
-        """Return a trial as it is shown, with what depends on the answers so far: here as it is planned.
+        """Return the trial to be shown, given the answers so far: by default the planned trial.
 
-        A procedure (`focalgradient.design.Staircase` and others) chooses a field that trial and answer both have, like
+        A procedure (such as `focalgradient.design.Staircase`) sets a field that trial and answer share, like
         ``level``: ``dataclasses.replace(trial, level=procedure.level(answers_of(recorded)))``. In a browser the server
-        chooses after each answer; a study that is exported has no server, and is refused.
+        applies the procedure after each answer; an exported study has no server, so its export is refused.
         """
         return trial
 
     def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Sequence[Interval]:
-        """Return the picture of a trial (H x W x 3, 8 bits) and for how many seconds it is shown.
+        """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
 
-        Or a list of these, one an interval. With `control` it describes a trial as data: the window and the browser
-        both show it so.
+        Trials with several intervals return a list, one pair per interval. Together with `control` this describes a
+        trial as data, which the window and the browser both show.
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def adjustment(self, design: Any, words: Any, trial: Any, pixels_per_degree: float) -> Adjustment:
-        """Return what a trial asks to be set by a knob, instead of `shown` and `control`.
+        """Return the description of an adjustment trial, which replaces `shown` and `control`.
 
-        The answer is made by `answered`, which then has the keyword `start` as well: the value at the start.
+        The answer is created by `answered`, which then also receives `start`, the initial value of the knob.
         """
         raise InputError(f"the task {self.name!r} has nothing to adjust: define adjustment, or shown and control.")
 
     def intervals(self, design: Any, trial: Any, pixels_per_degree: float) -> list[Interval]:
-        """Return the pictures of a trial as `shown` gives them, always as a list."""
+        """Return the pictures and durations of a trial's intervals, as a list also for a single interval."""
         shown: Any = self.shown(design, trial, pixels_per_degree)
         return [shown] if isinstance(shown, tuple) and not isinstance(shown[0], tuple) else [*shown]
 
     def pictures(
         self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
     ) -> dict[str, str | NDArray[np.uint8]]:
-        """Return what a trial shows, for other programs: a file of the set of pictures, or pixels, by column.
+        """Return the pictures of a trial for other programs, by column: a file of the picture set, or pixels.
 
         Parameters
         ----------
         design, trial
-            Of the session.
+            Design of the session, and one of its trials.
         stimuli
-            The set of pictures; None where none was given.
+            The set of pictures; None if none was given.
         pixels_per_degree
-            Of the screen; None where pixels are not asked for.
+            Angular resolution of the screen; None: return no pixels.
 
         Returns
         -------
         dict
-            "picture", and further intervals as "picture_2"; or "reference", what it is compared with.
+            "picture", with further intervals as "picture_2", or with the picture to compare it with as "reference".
         """
         if pixels_per_degree is None or not self.described or self.adapts or self.adjusts:
             return {}
@@ -247,28 +251,28 @@ class Task(ABC):
         return {f"picture_{n}" if n > 1 else "picture": pixels for n, (pixels, _) in enumerate(shown, start=1)}
 
     def control(self, words: Any, trial: Any) -> Control:
-        """Describe what a trial is answered on."""
+        """Return the description of a trial's response control."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
-        """Describe what is asked after a trial's own question, by column: here what the design's `also` asks.
+        """Return the additional questions of a trial, by column: by default those of the design's `also`.
 
-        Each is what it is answered on, and a note without a value, with unit and description of the column.
+        Each consists of its response control and a note without a value, with the unit and description of the column.
         """
         return {name: (one.control(), Noted(None, one.unit or None, one.about)) for name, one in design.also.items()}
 
     def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
-        """Return the answer of what was given on the control: here the one field that the answer adds to `Response`.
+        """Return the answer for a value set on the control: by default in the one field that the answer class adds.
 
         Parameters
         ----------
         design, trial
-            Of the session.
+            Design of the session, and the trial answered.
         value
-            What was given on the control; of two ways 1 or 2.
+            Value set on the control; 1 or 2 for a binary choice.
         times
-            `onset`, `response_time` and `dropped_frames` of `Response`; of an adjustment also `start`, where the knob
-            stood at first.
+            `onset`, `response_time` and `dropped_frames` of `Response`; for an adjustment also `start`, the initial
+            value of the knob.
         """
         name, *more = (column.name for column in _own_columns(self.answer, ""))
         if more:
@@ -278,54 +282,54 @@ class Task(ABC):
 
     @property
     def described(self) -> bool:
-        """Whether trials are described as data, so that a browser can show them."""
+        """True if trials are described as data, so that a browser can show them."""
         own = type(self)
         return self.adjusts or (own.shown is not Task.shown and own.control is not Task.control)
 
     @property
     def adapts(self) -> bool:
-        """Whether what a trial shows depends on the answers so far."""
+        """True if the content of a trial depends on earlier answers."""
         return type(self).adapted is not Task.adapted
 
     @property
     def adjusts(self) -> bool:
-        """Whether a trial is an adjustment, described as data."""
+        """True if a trial is an adjustment described as data."""
         return type(self).adjustment is not Task.adjustment
 
     def run(self, sitting: Any, trial: Any) -> Any:
-        """Show a trial in the laboratory's window and return its answer: here as the task describes it."""
+        """Show a trial in the laboratory's window and return its answer: by default from its description as data."""
         from focalgradient.lab.described import show_described
 
         return show_described(self, sitting, trial)
 
     def experiment(self) -> Any:
-        """Return what the laboratory runs."""
+        """Return the experiment that the laboratory runs."""
         from focalgradient.lab.experiment import GREY, Experiment
 
         return Experiment(task=self.name, about=type(self).__doc__ or self.title, trial=self.run, background=GREY)
 
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
-        """Return a simulated observer's answer, without its `onset` in time: `chance` is a NumPy generator."""
+        """Return a simulated observer's answer with an arbitrary `onset`; `chance` is a NumPy generator."""
         raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
 
     def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
-        """Return what simulated observers look at: `encoded` and `stimuli` of `focalgradient.observers.simulate`.
+        """Return the stimuli of simulated observers: `encoded` and `stimuli` of `focalgradient.observers.simulate`.
 
         Parameters
         ----------
         design
-            That they take part in.
+            Design of the experiment.
         folder
-            Of the pictures; None: small ones are made where there are any.
+            Folder of the pictures; None: small pictures are rendered, if the task uses any.
         executor
-            What encodes them; None: this process.
+            Executor that encodes the pictures; None: this process.
         progress
-            Takes the share that is done, and what is done.
+            Function called with the completed fraction and a description of the work.
         """
         return {}
 
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        """Return a simulated observer's answers to all trials, one after the other in time."""
+        """Return a simulated observer's answers to all trials, in chronological order."""
         from focalgradient.observers.answers import PAUSE, random_stream
 
         person = observer.person(random_stream(seed, self.name, participant))
@@ -340,34 +344,34 @@ class Task(ABC):
 
     @property
     def simulates(self) -> bool:
-        """Whether there are simulated observers."""
+        """True if the task has simulated observers."""
         return type(self).observe is not Task.observe or type(self).simulated is not Task.simulated
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
-        """Raise InputError where an answer contradicts the design or its trial, beyond what its columns allow."""
+        """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""
         return
 
     def problems(self, rows: Rows) -> Iterator[str]:
-        """Say where a session's table contradicts its design, beyond what is true of all tasks."""
+        """Yield contradictions between a session's table and its design, beyond those checked for every task."""
         return iter(())
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
-        """Return the conditions that the report compares, with their levels: here the fields that a trial adds."""
+        """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""
         main = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
         names = [column.name for column in _own_columns(self.trial, "")]
         levels = {name: sorted({getattr(trial, name) for trial in main}, key=_order) for name in names}
         return {name: tuple(found) for name, found in levels.items() if len(found) > 1}
 
     def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
-        """Return the answers whose means and tests the report gives, with their units: those the answer adds."""
+        """Return the answers analysed in the report, with their units: by default the fields that the answer adds."""
         columns = [one for one in self.columns(settings) if one.form != "text"]
         names = {one.name for one in _own_columns(self.answer, "")}
         return {one.name: one.units or ("share" if one.form == "bool" else "") for one in columns if one.name in names}
 
     def planned(self, design: Any) -> tuple[Any, ...]:
-        """Return the tests of the report before there are data: `focalgradient.statistics.ConditionTest` each.
+        """Return the tests of the report before data exist, as `focalgradient.statistics.ConditionTest` objects.
 
-        Here of each measure and factor: see `focalgradient.statistics.planned_tests`.
+        By default one for each measure and factor: see `focalgradient.statistics.planned_tests`.
         """
         from focalgradient.statistics.conditions import planned_tests
 
@@ -375,49 +379,49 @@ class Task(ABC):
         return planned_tests({name: name in self.ratios for name in measures}, self.factors(design))
 
     def tested(self, design: Any, table: Any) -> tuple[Any, ...]:
-        """Return the tests of the report with their effects; `table` has all trials that are not catch trials."""
+        """Return the tests of the report with their effects; `table` contains all trials except catch trials."""
         from focalgradient.statistics.conditions import condition_tests
 
         return condition_tests(table, self.planned(design))
 
     def findings(self, table: Any) -> list[str]:
-        """Return sentences of the report about all answers (a table with `participant_id`, without catch trials)."""
+        """Return sentences about all answers for the report; `table` has `participant_id` and no catch trials."""
         return []
 
     def reported(self, root: Any, asked: Any) -> Any:
-        """Return the task's part of a report (`focalgradient.report.parts.Part`) of the data set in the folder `root`.
+        """Return the task's part of a report (`focalgradient.report.parts.Part`) on the data set in the folder `root`.
 
-        Here the means of each condition, the tests of `tested`, a figure by factor, and every trial as CSV.
+        By default the means of each condition, the tests of `tested`, a figure by factor, and all trials as CSV.
         """
         from focalgradient.report.own_tasks import analyse_own_task
 
         return analyse_own_task(root, self)
 
     def preregistered(self, design: Any, asked: Any) -> Any:
-        """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`), before data.
+        """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`).
 
-        Here the tests of `planned`, with their power where there are simulated observers.
+        By default the tests of `planned`, with their power if the task has simulated observers.
         """
         from focalgradient.report.own_tasks import preregister_own_task
 
         return preregister_own_task(self, design, asked)
 
     def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
-        """Return what is simulated for the power of the report's tests: a `focalgradient.power.Study`.
+        """Return the simulated experiment for the power of the report's tests: a `focalgradient.power.Study`.
 
         Parameters
         ----------
         design
-            What subjects are shown.
+            Design of the experiment.
         assumed
-            Effects and standard deviations that were given, by the name of their option; the task's own for others.
+            Assumed effects and standard deviations, by option name; the task's defaults for others.
         seed
-            Of all chance.
+            Seed of all random numbers.
 
         Raises
         ------
         InputError
-            If the task has no such number, or no simulated observer.
+            If the task has no such option, or no simulated observer.
         """
         from focalgradient.power.own_tasks import TaskStudy
 
@@ -425,17 +429,17 @@ class Task(ABC):
 
 
 def _order(value: Any) -> tuple[str, Any]:
-    """Order of levels, also of different types."""
+    """Return a sort key for levels, which may be of different types."""
     return (type(value).__name__, value)
 
 
 def paper_settings(name: str) -> str:
-    """Return a settings file that comes with the package."""
+    """Return the text of a settings file that comes with the package."""
     return (files("focalgradient.design") / "files" / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def _own_columns(record: type[Any], about: str) -> Iterator[Column]:
-    """Columns of the fields that a record adds to the base of all trials or answers."""
+    """Yield columns of the fields that a record adds to the base class of all trials or answers."""
     hints = typing.get_type_hints(record)
     base = next(each for each in reversed(record.__mro__[:-1]) if dataclasses.is_dataclass(each))
     shared = {one.name for one in dataclasses.fields(base)}
@@ -448,7 +452,7 @@ def _own_columns(record: type[Any], about: str) -> Iterator[Column]:
 
 
 def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:
-    """Form of a column, its levels, and whether it may be empty, by the type of its field."""
+    """Return a column's form, levels and optionality, derived from the type of its field."""
     parts = typing.get_args(hint)
     if typing.get_origin(hint) in (Union, types.UnionType) and type(None) in parts:
         form, levels, _ = _form(next(part for part in parts if part is not type(None)), name)
@@ -459,12 +463,12 @@ def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:
         return "text", {str(part): str(part) for part in parts}, False
     forms: dict[Any, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}
     if hint not in forms:
-        raise InputError(f"{name} is a field of type {hint}, but a column holds bool, int, float, str or Literal.")
+        raise InputError(f"{name} is a field of type {hint}, but must be bool, int, float, str or Literal.")
     return forms[hint], {}, False
 
 
 def _toml(value: Any) -> str:
-    """A value of a settings file.
+    """Format a value for a settings file.
 
     >>> _toml(["a", 1.5, True])
     '["a", 1.5, true]'

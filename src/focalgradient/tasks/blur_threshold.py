@@ -1,4 +1,4 @@
-"""A threshold of blur, or of depth from blur, as a task: two intervals, levels chosen trial by trial."""
+"""Task: threshold of blur or of depth from blur, with two intervals and an adaptive procedure."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ __all__ = ["BlurThreshold"]
 COLUMNS: tuple[Column, ...] = (
     TRIAL,
     SCENE,
-    Column("interval", "Of the two intervals, the one to which the level was added.", "integer", least=1),
+    Column("interval", "Number of the interval to which the level was added.", "integer", least=1),
     Column(
         "level",
-        "What was added: dioptres of defocus, or millimetres of aperture where depth is judged.",
+        "Increment: dioptres of defocus, or millimetres of aperture if depth is judged.",
         "number",
         above=0,
     ),
-    Column("answer", "The interval that was chosen.", "integer", least=1),
-    Column("correct", "Whether that is the one to which the level was added.", "bool"),
+    Column("answer", "Number of the chosen interval.", "integer", least=1),
+    Column("correct", "Whether the chosen interval is the one to which the level was added.", "bool"),
     REPETITION,
     Column("catch", "Whether the trial shows the greatest level, and does not count for the threshold.", "bool"),
     Column("onset", "When the first picture appeared, on the clock of the sitting.", "number", "s", least=0),
@@ -40,7 +40,7 @@ COLUMNS: tuple[Column, ...] = (
 
 
 class BlurThreshold(Task):
-    """Choose the interval with more blur (or depth), at levels that an adaptive procedure sets."""
+    """Choose the interval with more blur (or depth), at levels set by an adaptive procedure."""
 
     name: ClassVar[str] = "blurthreshold"
     title: ClassVar[str] = "Threshold of blur, or of depth from blur, by an adaptive procedure"
@@ -101,7 +101,7 @@ class BlurThreshold(Task):
         return wrong_choices(rows, self.picture)
 
     def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the file of the picture of a row's condition, the sharp one that is blurred."""
+        """Return the file of the sharp picture of a row's condition, which is blurred during the trial."""
         return rows.pictures.get((rows.shown["scene"][place], "pinhole", rows.design.fixation))
 
     def reported(self, root: Any, asked: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The columns of the long tables: what stands in them, for readers, for the sidecars, and for checks."""
+"""Column definitions of the long tables, used for headings, sidecars and validation."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ Form = Literal["integer", "number", "bool", "text"]
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table.
+    """Definition of a table column.
 
     Parameters
     ----------
     name, about
-        Its heading, and what it means.
+        Heading, and meaning of the values.
     form
-        What its cells are.
+        Type of the cells.
     units
-        As BIDS writes them.
+        Unit in BIDS notation.
     levels
-        The texts that there are, each with its meaning; empty where any text may stand.
+        Allowed texts with their meanings; empty if any text is allowed.
     least, most
-        No number is smaller, or larger.
+        Inclusive limits of the numbers.
     above
-        Every number is greater.
+        Exclusive lower limit of the numbers.
     optional
-        Whether a cell may be without a value ("n/a").
+        True if cells may be missing ("n/a").
     """
 
     name: str
@@ -46,7 +46,7 @@ class Column:
 
     @property
     def expected(self) -> str:
-        """What a cell must be, in words."""
+        """Description of a valid cell, in words."""
         if self.form == "bool":
             return "true or false"
         if self.form == "text":
@@ -62,7 +62,7 @@ class Column:
 
     @classmethod
     def noted(cls, name: str, entry: Mapping[str, Any]) -> Column:
-        """Return the column of a value noted beside the answers, by what a sidecar says of it."""
+        """Return the column of an additional value, as described by a sidecar entry."""
         levels = entry.get("Levels", {})
         form: Form = "bool" if set(levels) == {"true", "false"} else "text"
         if entry.get("Format") in ("integer", "number"):
@@ -70,10 +70,10 @@ class Column:
         return cls(name, str(entry.get("Description", "")), form, units=entry.get("Units"), optional=True)
 
     def described(self) -> dict[str, Any]:
-        """What a sidecar says of it."""
+        """Return the sidecar entry of the column."""
         levels = {"true": "yes", "false": "no"} if self.form == "bool" else dict(self.levels)
         form = {"integer": "integer", "number": "number"}.get(self.form)
-        # Of what must be greater, BIDS can say only that it is no smaller.
+        # BIDS has no exclusive minimum.
         minimum = self.above if self.least is None else self.least
         range_ = {"Minimum": minimum, "Maximum": self.most}
         entries = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, **range_}
@@ -81,7 +81,7 @@ class Column:
 
     @property
     def absent(self) -> Any:
-        """What stands for the column in the rows of sessions that do not have it."""
+        """Placeholder for the column in rows of sessions without it."""
         if self.optional and self.form != "text":
             return math.nan
         return {"bool": False, "integer": 0, "number": math.nan, "text": None}[self.form]
@@ -89,10 +89,15 @@ class Column:
 
 TRIAL = Column("trial", "Number of the trial, in the order shown.", "integer", least=1)
 REPETITION = Column(
-    "repetition", "How many times this condition has been shown, this time included.", "integer", least=1
+    "repetition", "Number of presentations of this condition so far, including this one.", "integer", least=1
 )
-SITTING = Column("sitting", "1; one more after each time that the session was cut off and resumed.", "integer", least=1)
-DROPPED = Column("dropped_frames", "Frames of the display that came late during the trial.", "integer", least=0)
+SITTING = Column(
+    "sitting",
+    "Number of the sitting, from 1: increases each time an interrupted session is resumed.",
+    "integer",
+    least=1,
+)
+DROPPED = Column("dropped_frames", "Number of late display frames during the trial.", "integer", least=0)
 SCENE = Column("scene", "Name of the scene.", "text")
 STIMULUS = Column("stimulus", "File of the picture, as the manifest of the stimuli names it.", "text", optional=True)
 

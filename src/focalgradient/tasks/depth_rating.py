@@ -1,4 +1,4 @@
-"""Experiment 1 as a task: how three-dimensional a picture looks, by its aperture and by what is fixated."""
+"""Task of Experiment 1: three-dimensionality of pictures by aperture and fixation."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ __all__ = ["DepthRating", "rating_column"]
 COLUMNS: tuple[Column, ...] = (
     TRIAL,
     SCENE,
-    Column("aperture", "Aperture that the picture was made with: pinhole, or f-number.", "text"),
-    Column("aperture_mm", "Its diameter; 0 for the pinhole.", "number", "mm", least=0),
+    Column("aperture", "Aperture of the picture: pinhole, or f-number.", "text"),
+    Column("aperture_mm", "Diameter of the aperture; 0 for the pinhole.", "number", "mm", least=0),
     Column(
         "fixation",
         "The object to be fixated, which is in focus.",
@@ -39,19 +39,22 @@ COLUMNS: tuple[Column, ...] = (
 
 STANDARD_BEFORE = Column("standard_before", "Whether the standard was shown before the trial.", "bool")
 START = Column(
-    "start", "Where the marker first stood on the scale, at random; n/a where no key moved it.", "number", optional=True
+    "start",
+    "Random initial position of the marker on the scale; n/a if no key moved it.",
+    "number",
+    optional=True,
 )
 INTERVAL = Column(
     "interval",
-    "Of two intervals, the one in which the picture was; the reference was in the other.",
+    "Number of the interval that showed the picture; the other one showed the reference.",
     "integer",
     least=1,
 )
 GAZE = (
     Column(
         "gaze_away",
-        "Greatest distance between a fixation of the eyes and the fixated object, while pictures were shown; n/a where "
-        "the eyes were not found for half of the time, or never stayed anywhere.",
+        "Largest distance of a gaze fixation from the object to be fixated, while pictures were shown; n/a if the eyes "
+        "were lost for half of the time, or made no fixation.",
         "number",
         "deg",
         least=0,
@@ -59,14 +62,14 @@ GAZE = (
     ),
     Column(
         "gaze_left",
-        "Whether that is more than gaze_within_deg of the design, or is not known.",
+        "Whether gaze_away exceeds gaze_within_deg of the design, or is missing.",
         "bool",
     ),
 )
 
 
 def rating_column(answer: AnswerColumn) -> Column:
-    """Return the column of the answers on a scale.
+    """Return the table column for the answers on a scale.
 
     >>> from focalgradient.scales import VisualAnalogue
     >>> rating_column(VisualAnalogue().column).described()["Maximum"]
@@ -88,7 +91,7 @@ def _depth_columns(
     ]
     known = columns[place["fixation"]].levels
     others = [name for name in json.loads(fixations) if name not in known]
-    if others:  # of the laboratory's own
+    if others:  # defined by the laboratory
         meanings = dict.fromkeys(others, "as the table of the pictures names it")
         columns[place["fixation"]] = replace(columns[place["fixation"]], levels={**known, **meanings})
     if gaze:
@@ -106,7 +109,7 @@ def _depth_columns(
 
 
 class DepthRating(Task):
-    """Judge how three-dimensional pictures look, by their aperture and by what is fixated."""
+    """Judge how three-dimensional pictures look, by aperture and by fixated object."""
 
     name: ClassVar[str] = "depthrating"
     title: ClassVar[str] = "Three-dimensionality of pictures by aperture and fixation"
@@ -150,7 +153,7 @@ class DepthRating(Task):
         return found
 
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
-        """Return the columns; designs of earlier versions say nothing of a scale, and lack what came with it."""
+        """Return the columns; designs of earlier versions have no setting `scale`, and fewer columns."""
         if not isinstance(settings, Mapping) or "scale" not in settings:
             return COLUMNS
         factors = settings.get("factors")
@@ -199,7 +202,7 @@ class DepthRating(Task):
         return wrong_ratings(rows, self.picture)
 
     def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the file of the picture of a row's condition."""
+        """Return the picture file of a row's condition."""
         shown = rows.shown
         key = (shown["scene"][place], shown["aperture"][place], shown["fixation"][place])
         levels = sorted(name for name, factor in rows.design.factors.items() if factor.pictures)

@@ -1,4 +1,4 @@
-"""Experiment 2 as a task: whether the rotating Necker cube looks rigid, or wobbles, by its focal gradient."""
+"""Task of Experiment 2: perceived rigidity of a rotating Necker cube by focal gradient."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COLUMNS: tuple[Column, ...] = (
     TRIAL,
     Column(
         "gradient",
-        "The reading that the blur agrees with.",
+        "Percept with which the blur is consistent.",
         "text",
         levels={
             "none": "all lines are sharp",
@@ -26,30 +26,30 @@ COLUMNS: tuple[Column, ...] = (
             "nonrigid": "what is near in the rigid cube, and far in its reversal, is blurred",
         },
     ),
-    Column("strength", "Diameter of the aperture that would blur so; 0 without gradient.", "number", "mm", least=0),
+    Column("strength", "Aperture diameter equivalent to the blur; 0 without gradient.", "number", "mm", least=0),
     Column(
         "direction",
-        "Where the near side of the rigid cube moves.",
+        "Direction in which the near side of the rigid cube moves.",
         "text",
         levels={"right": "to the right", "left": "to the left"},
     ),
     Column(
         "shape",
-        "What turns.",
+        "Rotating shape.",
         "text",
         levels={
             "ambiguous": "the wireframe cube",
-            "rigid": "a shape that is rigid beyond doubt",
-            "nonrigid": "a shape that is nonrigid beyond doubt",
+            "rigid": "an unambiguously rigid shape",
+            "nonrigid": "an unambiguously nonrigid shape",
         },
     ),
     REPETITION,
-    Column("catch", "Whether the trial shows a shape that truly is nonrigid.", "bool"),
+    Column("catch", "Whether the trial shows an unambiguously nonrigid shape.", "bool"),
     Column("onset", "When the percept began, from the start of the trial.", "number", "s", least=0),
-    Column("duration", "How long it lasted.", "number", "s", least=0),
+    Column("duration", "Duration of the percept.", "number", "s", least=0),
     Column(
         "percept",
-        "What the held keys say.",
+        "Percept reported by the keys held.",
         "text",
         levels={
             "rigid": "the key for rigid was held",
@@ -60,14 +60,14 @@ COLUMNS: tuple[Column, ...] = (
     ),
     Column("censored", "Whether the end of the trial cut the percept off.", "bool"),
     Column("trial_onset", "When the trial began, on the clock of the sitting.", "number", "s", least=0),
-    Column("trial_duration", "How long the trial lasted.", "number", "s", above=0),
+    Column("trial_duration", "Duration of the trial.", "number", "s", above=0),
     DROPPED,
     SITTING,
 )
 
 
 class NeckerRotation(Task):
-    """Watch a turning Necker cube, and hold a key for as long as it looks rigid, another for as long as it wobbles."""
+    """Watch a rotating Necker cube: hold one key while it looks rigid, another while it looks nonrigid."""
 
     name: ClassVar[str] = "necker"
     title: ClassVar[str] = "Rigidity of a rotating Necker cube by focal gradient"

@@ -1,4 +1,4 @@
-"""Values that a laboratory notes beside an answer: each becomes a column of the table, described in its sidecar."""
+"""Additional values recorded with an answer: each becomes a table column with its sidecar entry."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ __all__ = [
 ]
 
 EXTRA = "extra"
-"""Field of every answer, and key of a trial in the journal, that holds what was noted, by name."""
+"""Name of the answer field, and of the key of a journal's trial, that contains additional values by name."""
 
 SHOWN = "shown_sha256"
-"""Column of the pictures shown, of trials that show pixels that no file of a set holds."""
+"""Column of the hashes of displayed pixels, for trials whose pictures are not files of a picture set."""
 
 SHOWN_ABOUT = (
-    "SHA-256 of the pixels of each picture that was shown, in order: 8-bit values, row by row, three to a pixel in "
-    "colour; after a comma what was changed when it was drawn, as contrast=0.5."
+    "SHA-256 of the pixels of each picture shown, in order: 8-bit values, row by row, three per pixel in colour; after "
+    "a comma the changes applied when it was drawn, such as contrast=0.5."
 )
 
 AGAIN = "interruptions"
-"""Column of the trials that were begun again, of sessions that have any."""
+"""Column of the number of restarts of a trial, in sessions with restarted trials."""
 
 AGAIN_ABOUT = (
-    "How many times the trial was begun again from its start, because ESC had interrupted it or the computer's clock "
-    "had been set: what it shows may have been seen before. n/a where it ran through."
+    "Number of times the trial was restarted, because ESC had interrupted it or the computer's clock had been set: its "
+    "pictures may have been seen before. n/a if it was not interrupted."
 )
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -52,14 +52,14 @@ UNDESCRIBED = "Noted by the laboratory's own program."
 
 @dataclass(frozen=True, slots=True)
 class Noted:
-    """A value noted beside an answer, with what the sidecar says of its column.
+    """Additional value recorded with an answer, with the sidecar entries of its column.
 
     Parameters
     ----------
     value
-        A number, a text, true or false, or None where there is none; NaN and an empty text become None.
+        A number, a text, true or false, or None if missing; NaN and empty text become None.
     unit
-        As BIDS writes it, like "s" or "arcmin".
+        Unit in BIDS notation, such as "s" or "arcmin".
     description
         Meaning of the column.
 
@@ -84,8 +84,8 @@ class Noted:
             value = None
         if not (value is None or isinstance(value, (bool, int, float, str))) or value in (math.inf, -math.inf):
             raise InputError(
-                f"value is {described(self.value)}, but a note holds a finite number, a text, true or false, or None: "
-                "give several values one name each."
+                f"value is {described(self.value)}, but must be a finite number, a text, true or false, or None: "
+                "give each of several values its own name."
             )
         for name in ("unit", "description"):
             if not isinstance(getattr(self, name) or "", str):
@@ -94,11 +94,11 @@ class Noted:
 
     @classmethod
     def of(cls, value: Any) -> Noted:
-        """Return a note of a value, which may be one already."""
+        """Return a value as a `Noted`; a `Noted` is returned unchanged."""
         return value if isinstance(value, Noted) else cls(value)
 
     def entry(self) -> dict[str, Any]:
-        """Return what a journal keeps of it.
+        """Return the journal entry of the value.
 
         >>> Noted(3.5, unit="points").entry()
         {'value': 3.5, 'unit': 'points'}
@@ -108,7 +108,7 @@ class Noted:
 
 
 def plain(value: Any) -> Any:
-    """Return a number of NumPy as one of Python's, and whatever else as it is.
+    """Convert a NumPy scalar to a Python number; return any other value unchanged.
 
     >>> import numpy as np
     >>> plain(np.float64(0.5)), plain("left")
@@ -119,16 +119,16 @@ def plain(value: Any) -> Any:
 
 
 class OpenRecord(type):
-    """Class of answers that take further fields: a keyword that names none of theirs is noted in `extra`.
+    """Metaclass of answers with additional fields: keywords that name no field are stored in `extra`.
 
     Raises
     ------
     InputError
-        If a name cannot be a column: letters, digits and _, a letter first.
+        If a name is not a valid column name: letters, digits and _, starting with a letter.
     """
 
     def __call__(cls, *values: Any, **named: Any) -> Any:
-        """Make an answer."""
+        """Create an answer."""
         own = {one.name for one in dataclasses.fields(cls)}  # type: ignore[arg-type]
         given = named.pop(EXTRA, {})
         if not isinstance(given, Mapping):
@@ -143,9 +143,9 @@ class OpenRecord(type):
 
 
 def noted_columns(trials: Iterable[Mapping[str, Any]]) -> tuple[Column, ...]:
-    """Return the columns of what recorded trials have noted, in the order in which their names came up.
+    """Return the columns of the additional values in recorded trials, in order of first occurrence.
 
-    The form of a column follows from all of its values; unit and description are the last that were given.
+    The form of a column is derived from all of its values; unit and description are the last ones given.
 
     Examples
     --------
@@ -166,12 +166,12 @@ def noted_columns(trials: Iterable[Mapping[str, Any]]) -> tuple[Column, ...]:
 
 
 def check_noted(trials: Iterable[Mapping[str, Any]]) -> None:
-    """Refuse values that cannot share a column, as those of an answer with those before it.
+    """Raise `InputError` for additional values of one name that cannot share a column.
 
     Raises
     ------
     InputError
-        If values of one name are a text in one trial and a number or a truth in another, or their units differ.
+        If values of one name differ in type (text, number or boolean) or in unit.
     """
     for name, one in _gathered(trials).items():
         if len(one["form"]) > 1:
@@ -182,7 +182,7 @@ def check_noted(trials: Iterable[Mapping[str, Any]]) -> None:
 
 
 def is_noted(extra: Any) -> bool:
-    """Return whether an event's entry of what was noted is one.
+    """Return whether the `extra` entry of an event is valid.
 
     >>> is_noted({"interest": {"value": 3}}), is_noted({"interest": 3})
     (True, False)
@@ -203,7 +203,7 @@ WORDS = {"bool": "true or false", "integer": "a number", "number": "a number", "
 
 
 def _gathered(trials: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, list[str]]]:
-    """Forms, units and descriptions under each name, in the order given; whole numbers among others are numbers."""
+    """Collect forms, units and descriptions by name, in order of occurrence; integers among floats become numbers."""
     found: dict[str, dict[str, list[str]]] = {}
     for trial in trials:
         for name, entry in trial.get(EXTRA, {}).items():

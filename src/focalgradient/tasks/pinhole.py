@@ -1,4 +1,4 @@
-"""The demonstration as a task: depth with one eye through a pinhole, freely, and through a tube."""
+"""Task of the pinhole demonstration: depth with one eye through a pinhole, freely, and through a tube."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ COLUMNS: tuple[Column, ...] = (
     TRIAL,
     Column(
         "form",
-        "What was looked at.",
+        "Kind of scene viewed.",
         "text",
-        levels={"real": "the world around", "picture": "a picture on the screen"},
+        levels={"real": "the real surroundings", "picture": "a picture on the screen"},
     ),
     Column(
         "viewing",
-        "How it was looked at, with one eye.",
+        "Way of viewing, with one eye.",
         "text",
         levels={
             "pinhole": "through a pinhole",
@@ -35,7 +35,7 @@ COLUMNS: tuple[Column, ...] = (
 
 
 class PinholeDemonstration(Task):
-    """Judge the depth of the world around and of pictures through a pinhole, freely, and through a tube."""
+    """Judge the depth of the surroundings and of pictures through a pinhole, freely, and through a tube."""
 
     name: ClassVar[str] = "pinhole"
     title: ClassVar[str] = "Depth with one eye through a pinhole, freely, and through a tube"
@@ -86,7 +86,7 @@ class PinholeDemonstration(Task):
         return wrong_ratings(rows, self.picture)
 
     def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the file of the picture of a row's condition; None for a look at the real world."""
+        """Return the picture file of a row's condition; None for a view of the real world."""
         shown = rows.shown
         if shown["form"][place] == "real":
             return None
@@ -96,10 +96,10 @@ class PinholeDemonstration(Task):
         return name if name in known else next((one for one in known if one), None)
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
-        """Return what is looked at and how; scenes are a sample."""
+        """Return the fixed factors "viewing" and "form" that have several levels; scenes are a random factor."""
         found = {"viewing": design.viewings, "form": design.forms}
         return {name: tuple(levels) for name, levels in found.items() if len(levels) > 1}
 
     def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
-        """Return the rating."""
+        """Return the rating, the only measure, analysed as a ratio."""
         return {"rating": "ratio"}

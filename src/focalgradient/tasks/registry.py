@@ -1,4 +1,4 @@
-"""The registry of tasks: ours, registered ones, and those that installed packages declare."""
+"""Registry of tasks: built-in, registered, and declared by installed packages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from focalgradient.tasks.base import Task
 __all__ = ["FILES", "GROUP", "OURS", "is_task", "load_file", "register", "task_named", "task_names", "unknown_task"]
 
 GROUP = "focalgradient.tasks"
-"""Group of entry points by which an installed package declares tasks: name of the task = "module:Class"."""
+"""Entry-point group by which installed packages declare tasks: name of the task = "module:Class"."""
 
 OURS: Mapping[str, str] = {
     "depthrating": "focalgradient.tasks.depth_rating:DepthRating",
@@ -27,11 +27,12 @@ OURS: Mapping[str, str] = {
     "blurthreshold": "focalgradient.tasks.blur_threshold:BlurThreshold",
     "published": "focalgradient.published.task:PublishedTask",
 }
-"""The tasks of this package, as an installed package declares its own."""
+"""Built-in tasks, in the notation of entry points."""
 
 FILES = "FOCALGRADIENT_TASKS"
-"""Environment variable with Python files that register tasks, apart as in PATH; a file that `task_named` is given is
-added to it, so that workers know it too."""
+"""Environment variable that lists Python files of tasks, separated as in PATH; `task_named` adds a file to it, so that
+worker processes also load it.
+"""
 
 LABEL = re.compile(r"[A-Za-z0-9]+")
 
@@ -41,12 +42,12 @@ Class = TypeVar("Class", bound=type[Task])
 
 
 def register(task: Class) -> Class:
-    """Register a task for this process; as a decorator, too.
+    """Register a task for this process; also usable as a decorator.
 
     Raises
     ------
     InputError
-        If it is no complete class of a task, its name is no label, or another has it.
+        If it is not a complete subclass of `Task`, its name is not a label, or the name is taken.
 
     Examples
     --------
@@ -82,28 +83,28 @@ def _load(name: str, path: str) -> None:
     except InputError:
         raise
     except Exception as error:
-        raise InputError(f"the task {name!r} cannot be loaded from {path} ({error!r}): mend its package.") from error
+        raise InputError(f"the task {name!r} cannot be loaded from {path} ({error!r}): repair its package.") from error
 
 
 def load_file(path: str | os.PathLike[str]) -> Task:
-    """Return the task that a Python file registers.
+    """Load a Python file and return the task that it registers.
 
     Raises
     ------
     InputError
-        If it cannot be run, has the name of another module, or registers no task or several.
+        If it cannot be run, has the name of another module, or does not register exactly one task.
     """
     file = Path(path).resolve()
     if not file.is_file():
-        raise InputError(f"{path} is not there: give the Python file of a task.")
+        raise InputError(f"{path} does not exist: give the Python file of a task.")
     if str(file.parent) not in sys.path:
-        sys.path.insert(0, str(file.parent))  # so that workers, which have the same path, can import it
+        sys.path.insert(0, str(file.parent))  # worker processes inherit this path
     try:
         module = importlib.import_module(file.stem)
     except InputError:
         raise
     except Exception as error:
-        raise InputError(f"{path} cannot be run ({error!r}): mend it.") from error
+        raise InputError(f"{path} cannot be run ({error!r}): correct it.") from error
     if Path(module.__file__ or "").resolve() != file:
         raise InputError(f"{path} has the name of another module, {module.__name__}: give it another name.")
     found = [task for task in _REGISTERED.values() if type(task).__module__ == file.stem]
@@ -118,7 +119,7 @@ def load_file(path: str | os.PathLike[str]) -> Task:
 
 
 def _declared() -> dict[str, str]:
-    """Paths of all tasks that are declared and not loaded yet, by name."""
+    """Return the paths of declared tasks that are not yet loaded, by name."""
     for file in filter(None, os.environ.get(FILES, "").split(os.pathsep)):
         load_file(file)
     declared = {point.name: point.value for point in entry_points(group=GROUP)}
@@ -126,7 +127,7 @@ def _declared() -> dict[str, str]:
 
 
 def task_names() -> tuple[str, ...]:
-    """Return the labels of all tasks, ours first.
+    """Return the labels of all tasks, built-in ones first.
 
     >>> task_names()[:4]
     ('depthrating', 'necker', 'pinhole', 'blurthreshold')
@@ -135,33 +136,32 @@ def task_names() -> tuple[str, ...]:
 
 
 def is_task(name: Any) -> bool:
-    """Return whether there is a task of that label."""
+    """Return whether a task with that label exists."""
     if not isinstance(name, str):
         return False
-    # Registered is asked twice: what is declared loads the files that are named, and these register their tasks.
+    # _REGISTERED is checked twice, because _declared() loads files that register their tasks.
     return name in _REGISTERED or name in OURS or name in _declared() or name in _REGISTERED
 
 
 def unknown_task(name: str) -> str:
-    """Say what to do about a task of recorded data that is not known here, after "a task".
+    """Return the remedy for recorded data of an unknown task, completing "a task".
 
-    >>> unknown_task("mine")
-    "'mine' that is not known here: install its package, or name its file as in 'focalgradient report data --task-file \
-my_task.py'."
+    >>> unknown_task("mine")[:40]
+    "'mine' that is unknown here: install its"
     """
     return (
-        f"{name!r} that is not known here: install its package, or name its file as in 'focalgradient report data "
+        f"{name!r} that is unknown here: install its package, or name its file as in 'focalgradient report data "
         "--task-file my_task.py'."
     )
 
 
 def task_named(name: str) -> Task:
-    """Return the task of a label, of a name on the command line, or of a Python file (``my_task.py``).
+    """Return the task with a given label, command-line name, or Python file (``my_task.py``).
 
     Raises
     ------
     InputError
-        If there is none: those that exist are listed. Or if what a package declares cannot be loaded.
+        If the name is unknown (the message lists all names), or a declared task cannot be loaded.
 
     Examples
     --------
