@@ -36,6 +36,7 @@ import necker_strip
 import observers
 import observers_recovery
 import observers_sensitivity
+import observers_wrong
 import outlines
 import people
 import published
@@ -84,6 +85,7 @@ FIGURES: tuple[
     ("observers", observers.make, 20.0),
     ("observers_sensitivity", observers_sensitivity.make, 40.0),
     ("observers_recovery", observers_recovery.make, 20.0),
+    ("observers_wrong", observers_wrong.make, 25.0),
     ("published", published.make, 45.0),
 )
 
