@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypedDict
+
 import numpy as np
 from matplotlib.figure import Figure
 from report import Progress, Shown, alone
@@ -34,8 +36,15 @@ PEDESTALS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # arcmin
 Values = dict[str, list[float]]
 
 
-def _size(display: Display) -> dict[str, float]:
-    return {"width_deg": SIDE, "height_deg": SIDE, "pixels_per_degree": display.pixels_per_degree}
+class Size(TypedDict):
+    """Size of a picture and the resolution of its display."""
+
+    width_deg: float
+    height_deg: float
+    pixels_per_degree: float
+
+
+SIZE = Size(width_deg=SIDE, height_deg=SIDE, pixels_per_degree=60.0)
 
 
 def blur_all_over() -> Values:
@@ -47,7 +56,7 @@ def blur_all_over() -> Values:
                 np.nanmedian(
                     look(
                         texture_border(
-                            left_blur_arcmin=blur, right_blur_arcmin=blur, slope=slope, seed=1, **_size(FINE)
+                            left_blur_arcmin=blur, right_blur_arcmin=blur, slope=slope, seed=1, **SIZE
                         ).picture,
                         FINE,
                         (150.0, 150.0),
@@ -66,7 +75,7 @@ def depth_of_halves() -> Values:
         name: [
             DEFAULT.look(
                 texture_border(
-                    left_blur_arcmin=share * blur, right_blur_arcmin=blur, border="straight", seed=1, **_size(FINE)
+                    left_blur_arcmin=share * blur, right_blur_arcmin=blur, border="straight", seed=1, **SIZE
                 ).picture,
                 FINE,
                 DepthExtent(),
@@ -81,14 +90,14 @@ def distance_and_slant() -> tuple[list[float], list[float]]:
     """Distance (m) of a plane of 75 degrees, and slant (degrees) of planes at .3 m, both by blur alone."""
     metres = []
     for distance in DISTANCES:
-        drawn = slanted_plane(slant_deg=75, distance_m=distance, pupil_mm=4, **_size(FINE))
+        drawn = slanted_plane(slant_deg=75, distance_m=distance, pupil_mm=4, **SIZE)
         middle = (drawn.shape[1] / 2, drawn.shape[0] / 2)
         metres.append(
             DEFAULT.look(drawn.picture, FINE, DistanceOfFixated(RelativeLayout(drawn.depth_m), middle)).median
         )
     degrees = [
         DEFAULT.look(
-            slanted_plane(slant_deg=slant, distance_m=0.3, pupil_mm=4, **_size(FINE)).picture,
+            slanted_plane(slant_deg=slant, distance_m=0.3, pupil_mm=4, **SIZE).picture,
             FINE,
             Slant(distance_m=0.3),
         ).median_deg
@@ -101,10 +110,10 @@ def right_at_threshold() -> Values:
     """Share right at the rule's own thresholds, by pedestal: .75 but for what the pixels lose."""
 
     def texture(blur: float) -> np.ndarray:
-        return texture_border(left_blur_arcmin=blur, right_blur_arcmin=blur, seed=1, **_size(FINE)).picture
+        return texture_border(left_blur_arcmin=blur, right_blur_arcmin=blur, seed=1, **SIZE).picture
 
     def edge(blur: float) -> np.ndarray:
-        return blurred_edge(pedestal_arcmin=blur, **_size(FINE)).picture
+        return blurred_edge(pedestal_arcmin=blur, **SIZE).picture
 
     return {
         name: [
