@@ -12,11 +12,11 @@ from long_commands import COMMANDS, prepare
 
 from focalgradient.cli import main
 
-QUICK = ("depth", "frames", "calibrate", "calibrate --sheet", "stream", "blur", "power necker", "report", "stimuli set")
+QUICK = ("depth", "frames", "calibrate", "calibrate --sheet", "stream", "blur", "power necker", "stimuli set")
 """Commands that take some seconds at most with what `prepare` makes."""
 
 SLOW = ("eye", "eye --accommodate", "power depth-rating", "stimuli necker", "stimuli depth-rating", "stimuli import")
-SLOW += ("demo", "simulate necker", "serve --export")
+SLOW += ("demo", "report", "simulate necker", "serve --export")
 
 FOREIGN = b'{"mine": "notes of somebody else"}\n'
 

@@ -61,6 +61,7 @@ def test_weighted_regression_is_within_three_times_the_bound_and_the_papers_is_n
     assert plain_error > {1.0: 1.1, 2.0: 1.5, 4.0: 3.0}[sigma] * error
 
 
+@pytest.mark.slow
 def test_regression_without_noise_tells_the_widths_it_removes():
     # Operator, pixel, smoothing and bins would make 1 px into 1.2 or more.
     for angle in (0.0, 0.4, np.pi / 4):

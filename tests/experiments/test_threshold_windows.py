@@ -12,9 +12,9 @@ from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS, run
-from focalgradient.lab.blur_threshold import answers, blurred
+from focalgradient.lab.blur_threshold import answers
 from focalgradient.report import make_report
-from focalgradient.stimuli import read_set
+from focalgradient.stimuli import blurred_scene, read_set
 
 DESIGN = """
 task = "blurthreshold"
@@ -94,12 +94,12 @@ def test_pictures_are_blurred_by_so_many_dioptres_as_the_level_says(tmp_path):
     make_set(tmp_path / "set", ["spheres-01"], (96, 96), gamma=1.0)
     stimuli = read_set(tmp_path / "set")
     design = BlurThresholdDesign(scenes=["spheres-01"], pupil_mm=4.0)
-    sharp = blurred(stimuli, design, "spheres-01", 0.0)
+    sharp = blurred_scene(stimuli, design, "spheres-01", 0.0)
     assert (sharp == stimuli.pixels(stimuli.picture("spheres-01", "pinhole", "nearest"))).all()
     # White noise under a disc of radius r pixels keeps 1 / (pi r^2) of its variance, less what pixels take.
     level = 4.0
     radius = 0.002 * level * np.degrees(1) * stimuli.display.pixels_per_degree
-    inner = blurred(stimuli, design, "spheres-01", level)[24:-24, 24:-24].astype(float)
+    inner = blurred_scene(stimuli, design, "spheres-01", level)[24:-24, 24:-24].astype(float)
     kept = inner.var(axis=(0, 1)).mean() / sharp.astype(float).var(axis=(0, 1)).mean()
     assert kept == pytest.approx(1 / (np.pi * radius**2), rel=0.15)
 
@@ -111,7 +111,7 @@ def test_depth_is_judged_by_the_depth_of_the_scene_about_what_is_fixated(tmp_pat
     np.save(tmp_path / "set" / "spheres-01" / "depth.npy", far)
     stimuli = read_set(tmp_path / "set")
     design = BlurThresholdDesign(scenes=["spheres-01"], judged="depth", most_level=20.0)
-    sharp, seen = (blurred(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
+    sharp, seen = (blurred_scene(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
     assert (seen[:, :60] == sharp[:, :60]).all()  # at the distance of the fixated object
     assert seen[20:-20, 100:].std() < 0.5 * sharp[20:-20, 100:].std()
 

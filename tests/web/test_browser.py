@@ -362,6 +362,7 @@ def test_the_experimenters_page_shows_who_has_begun(browser: Browser, tmp_path: 
     server.end()
 
 
+@pytest.mark.slow
 def test_the_browser_that_joined_comes_back_to_its_session_and_no_other_does(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER, "--join-rate", 2)
     address = f"http://127.0.0.1:{server.port}/"

@@ -87,6 +87,7 @@ def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser
     assert validate(tmp_path / "data", tmp_path / "set" if task != "necker" else None).problems == ()
 
 
+@pytest.mark.slow
 def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path: Path) -> None:
     (tmp_path / "consent.txt").write_text(
         "Version: 2.1\nWhat we do\n\nYou look at a cube.\fYour rights\n\nYou can stop."
@@ -139,6 +140,7 @@ def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: 
     assert not (tmp_path / "data").exists()
 
 
+@pytest.mark.slow
 def test_a_hidden_refresh_rate_is_no_obstacle(browser: Browser, tmp_path: Path) -> None:
     """As where a browser rounds its clock against fingerprinting: frames seem to come at one time."""
     server = served(tmp_path, NECKER)
