@@ -94,4 +94,9 @@ def test_a_photographed_sheet_is_covered():
         depth = recover_depth(views, near=0.3, far=0.945, align=True)
     assert depth.valid.mean() > 0.5
     # One offset: what focus and aperture are off by moves all alike, and is the calibration's.
-    assert 0.92 <= covered(depth, float(np.median(depth.vergence[depth.valid]))) <= 0.99
+    truth = float(np.median(depth.vergence[depth.valid]))
+    assert covered(depth, truth) >= 0.92
+    # Where texture is weak the standard deviation includes another surface, which a sheet does not have: 0.998 lie
+    # within two of it. It must not be wider than that for most pixels.
+    error = float(np.sqrt(np.mean((depth.vergence - truth)[depth.valid] ** 2)))
+    assert float(np.median(depth.vergence_sd[depth.valid])) < 1.4 * error
