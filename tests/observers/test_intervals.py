@@ -1,4 +1,4 @@
-"""Thresholds of observers who look at the pictures: the dip, the rule, what is kept, and a whole data set."""
+"""Thresholds of observers who look at the pictures: the dip, the rule, the kept encodings, and a whole data set."""
 
 import math
 from dataclasses import replace

@@ -123,14 +123,14 @@ class Participant:
                 for place, event in enumerate(events)
             ]
         }
-        told: dict[str, Any] = {"onset": 1.0 + SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
+        given: dict[str, Any] = {"onset": 1.0 + SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:
             seconds = trial["cube"]["seconds"]
-            told |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
+            given |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
         else:
-            told |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * (number % 40), "start": 0.5}
+            given |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * (number % 40), "start": 0.5}
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"attempt-{number}"}
-        return {**key, "answer": told}
+        return {**key, "answer": given}
 
     def answer(self, number: int, **changed: Any) -> Any:
         """Answer the `number`-th of the trials that are left."""

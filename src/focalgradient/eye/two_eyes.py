@@ -39,7 +39,7 @@ class TwoEyes:
     Raises
     ------
     InputError
-        If they are no eyes, or the distance is out of range.
+        If one is not an `Eye`, or the distance is out of range.
 
     Examples
     --------

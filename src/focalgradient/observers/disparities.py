@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.observers.front_end import DARK, SPACING
+from focalgradient.observers.front_end import DARK, block_means
 
 __all__ = ["disparity_at_places"]
 
@@ -44,21 +44,15 @@ def disparity_at_places(left: FloatArray, right: FloatArray, display: Display) -
     one, other = (np.log(np.maximum(np.asarray(light, float), 0) + DARK) for light in (left, right))
     if one.ndim != 2 or one.shape != other.shape:
         raise InputError(f"right is of shape {other.shape}, but must be of the left picture's, {one.shape}.")
-    rows, columns = (length // SPACING for length in one.shape)
-
-    def local(values: FloatArray) -> FloatArray:
-        blocks = values[: rows * SPACING, : columns * SPACING].reshape(rows, SPACING, columns, SPACING)
-        return np.asarray(blocks.mean((1, 3)))
-
     reach = math.ceil(WIDEST / display.arcmin(1.0))
     shifts = np.arange(-reach, reach + 1)
-    mean, square = local(one), local(one**2)
+    mean, square = block_means(one), block_means(one**2)
     found = []
     for shift in shifts:
         moved = np.roll(other, shift, axis=1)
-        average = local(moved)
-        spread = (square - mean**2) * (local(moved**2) - average**2)
-        found.append((local(one * moved) - mean * average) / np.sqrt(np.maximum(spread, 1e-12)))
+        average = block_means(moved)
+        spread = (square - mean**2) * (block_means(moved**2) - average**2)
+        found.append((block_means(one * moved) - mean * average) / np.sqrt(np.maximum(spread, 1e-12)))
     score = np.array(found)
     highest = score.argmax(0)
     best = np.clip(highest, 1, len(shifts) - 2)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.observers.front_end import SPACING, blur_of, fixated_blur, seen_by
+from focalgradient.observers.front_end import block_means, blur_of, check_fixation, fixated_blur, seen_by
 from focalgradient.observers.looking import defocus
 from focalgradient.observers.observer import Observer
 
@@ -111,15 +111,10 @@ class DistanceOfFixated:
             raise InputError(
                 f"the layout is of shape {distance.shape}, but the picture of {seen.shape}: give one of it."
             )
+        check_fixation(self.fixation, seen.shape)
         right, down = (math.floor(at) for at in self.fixation)
-        if not (0 <= down < seen.shape[0] and 0 <= right < seen.shape[1]):
-            raise InputError(
-                f"fixation is {self.fixation}, but the picture has {seen.shape[1]} x {seen.shape[0]} pixels."
-            )
         estimated = blur_of(seen, slope, display, observer.pupil)
-        rows, columns = estimated.log_sd.shape
-        nearness = (distance[down, right] / distance)[: rows * SPACING, : columns * SPACING]
-        nearness = nearness.reshape(rows, SPACING, columns, SPACING).mean((1, 3))
+        nearness = block_means(distance[down, right] / distance)
         known = np.isfinite(estimated.log_sd)
         minute = display.arcmin(1.0)
         focused = math.hypot(

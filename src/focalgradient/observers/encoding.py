@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.observers.front_end import blur_of, continued, fixated_blur, seen_by
+from focalgradient.observers.front_end import block_means, blur_of, continued, fixated_blur, seen_by
 from focalgradient.observers.retinal_blur import VAGUE
 from focalgradient.render.rendered import LUMINANCE
 
@@ -110,12 +110,8 @@ def encode_light(
     spacing = max(LEAST_SPACING, 4 * round(np.shape(light)[-1] / ACROSS / 4))
     (seen, *_), slope = seen_by([light, *beside], display, pupil, spacing)
     estimated = blur_of(seen, slope, display, pupil, spacing)
-    rows, columns = estimated.log_blur.shape
     vergence = np.zeros(seen.shape) if distance is None else 1 / np.asarray(distance, float)
-    layout, sky = (
-        full[: rows * spacing, : columns * spacing].reshape(rows, spacing, columns, spacing).mean((1, 3))
-        for full in (vergence, vergence == 0)
-    )
+    layout, sky = (block_means(full, spacing) for full in (vergence, vergence == 0))
     if distance is not None and (sky <= SKY).any():
         estimated.log_sd[sky > SKY] = np.inf
     log_blur = continued(estimated).ravel()

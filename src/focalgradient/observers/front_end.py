@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,16 @@ from focalgradient.observers.retinal_blur import (
     texture_slope,
 )
 
-__all__ = ["SPACING", "blur_of", "continued", "fixated_blur", "own_blur", "seen_by"]
+__all__ = [
+    "SPACING",
+    "block_means",
+    "blur_of",
+    "check_fixation",
+    "continued",
+    "fixated_blur",
+    "own_blur",
+    "seen_by",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -64,6 +74,23 @@ def seen_by(
     return images, texture_slope(images, spacing, display.pixels_per_degree, pupil)
 
 
+def block_means(values: NDArray[Any], spacing: int = SPACING) -> FloatArray:
+    """Mean of an image over the block of each place, rows x columns; an incomplete block at the end is left out.
+
+    >>> block_means(np.arange(8.0).reshape(2, 4), 2).tolist()
+    [[2.5, 4.5]]
+    """
+    rows, columns = (length // spacing for length in values.shape)
+    blocks = values[: rows * spacing, : columns * spacing].reshape(rows, spacing, columns, spacing)
+    return np.asarray(blocks.mean((1, 3)))
+
+
+def check_fixation(fixation: tuple[float, float], shape: tuple[int, ...]) -> None:
+    """Raise `InputError` unless a fixation (pixels, right and down) lies in a picture of that shape (H x W)."""
+    if not (0 <= fixation[1] < shape[0] and 0 <= fixation[0] < shape[1]):
+        raise InputError(f"fixation is {fixation}, but the picture has {shape[1]} x {shape[0]} pixels.")
+
+
 def blur_of(seen: FloatArray, slope: float, display: Display, pupil: float, spacing: int = SPACING) -> BlurEstimate:
     """Blur of the picture (px) at places of its retinal image, without that of the eye: of texture and edges."""
     ppd = display.pixels_per_degree
@@ -82,7 +109,7 @@ def fixated_blur(
 
 
 def continued(estimated: BlurEstimate) -> FloatArray:
-    """Logarithm of blur at all places; where there is no estimate, as on a smooth wall, that of the nearest with one.
+    """Logarithm of blur at all places; at places without an estimate, as on a smooth wall, that of the nearest one.
 
     >>> continued(BlurEstimate(np.array([[0.5, 0.0]]), np.array([[0.1, np.inf]]))).tolist()
     [[0.5, 0.5]]

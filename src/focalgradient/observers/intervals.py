@@ -20,12 +20,10 @@ from scipy.special import ndtr
 
 from focalgradient.dataset import check_stimuli
 from focalgradient.design import BlurThresholdDesign
-from focalgradient.errors import InputError
-from focalgradient.files import read_arrays
 from focalgradient.observers.encoding import PUPIL, EncodedStimulus, encode_light
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import relief
-from focalgradient.observers.pictures import cache_folder, keep_arrays
+from focalgradient.observers.pictures import ARRAYS, cache_folder, keep_arrays, kept_arrays
 from focalgradient.observers.questions import more_blurred
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
@@ -43,8 +41,6 @@ ENCODING = 1
 
 FIXATIONS = 40
 """Fixations by which depth is judged at a level."""
-
-ARRAYS = ("blur", "fixated_blur", "depth", "blur_log_sd")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,7 +147,7 @@ def encoded_levels(
     for number, scene in enumerate(design.scenes):
         made_of = f"{check_stimuli(stimuli.folder).sha256} {scene} {named}"
         place = cache_folder() / f"levels-{hashlib.sha256(made_of.encode()).hexdigest()[:16]}.npz"
-        arrays = _kept(place)
+        arrays = kept_arrays(place, (ENCODED, 2))
         if arrays is None:
             jobs = [(stimuli.folder, design, scene, float(level)) for level in levels]
             pairs = []
@@ -186,17 +182,6 @@ def _pair(job: tuple[Path, BlurThresholdDesign, str, float]) -> list[EncodedStim
         encode_light(one, stimuli.display, [fixation], distance, PUPIL, beside=[other])[0]
         for one, other in (both, both[::-1])
     ]
-
-
-def _kept(place: Path) -> dict[str, NDArray[Any]] | None:
-    try:
-        arrays = read_arrays(place, ARRAYS)
-    except InputError:
-        return None
-    sound = len(arrays) == len(ARRAYS) and all(
-        array.shape[:2] == (ENCODED, 2) and np.issubdtype(array.dtype, np.number) for array in arrays.values()
-    )
-    return arrays if sound else None
 
 
 def seen_intervals(

@@ -23,7 +23,17 @@ from focalgradient.observers.experiment import check_pictures
 from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
 
-__all__ = ["CACHE", "cache_folder", "encoded_stimuli", "keep_arrays", "natural_set", "seen_pictures", "small_set"]
+__all__ = [
+    "ARRAYS",
+    "CACHE",
+    "cache_folder",
+    "encoded_stimuli",
+    "keep_arrays",
+    "kept_arrays",
+    "natural_set",
+    "seen_pictures",
+    "small_set",
+]
 
 CACHE = "FOCALGRADIENT_CACHE"
 """Environment variable that names another folder for what is made once and kept."""
@@ -142,15 +152,20 @@ def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
 
 def _kept(stimuli: StimulusSet, place: Path) -> EncodedPictures | None:
     """Encoded stimuli as they are kept, the same numbers as when computed; None for none, or damaged ones."""
+    arrays = kept_arrays(place, (len(stimuli.pictures),))
+    return None if arrays is None else _by_key(stimuli, arrays)
+
+
+def kept_arrays(place: Path, counts: tuple[int, ...]) -> dict[str, NDArray[Any]] | None:
+    """Return `ARRAYS` of encoded stimuli, whose shapes begin with `counts`; None for none, or damaged ones."""
     try:
         arrays = read_arrays(place, ARRAYS)
     except InputError:
         return None
-    count = len(stimuli.pictures)
-    sound = len(arrays) == len(ARRAYS) and all(
-        array.shape[:1] == (count,) and np.issubdtype(array.dtype, np.number) for array in arrays.values()
+    is_whole = len(arrays) == len(ARRAYS) and all(
+        array.shape[: len(counts)] == counts and np.issubdtype(array.dtype, np.number) for array in arrays.values()
     )
-    return _by_key(stimuli, arrays) if sound and arrays["fixated_blur"].ndim == 1 else None
+    return arrays if is_whole and arrays["fixated_blur"].shape == counts else None
 
 
 def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> EncodedPictures:

@@ -12,6 +12,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.distances import Magnitude, RelativeLayout
 from focalgradient.observers.encoding import encode_light
+from focalgradient.observers.front_end import check_fixation
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import relief
 
@@ -67,10 +68,8 @@ class DepthExtent:
             If the layout is not of the picture's shape, has no fixation, or that lies outside.
         """
         shape = np.shape(light)
-        if self.fixation is not None:
-            right, down = (math.floor(at) for at in self.fixation)
-            if len(shape) == 2 and not (0 <= down < shape[0] and 0 <= right < shape[1]):
-                raise InputError(f"fixation is {self.fixation}, but the picture has {shape[1]} x {shape[0]} pixels.")
+        if self.fixation is not None and len(shape) == 2:
+            check_fixation(self.fixation, shape)
         distance = None
         if self.layout is not None:
             ratio = np.asarray(self.layout.distance, float)
@@ -79,6 +78,7 @@ class DepthExtent:
                     f"the layout is of shape {ratio.shape} with the fixation {self.fixation}, but must be of the "
                     f"picture's, {shape}, and have a fixation: give both."
                 )
+            right, down = (math.floor(at) for at in self.fixation)
             distance = ratio * (self.layout.expected_m / ratio[down, right])
         (stimulus,) = encode_light(light, display, [self.fixation], distance, observer.pupil)
         random = np.random.default_rng(SEED)

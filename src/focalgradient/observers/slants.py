@@ -19,7 +19,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.disparities import disparity_at_places
 from focalgradient.observers.distances import INDEPENDENT
-from focalgradient.observers.front_end import SPACING, blur_of, fixated_blur, seen_by
+from focalgradient.observers.front_end import SPACING, blur_of, check_fixation, fixated_blur, seen_by
 from focalgradient.observers.looking import defocus
 from focalgradient.observers.observer import Observer
 
@@ -111,8 +111,7 @@ class Slant:
             raise InputError(f"distance_m is {metres!r}, but must be a positive finite number of metres.")
         (seen,), slope = seen_by([light], display, observer.pupil)
         fixation = self.fixation or (seen.shape[1] / 2, seen.shape[0] / 2)
-        if not (0 <= fixation[1] < seen.shape[0] and 0 <= fixation[0] < seen.shape[1]):
-            raise InputError(f"fixation is {fixation}, but the picture has {seen.shape[1]} x {seen.shape[0]} pixels.")
+        check_fixation(fixation, seen.shape)
         estimated = blur_of(seen, slope, display, observer.pupil)
         down, right = SPACING * (np.indices(estimated.log_sd.shape) + 0.5)
         tilt = math.radians(self.tilt_deg)

@@ -11,7 +11,7 @@ import numpy as np
 
 from focalgradient.observers import Observer
 from focalgradient.published.following import ComplexArray, gain_of_mean, phase_of_mean, responses
-from focalgradient.published.record import Finding, Prediction, Published
+from focalgradient.published.record import Finding, Prediction, Published, jackknife
 
 __all__ = ["PAIRS", "against_white", "kruger1993"]
 
@@ -36,11 +36,11 @@ def against_white(observer: Observer, measure: Measure, light: str, pairs: int, 
     """
     seen, white = (_responses(observer.pupil, one, pairs, kept) for one in (light, "white"))
     left_out = [measure(np.delete(seen, pair), np.delete(white, pair)) for pair in range(pairs)]
-    return Prediction(measure(seen, white), float(np.std(left_out)) * (pairs - 1) ** 0.5)
+    return jackknife(measure(seen, white), left_out)
 
 
 def kruger1993(pairs: int = PAIRS, kept: Path | None = None) -> Published:
-    """Return the record, asked by so many pairs of trials.
+    """Return the record, asked by `pairs` pairs of trials.
 
     Parameters
     ----------

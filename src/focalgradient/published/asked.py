@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from focalgradient.observers import BlurDiscrimination, DepthOrder, Observer, look
+from focalgradient.observers.front_end import block_means
 from focalgradient.published.distance import EXPECTED_M, NO_BLUR, displayed, distance_question
 from focalgradient.scales import Control, Scale, Steps, Ways
 from focalgradient.stimuli import PAPERS, Stimulus, replica
@@ -179,9 +180,7 @@ def _quadrants(annulus: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
 
 def _region_blur(blur: FloatArray, log_sd: FloatArray, region: NDArray[np.bool_]) -> tuple[float, float]:
     """Blur (arcmin) of a region and the sd of its logarithm, of the places most within it, by their precision."""
-    rows, columns = blur.shape
-    spacing = region.shape[0] // rows
-    share = region[: rows * spacing, : columns * spacing].reshape(rows, spacing, columns, spacing).mean((1, 3))
+    share = block_means(region)
     share = np.where(share >= share.max() / 2, share, 0.0)
     weight = np.where(np.isfinite(blur) & (blur > 0), share / np.maximum(log_sd, 1e-6) ** 2, 0.0)
     if not weight.sum() > 0:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.observers import DistanceOfFixated, Observer, RelativeLayout
-from focalgradient.published.record import Finding, Prediction, Published, ratio_of
+from focalgradient.published.record import Finding, Prediction, Published, jackknife, ratio_of
 from focalgradient.stimuli import PAPERS, Stimulus, replica
 
 __all__ = ["RECORDS", "displayed", "distance_question", "effect_ratio", "judged_over"]
@@ -100,7 +100,7 @@ def effect_ratio(observer: Observer, paper: str, condition: str, other: str) -> 
     )
     sums = effects.sum(1)
     left_out = (sums[0] - effects[0]) / (sums[1] - effects[1])
-    return Prediction(float(sums[0] / sums[1]), float(np.std(left_out)) * (len(SEEDS) - 1) ** 0.5)
+    return jackknife(float(sums[0] / sums[1]), left_out.tolist())
 
 
 CONSISTENT = tuple(f"consistent, {metres:g} m" for metres in (0.36, 0.23, 0.15))

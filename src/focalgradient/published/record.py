@@ -68,6 +68,15 @@ def ratio_of(logarithms: Sequence[float]) -> Prediction:
     return Prediction(math.exp(log.value), math.exp(log.value) * log.standard_error)
 
 
+def jackknife(value: float, left_out: Sequence[float]) -> Prediction:
+    """Return an estimate with the standard error of the jackknife, from the estimates that each leave one part out.
+
+    >>> jackknife(2.0, [2.5, 2.0, 1.5])
+    Prediction(value=2.0, standard_error=0.5773502691896258)
+    """
+    return Prediction(value, float(np.std(left_out)) * (len(left_out) - 1) ** 0.5)
+
+
 Ask = Callable[[Observer], Prediction]
 """Do the experiment with a simulated observer."""
 
@@ -78,8 +87,8 @@ class Finding:
 
     The score of a prediction was fixed before any was computed: `AGREES` where the value and 2 of its standard errors
     on either side lie inside the range from `low` to `high`, its ends excluded; `DIFFERS` where they lie outside it;
-    `UNDECIDED` where an end of the range lies among them, which counts as no agreement; `CANNOT_BE_ASKED` where there
-    is no prediction. The range is the one printed, or 2 standard errors on either side of a printed mean, or the
+    `UNDECIDED` where an end of the range lies among them, which counts as no agreement; `CANNOT_BE_ASKED` without a
+    prediction. The range is the one printed, or 2 standard errors on either side of a printed mean, or the
     printed side of no effect.
 
     Parameters
