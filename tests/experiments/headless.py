@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,7 @@ class Headless:
 
     def __init__(self, folder: Path, size: tuple[int, int] = SIZE):
         self.folder = folder
+        self.running: list[Running] = []
         folder.mkdir(parents=True)
         (folder / "home").mkdir()
         (folder / "markers.py").write_text(HOOK)
@@ -68,6 +69,8 @@ class Headless:
         }
 
     def close(self) -> None:
+        for one in self.running:
+            one.stop()
         self._server.terminate()
         self._server.communicate()
 
@@ -141,6 +144,7 @@ class Running:
         self._watch = threading.Timer(LONGEST, os.killpg, (self.process.pid, signal.SIGKILL))
         self._watch.daemon = True
         self._watch.start()
+        screen.running.append(self)
 
     def events(self) -> Iterator[str]:
         """Names of the events, as they come."""
@@ -165,6 +169,13 @@ class Running:
         self.process.communicate()
         self._watch.cancel()
         return self.process.returncode
+
+    def stop(self) -> None:
+        """End what a test that failed has left running: its pipe would be reported in another test."""
+        if self.process.returncode is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.end()
 
 
 def make_set(folder: Path, scenes: Sequence[str], size: tuple[int, int] = (160, 121), **display: Any) -> None:

@@ -181,7 +181,7 @@ def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "
         if goes_on is not None:
             goes_on.focus()
             page.keyboard.press("Enter")
-    else:
+    elif text:  # on an empty screen the key might answer the next one, unseen
         page.keyboard.press(" ")
         page.wait_for_timeout(200)
     return False

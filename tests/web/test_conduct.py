@@ -77,10 +77,9 @@ def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser
     assert before == whole[: len(before)]
     page.reload()
     page.wait_for_function("globalThis.focalgradient")
-    take_part(page, title=pages.opening()[0].text.splitlines()[0])
+    take_part(page)
     done = len(trials) - page.evaluate("focalgradient.page.left.length")
     assert done >= 2  # of those that count: they are not asked for again
-    take_part(page)
     assert shown(page) == walked(sequence(design, words, pages, trials, done))
     page.close()
     server.end()
