@@ -2,21 +2,29 @@
 
     python benchmarks/coloured_walls.py [--kinds bands moments both] [--pupils MM ...] [--foci D ...]
         [--vergences D ...] [--textures NAME ...] [--files PICTURE ...] [--lights NAME ...] [--people SCALE ...]
-        [--knowledge exact learnt people none] [--shapes wall step sphere] [--side PIXELS] [--out FILE.csv]
+        [--knowledge exact learnt people none] [--shapes wall step sphere] [--side PIXELS] [--seed N]
+        [--fraction ROWS] [--out FILE.csv]
 
 A surface stands before an eye; its reflectance at each pixel is a spectrum (grey; linear sRGB by the basis of Mallett
 and Yuksel 2019), in the light of an illuminant. Its views have the photon noise of 200 cd/m^2. Bands: what the L and M,
 and the S cones see. Moments: two views of the L and M cones, 0.5 D apart in focus. Both: two bands at two moments.
 Textures are simulated (natural, in one colour, or of colours that vary) or photographs (scikit-image's, decoded); your
-own pictures are added with --files. People's chromatic aberration is a multiple of the mean.
+own pictures are added with --files. People's chromatic aberration is a multiple of the mean. A light is an illuminant,
+a black body such as "3000 K", or "display": the texture is shown on a display.
+
+--fraction measures a fraction of the grid in place of all of it: ROWS surfaces, among which each level of each factor
+occurs equally often, independently of the others. Each stands up to 2 D from the focus, and has a texture and noise of
+its own seed (--seed and more). It prints a table by each factor. With --out each row is written when it is measured;
+rows that the file has already are not measured again.
 
 What the estimator knows of the eye: "exact", its chromatic aberration; "learnt", what three fixations of a grey surface
 by both cues show of it; "people", that of people in general (SD 25 %), marginalised; "none": the mean eye before white
 surfaces, as if nothing were coloured. The light is known.
 
 A line states, over all distances, pupils and foci of a texture, light and person: the share of valid pixels; of these
-the median error (D) over walls that are valid in 5 % or more, the median stated standard deviation (D), the share
-within 2 standard deviations and the share on the right side of the focus (of surfaces 0.1 D and more away from it).
+the median error (D) over walls that are valid in 5 % or more, the median stated standard deviation (D), the shares
+within 2 and beyond 5 standard deviations and the share on the right side of the focus (of surfaces 0.1 D and more away
+from it).
 """
 
 from __future__ import annotations
@@ -41,6 +49,7 @@ from focalgradient.eye import (
     EyePrior,
     Oscillation,
     Photons,
+    SpectralBasis,
     SpectralPicture,
     eye_views,
     learn_chromatic_scale,
@@ -69,14 +78,33 @@ COLOURS = {
 """Reflectance in linear sRGB, and the contrast of a texture of each component's own over the common one."""
 
 PHOTOGRAPHS = ("coffee", "chelsea", "retina", "rocket")
+HELD_COLOURS = {
+    "orange": ((0.6, 0.25, 0.05), 0.15),
+    "violet": ((0.3, 0.1, 0.5), 0.0),
+    "turquoise": ((0.1, 0.45, 0.4), 0.3),
+    "mixed": ((0.25, 0.4, 0.3), 0.8),
+}
+HELD_PHOTOGRAPHS = ("astronaut", "immunohistochemistry")
+"""Textures on which no rule of the method was chosen."""
+
+FRACTION = {
+    "light": ("D65", "A", "3000 K", "LED-B1", "display"),
+    "person": (0.8, 1.0, 1.25),
+    "pupil_mm": (2.0, 3.0, 4.0, 5.0, 7.0),
+    "vergence_D": (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.0),
+}
+"""Levels of a fraction of the grid, beside kinds and textures."""
+
+FARTHEST = 2.0
+"""Dioptres from the focus to the farthest surface of a fraction."""
 FIXATIONS = (0.6, -0.5, 1.0)
 """Dioptres of the grey surfaces that a person's aberration is learnt from, nearer than the focus."""
 
 CLAIMED = 0.05
 """Share of valid pixels from which a surface counts as claimed."""
 
-COLUMNS = ("kind", "texture", "light", "person", "knowledge", "shape", "pupil_mm", "focus_D", "vergence_D")
-MEASURES = ("valid", "error_D", "sd_D", "in2", "side")
+COLUMNS = ("kind", "texture", "light", "person", "knowledge", "shape", "pupil_mm", "focus_D", "vergence_D", "seed")
+MEASURES = ("valid", "error_D", "sd_D", "in2", "beyond5", "side")
 Row = dict[str, float | str]
 
 
@@ -103,13 +131,14 @@ def photograph(image: NDArray[np.uint8], side: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=64)
-def texture(name: str, side: int) -> NDArray[np.float64]:
-    """Reflectance in linear sRGB, side x side x 3."""
-    if name in COLOURS:
-        colour, own = COLOURS[name]
-        seed = list(COLOURS).index(name)
-        common = natural(side, seed)[..., None]
-        others = np.stack([natural(side, 1000 + 10 * seed + one) for one in range(3)], axis=-1)
+def texture(name: str, side: int, seed: int = 0) -> NDArray[np.float64]:
+    """Reflectance in linear sRGB, side x side x 3; a simulated texture of this `seed`."""
+    every = COLOURS | HELD_COLOURS
+    if name in every:
+        colour, own = every[name]
+        number = list(every).index(name) + 100_000 * seed
+        common = natural(side, number)[..., None]
+        others = np.stack([natural(side, 1000 + 10 * number + one) for one in range(3)], axis=-1)
         return np.clip(np.array(colour) * (1 + 0.2 * (common + own * others)), 0.005, None)
     image = io.imread(name) if Path(name).exists() else getattr(data, name)()
     return photograph(image, side)
@@ -124,6 +153,13 @@ def vergences(shape: str, vergence: float, side: int) -> NDArray[np.float64]:
         radius = np.hypot(*(np.mgrid[:side, :side] - (side - 1) / 2)) / (0.35 * side)
         whole += np.where(radius < 1, 0.25 + 0.25 * np.sqrt(np.clip(1 - radius**2, 0, None)), 0)
     return whole
+
+
+def picture_of(name: str, light: str, side: int, seed: int = 0) -> SpectralPicture:
+    """The texture in a light, or on a display."""
+    if light == "display":
+        return SpectralPicture(texture(name, side, seed), SpectralBasis.of_display())
+    return SpectralPicture.of_srgb(texture(name, side, seed), light)
 
 
 def cones_of(eye: Eye, kind: str) -> list[Cones]:
@@ -144,7 +180,7 @@ def views_of(eye: Eye, kind: str, picture: SpectralPicture, vergence: NDArray[np
 @lru_cache(maxsize=256)
 def learnt(person: float, mm: float, focus: float, light: str, side: int) -> EyePrior:
     """What three fixations of a grey surface show of a person's chromatic aberration."""
-    picture = SpectralPicture.of_srgb(texture("grey", side)[::-1].copy(), light)
+    picture = picture_of("grey", light, side, 999)
     eye = Eye(1e-3 * mm, focus, chromatic_scale=person)
     series = [
         views_of(eye, "both", picture, np.full((side, side), max(0.0, focus + more)), seed)
@@ -166,20 +202,27 @@ def _mean_eye(cones: Any) -> Cones:
 
 
 def measured(
-    kind: str, name: str, light: str, person: float, knowledge: str, cell: tuple[str, float, float, float], side: int
+    kind: str,
+    name: str,
+    light: str,
+    person: float,
+    knowledge: str,
+    cell: tuple[str, float, float, float],
+    side: int,
+    seed: int = 0,
 ) -> Row:
     """One surface: shares and medians over its valid pixels."""
     shape, mm, focus, vergence = cell
     eye = Eye(1e-3 * mm, focus, chromatic_scale=person)
     true = vergences(shape, vergence, side)
-    picture = SpectralPicture.of_srgb(texture(name, side), light)
-    views = views_of(eye, kind, picture, true, seed=int(1000 * vergence + 10 * mm))
+    picture = picture_of(name, light, side, seed)
+    views = views_of(eye, kind, picture, true, seed=int(1000 * vergence + 10 * mm) + 100_000 * seed)
     known = EyePrior(person, 0.0)
     if knowledge == "people":
         known = EyePrior()
     elif knowledge == "learnt":
         known = learnt(person, mm, focus, light, side)
-    row: Row = dict(zip(COLUMNS, (kind, name, light, person, knowledge, shape, mm, focus, vergence), strict=True))
+    row: Row = dict(zip(COLUMNS, (kind, name, light, person, knowledge, *cell, seed), strict=True))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FocalGradientWarning)
         depth = depth_of(views, knowledge, known)
@@ -191,32 +234,93 @@ def measured(
         right = (np.sign(depth.vergence - focus) == np.sign(true - focus))[depth.valid]
         row |= {"error_D": float(np.median(error)), "sd_D": float(np.median(sd))}
         row["in2"] = float(np.mean(np.abs(error) <= 2 * sd))
+        row["beyond5"] = float(np.mean(np.abs(error) > 5 * sd))
         if away.any():
             row["side"] = float(right[away].mean())
     return row
 
 
-def table(rows: list[Row]) -> list[str]:
-    """A line for each kind, knowledge, texture, light and person."""
-    lines = ["kind     knows   texture   light   person  valid %    bias D     sd D  in 2 %  side %  claimed"]
-    for cell in dict.fromkeys(
-        tuple(row[n] for n in ("kind", "knowledge", "texture", "light", "person")) for row in rows
-    ):
-        some = [
-            row for row in rows if tuple(row[n] for n in ("kind", "knowledge", "texture", "light", "person")) == cell
-        ]
-        claimed = [row for row in some if "sd_D" in row]
-        weight = np.array([float(row["valid"]) for row in claimed])
-        errors, sds = ([float(row[n]) for row in claimed] or [np.nan] for n in ("error_D", "sd_D"))
-        inside = 100 * np.average([float(r["in2"]) for r in claimed], weights=weight) if claimed else np.nan
-        sides = [float(row["side"]) for row in claimed if "side" in row] or [np.nan]
-        kind, knows, name, light, person = cell
-        valid = 100 * np.mean([float(row["valid"]) for row in some])
-        lines.append(
-            f"{kind:8} {knows:7} {Path(str(name)).stem:9} {light:7} {person:6g} "
-            f"{valid:8.1f} {np.median(errors):+9.3f} {np.median(sds):8.3f} "
-            f"{inside:7.1f} {100 * np.mean(sides):7.1f}  {len(claimed)} of {len(some)}"
-        )
+def fraction(given: argparse.Namespace) -> list[tuple[Any, ...]]:
+    """Arguments of `measured` of a fraction of the grid: each level of each factor occurs equally often."""
+    random, count = np.random.default_rng(given.seed), given.fraction
+
+    def drawn(levels: Any) -> list[Any]:
+        return [levels[i] for i in random.permutation(np.arange(count) % len(levels))]
+
+    names = (*given.textures, *HELD_COLOURS, *HELD_PHOTOGRAPHS, *given.files)
+    factors = drawn(given.kinds), drawn(names), *(drawn(levels) for levels in FRACTION.values())
+    apart = FARTHEST * (2 * random.permutation((np.arange(count) + 0.5) / count) - 1)
+    rows = []
+    for number, (kind, name, light, person, mm, vergence) in enumerate(zip(*factors, strict=True)):
+        # A focus beyond infinity is mirrored.
+        focus = round(float(vergence - apart[number] if vergence > apart[number] else vergence + apart[number]), 3)
+        knowledge, shape = (levels[number % len(levels)] for levels in (given.knowledge, given.shapes))
+        cell = shape, mm, focus, vergence
+        rows.append((kind, name, light, person, knowledge, cell, given.side, given.seed + number))
+    return rows
+
+
+def key(row: Row) -> tuple[str, ...]:
+    """What a row is of, as its file has it."""
+    return tuple(str(row[name]) for name in COLUMNS)
+
+
+def read(path: Path | None) -> dict[tuple[str, ...], Row]:
+    """Rows that a file has already."""
+    if path is None or not path.exists():
+        return {}
+    with path.open(newline="") as file:
+        rows = [{n: v if n in COLUMNS else float(v) for n, v in one.items() if v != ""} for one in csv.DictReader(file)]
+    return {key(row): row for row in rows}
+
+
+def once(done: dict[tuple[str, ...], Row], path: Path | None, arguments: tuple[Any, ...]) -> Row:
+    """The row of these arguments of `measured`: as the file has it, or measured and written there."""
+    *first, cell, _, seed = arguments
+    wanted = tuple(str(one) for one in (*first, *cell, seed))
+    if wanted not in done:
+        done[wanted] = measured(*arguments)
+        if path is not None:
+            new = not path.exists()
+            with path.open("a", newline="") as file:
+                writer = csv.DictWriter(file, (*COLUMNS, *MEASURES))
+                if new:
+                    writer.writeheader()
+                writer.writerow(done[wanted])
+    return done[wanted]
+
+
+HEADER = "valid %    bias D     sd D  in 2 %  >5 sd %  side %  claimed"
+
+
+def line(rows: list[Row]) -> str:
+    """Measures of some rows, as `HEADER` names them."""
+    claimed = [row for row in rows if "sd_D" in row]
+    weight = np.array([float(row["valid"]) for row in claimed])
+
+    def share(name: str) -> float:
+        return 100 * np.average([float(r[name]) for r in claimed], weights=weight) if claimed else np.nan
+
+    errors, sds = ([float(row[n]) for row in claimed] or [np.nan] for n in ("error_D", "sd_D"))
+    sides = [float(row["side"]) for row in claimed if "side" in row] or [np.nan]
+    valid = 100 * np.mean([float(row["valid"]) for row in rows])
+    return (
+        f"{valid:7.1f} {np.median(errors):+9.3f} {np.median(sds):8.3f} {share('in2'):7.1f} {share('beyond5'):8.2f} "
+        f"{100 * np.mean(sides):7.1f}  {len(claimed)} of {len(rows)}"
+    )
+
+
+def by_factor(rows: list[Row]) -> list[str]:
+    """A table for each factor: a line for each kind and level."""
+    lines = []
+    for factor in ("kind", "texture", *FRACTION):
+        names = ("kind",) if factor == "kind" else ("kind", factor)
+        lines.append(f"{'kind':8} {'' if factor == 'kind' else factor:20} {HEADER}")
+        for level in sorted({tuple(str(row[n]) for n in names) for row in rows}):
+            some = [row for row in rows if tuple(str(row[n]) for n in names) == level]
+            lines.append(
+                f"{level[0]:8} {Path((*level, '')[1]).stem if factor == 'texture' else (*level, '')[1]:20} {line(some)}"
+            )
     return lines
 
 
@@ -233,21 +337,24 @@ def main() -> None:
     parser.add_argument("--knowledge", nargs="+", default=("learnt",), choices=("exact", "learnt", "people", "none"))
     parser.add_argument("--shapes", nargs="+", default=("wall",), choices=("wall", "step", "sphere"))
     parser.add_argument("--side", type=int, default=160)
+    parser.add_argument("--seed", type=int, default=0, help="of simulated textures and noise; the first of a fraction")
+    parser.add_argument("--fraction", type=int, metavar="ROWS", help="measure so many surfaces in place of the grid")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    rows: list[Row] = []
+    done = read(given.out)
+    if given.fraction is not None:
+        rows = [once(done, given.out, arguments) for arguments in fraction(given)]
+        print("\n".join(by_factor(rows)))
+        return
     whole = itertools.product(given.kinds, given.knowledge, (*given.textures, *given.files), given.lights, given.people)
-    print(table([])[0], flush=True)
+    print(f"{'kind':8} {'knows':7} {'texture':9} {'light':7} person  {HEADER}", flush=True)
     for kind, knowledge, name, light, person in whole:
         cells = itertools.product(given.shapes, given.pupils, given.foci, given.vergences)
-        here = [measured(kind, name, light, person, knowledge, cell, given.side) for cell in cells]
-        print(table(here)[1], flush=True)
-        rows += here
-    if given.out is not None:
-        with given.out.open("w", newline="") as file:
-            writer = csv.DictWriter(file, (*COLUMNS, *MEASURES))
-            writer.writeheader()
-            writer.writerows(rows)
+        here = [
+            once(done, given.out, (kind, name, light, person, knowledge, cell, given.side, given.seed))
+            for cell in cells
+        ]
+        print(f"{kind:8} {knowledge:7} {Path(name).stem:9} {light:7} {person:6g}  {line(here)}", flush=True)
 
 
 if __name__ == "__main__":
