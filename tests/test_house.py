@@ -28,6 +28,15 @@ case "$*" in
     *" -e "*) echo itself >>calls ;;
 esac
 """
+UV = """
+case "$*" in
+    --version) exit 0 ;;
+    *"--require-hashes -r requirements/python.txt") echo "uv pinned" >>calls ;;
+    *"--no-build-isolation -e .") echo "uv itself" >>calls ;;
+esac
+echo "$*" >>uv-calls
+[ ! -e uv-broken ] || { echo "error: the hash differs" >&2; exit 1; }
+"""
 APT_GET = 'echo "apt-get $*" >>calls; [ ! -e broken ]'
 
 
@@ -45,6 +54,7 @@ class House:
         self.program("id", "echo 0")
         self.program("dpkg-query", 'case "$*" in *present*) echo "ii " ;; *) exit 1 ;; esac')
         self.program("apt-get", APT_GET)
+        self.program("uv", "exit 127")  # as where there is none
         self.program("uname", "case $1 in -s) echo Linux ;; *) echo x86_64 ;; esac")
 
     def program(self, name: str, script: str) -> None:
@@ -83,11 +93,33 @@ def test_set_up_happens_once(house: House) -> None:
     status, calls, said = house.set_up()
     assert (status, calls) == (0, ["venv", "pinned", "itself"])
     assert said.count("\n") == 1
-    assert said.startswith("set-up: installs the 2 packages that requirements/python.txt pins")
+    assert said.startswith("set-up: installs the packages that requirements/python.txt pins (2, less")
     assert house.set_up("test") == house.set_up("reproduce") == (0, [], "")
     status, calls, said = house.set_up("setup")
     assert (status, calls, said.count("\n")) == (0, [], 1)
     assert "all is there" in said
+
+
+@needs_sh
+def test_uv_installs_the_same_where_it_is_there(house: House) -> None:
+    house.program("uv", UV)
+    status, calls, said = house.set_up()
+    assert (status, calls) == (0, ["venv", "uv pinned", "uv itself"])
+    assert said.count("\n") == 1
+    asked = [line for line in (house.folder / "uv-calls").read_text().splitlines() if line != "--version"]
+    assert len(asked) == 2
+    assert all(line.startswith("pip install --python .venv/bin/python --no-deps ") for line in asked)
+    assert house.set_up() == (0, [], "")
+
+
+@needs_sh
+def test_pip_goes_on_where_uv_fails(house: House) -> None:
+    house.program("uv", UV)
+    (house.folder / "uv-broken").touch()
+    status, calls, said = house.set_up()
+    assert (status, calls) == (0, ["venv", "uv pinned", "pinned", "uv itself", "itself"])
+    assert said.count("going on with pip") == 2
+    assert "error: the hash differs" in said
 
 
 @pytest.mark.slow
