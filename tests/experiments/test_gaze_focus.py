@@ -6,6 +6,7 @@ import csv
 import gzip
 import json
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -138,7 +139,7 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
             screen.xdotool("mousemove", str(middle[0] + 80 * (card - 1)), str(middle[1]))
 
         look(1)
-        options = ["--series", series, "--gaze", gaze, "--data", data, "--participant", "01", "--seconds", "60"]
+        options = ["--series", series, "--gaze", gaze, "--data", data, "--participant", "01", "--seconds", "600"]
         running = Running(screen, "gaze-focus", *options, "--transition", "immediate", "--language", "de")
         for event in running.events():
             if event == "ready":
@@ -175,6 +176,37 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
     assert sum(len(event["samples"]) for event in journal if event.get("kind") == "gaze") >= len(rows)
     assert bids_problems(data) == []
     validate(data)  # is not in its way
+
+
+@psychopy_here
+@pytest.mark.slow
+def test_two_sessions_at_one_time_keep_their_own_gaze(series: Path, tmp_path: Path) -> None:
+    places = (460, 560)  # across the screen, px
+    with ExitStack() as screens:
+        running = []
+        for number in range(len(places)):
+            screen = screens.enter_context(headless(tmp_path / f"x{number}"))
+            options = ["--series", series, "--gaze", "tracker", "--data", tmp_path / f"data{number}"]
+            running.append(Running(screen, "gaze-focus", *options, "--participant", "01", "--seconds", "8"))
+        for one in running:  # both trackers run before either session begins
+            while next(one.events()) != "ready":
+                pass
+        for place, one in zip(places, running, strict=True):
+            one.screen.xdotool("mousemove", str(place), "300")
+            one.screen.keys("space")
+        for one in running:
+            for event in one.events():
+                if event in ("thanks", "debriefing"):
+                    one.screen.keys("space")
+            assert one.end() == 0, one.errors
+    for number, place in enumerate(places):
+        (file,) = (tmp_path / f"data{number}").glob("sub-01/beh/*_physio.tsv.gz")
+        horizontal = np.array(
+            [line.split("\t")[1] for line in gzip.decompress(file.read_bytes()).decode().splitlines()]
+        )
+        found = horizontal[horizontal != "n/a"].astype(float)
+        assert len(found) > 100
+        assert set(found[-100:]) == {place}
 
 
 @psychopy_here

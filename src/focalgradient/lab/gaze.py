@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -98,7 +99,10 @@ class _Tracker:
         try:
             with _quiet():
                 self._hub = launchHubServer(
-                    window=screen.window, Display=where, **{kind: {"name": "tracker", **settings}}
+                    window=screen.window,
+                    Display=where,
+                    udp_port=_free_port(),
+                    **{kind: {"name": "tracker", **settings}},
                 )
         except Exception as error:
             raise InputError(
@@ -146,6 +150,13 @@ class _Tracker:
     def close(self) -> None:
         self._tracker.setRecordingState(False)
         self._hub.quit()
+
+
+def _free_port() -> int:
+    """Return a free UDP port: on ioHub's fixed one, two sessions on one computer would take each other's samples."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+        found.bind(("", 0))
+        return int(found.getsockname()[1])
 
 
 @contextmanager
