@@ -244,13 +244,13 @@ class _Fit:
             _, theta, jacobian = self.converge(theta, error)
             covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
             fitted = jacobian[: len(self.width)]
-            freedom = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
+            residual_df = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
             # A width that is not known from 0 says nothing of relative errors.
             relative = np.divide(self.width_sd, self.width, out=np.zeros(len(known)), where=known)
             left = self.residuals(theta, error)[: len(self.width)] * np.hypot(relative, error) * known
             error = math.sqrt(
                 (priors.model_weight * priors.model_error**2 + float((left**2).sum()))
-                / (priors.model_weight + max(freedom, 0.0))
+                / (priors.model_weight + max(residual_df, 0.0))
             )
         return theta, error, covariance
 

@@ -1,7 +1,8 @@
-"""From records to conclusions: tables of answers in, frozen records of results out.
+"""Statistical analysis: tables of answers in, frozen records of results out.
 
-`quality` first, then `depth_rating` or `necker`. Where a result cannot be computed, a `NotComputed`
-stands in its place with the reason. Everything generalises over subjects, also where they are few.
+Apply the exclusion criteria with `quality` first, then analyse with `depth_rating` or `necker`. A result that cannot be
+computed is replaced by a `NotComputed` that states the reason. All results generalise over subjects, also with few
+subjects.
 """
 
 from focalgradient.statistics.bayes_psychometric import bayes_psychometric_groups

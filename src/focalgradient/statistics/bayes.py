@@ -1,7 +1,8 @@
-"""The rises by Bayes' rule: subjects and scenes crossed as random, priors stated, fitted by bambi and PyMC (NUTS).
+"""Bayesian estimates of the depth effects: crossed random subjects and scenes, explicit priors, sampled by NUTS.
 
-Ratios have the model of the headline test, one for each fixation and one for the difference; answers in steps have one
-cumulative-link model of all. Both need the extra `bayes`, which is imported only here and only when it is used.
+Ratios have the model of the main test, fitted once per fixation and once to the difference; ordinal ratings have one
+cumulative-link model for all answers. The models are fitted by bambi and PyMC, which the extra `bayes` installs; both
+are imported here only, and only when used.
 """
 
 from __future__ import annotations
@@ -39,20 +40,25 @@ __all__ = [
 ]
 
 NEEDED = ("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
-"""What needs which extra for which modules: see `check_installed`."""
+"""Purpose, extra and modules for `check_installed`."""
 
 FloatArray = NDArray[np.float64]
 
 
 ODDS_BOUND: Final = 1.44
-"""Odds ratio of a small effect, d = 0.2, whose logarithm is d pi / sqrt(3) (Chinn 2000): the bound of answers in steps
-unless another is given."""
+"""Default equivalence bound of ordinal ratings: odds ratio of a small effect (d = 0.2), exp(d pi / sqrt(3)) (Chinn
+2000).
+"""
 
 DRAWS, TUNE, CHAINS = 1000, 1000, 4
-ORDINAL_DRAWS, ORDINAL_TUNE = 500, 700
-"""Fewer, as a draw of that model takes ten times as long: its effective number of draws is a third of them."""
+"""Number of draws and of tuning steps per chain, and number of chains."""
 
-ACCEPT = 0.95  # few subjects leave their spread open near 0: smaller steps than usual
+ORDINAL_DRAWS, ORDINAL_TUNE = 500, 700
+"""Draws and tuning steps per chain of the ordinal model, where a draw takes ten times as long and the effective sample
+size is a third of the number of draws.
+"""
+
+ACCEPT = 0.95  # above the usual 0.8: with few subjects, standard deviations near 0 need smaller steps
 
 
 def bayes_depth_rating(
@@ -63,26 +69,26 @@ def bayes_depth_rating(
     seed: int = 1,
     progress: Progress | None = None,
 ) -> BayesResult:
-    """Posterior of the rises of depth ratings.
+    """Estimate the posterior distributions of the depth effects.
 
     Parameters
     ----------
     table
-        One row a trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are left out.
+        One row per trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are excluded.
     bound
-        Above 1: the rise counts as none within 1 / bound ... bound, a ratio of ratings, or an odds ratio of a higher
-        answer where the scale is ordinal.
+        Equivalence bound, above 1: an effect within 1 / bound to bound counts as none. A ratio of ratings, or for
+        ordinal ratings an odds ratio of a higher answer.
     scale
-        What the ratings are.
+        Analysis of the ratings, or its name.
     seed
-        Of the chains.
+        Random seed of the chains.
     progress
-        Called with the share done.
+        Function called with the completed fraction.
 
     Raises
     ------
     InputError
-        If the extra `bayes` is not installed, the table cannot be read, or the bound is not above 1 and at most 10.
+        If the extra `bayes` is not installed, the table is invalid, or the bound is not above 1 and at most 10.
     """
     check_bound("bound", bound)
     check_installed(*NEEDED)
@@ -95,8 +101,8 @@ def bayes_depth_rating(
     others = sorted({*table["fixation"]} - {*FIXATIONS})
     if others:
         raise InputError(
-            f"fixation is {others[0]!r} in some trials, but the Bayesian models know nearest and farthest only: leave "
-            "them out."
+            f"fixation is {others[0]!r} in some trials, but the Bayesian models support only nearest and farthest: "
+            "leave the others out."
         )
     if analysis.whole:
         formula, posteriors = posteriors_of_steps(
@@ -111,7 +117,7 @@ def bayes_depth_rating(
         formula,
         ORDINAL_PRIORS if analysis.whole else RATIO_PRIORS,
         posteriors,
-        f"{CHAINS} chains of {draws:,} draws after {tune:,} of tuning (NUTS, seed {seed})",
+        f"{CHAINS} chains of {draws:,} draws after {tune:,} tuning steps (NUTS, seed {seed})",
         {name: version(name) for name in ("bambi", "pymc", "arviz")},
     )
 
@@ -127,25 +133,25 @@ def posterior_of_rises(
     chains: int = CHAINS,
     progress: Progress | None = None,
 ) -> Posterior | NotComputed:
-    """Posterior of the mean of log ratios, subjects and scenes crossed as random.
+    """Estimate the posterior of the mean log ratio, with crossed random effects of subjects and scenes.
 
     Parameters
     ----------
     rises
-        Columns `log_ratio`, `participant_id` and `scene`; gaps are rows that are not there.
+        Columns `log_ratio`, `participant_id` and `scene`; missing cells have no row.
     name
-        Whose they are.
+        Name of the effect: "nearest", "farthest" or "difference".
     bound
-        As a ratio above 1.
+        Equivalence bound, a ratio above 1.
     seed, draws, tune, chains
-        Of the sampler.
+        Settings of the sampler.
     progress
-        Called with the share done.
+        Function called with the completed fraction.
     """
     import bambi
 
     if rises["participant_id"].nunique() < 2:
-        return NotComputed("A model over subjects needs two or more of them.")
+        return NotComputed("A hierarchical model needs two or more subjects.")
     several = rises["scene"].nunique() > 1
     prior = {key: _bambi(each) for key, each in RATIO_PRIORS.items()}
     priors = {"Intercept": prior["rise"], "sigma": prior["residual"]}
@@ -168,7 +174,7 @@ def _formula(several: bool) -> str:
 def _ratios(
     table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
-    """A model for the rises of each fixation, and one for their difference."""
+    """Fit one model to the depth effects of each fixation, and one to their difference."""
     of: dict[str, pd.Series[float]] = {}
     found: dict[Name, Posterior | NotComputed] = {}
     for fixation in FIXATIONS:
@@ -207,23 +213,23 @@ def posteriors_of_steps(
     chains: int = CHAINS,
     progress: Progress | None = None,
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
-    """One cumulative-link model of all answers in steps; the difference of the rises comes from their draws.
+    """Fit one cumulative-link model to all ordinal ratings; derive the difference of the effects from its draws.
 
     Parameters
     ----------
     table
-        Columns `participant_id`, `scene`, `fixation`, `aperture_mm` and `rating`, whole numbers.
+        Columns `participant_id`, `scene`, `fixation`, `aperture_mm` and `rating` (integers).
     bound
-        An odds ratio above 1.
+        Equivalence bound, an odds ratio above 1.
     seed, draws, tune, chains
-        Of the sampler.
+        Settings of the sampler.
     progress
-        Called with the share done.
+        Function called with the completed fraction.
 
     Returns
     -------
     formula, posteriors
-        As in `BayesResult`; a posterior's `spread` is that of the rise over subjects and over scenes.
+        As in `BayesResult`; `spread` of a posterior is the standard deviation of the effect over subjects and scenes.
     """
     import bambi
     from pymc.distributions.transforms import ordered
@@ -236,13 +242,13 @@ def posteriors_of_steps(
     fixed = " + ".join([*slopes, *(["fixation"] if len(fixations) > 1 else [])])
     groups = ("participant_id", "scene")[: 1 + several]
     formula = f"rating ~ {fixed} + " + " + ".join(f"(1 + {' + '.join(slopes)} | {group})" for group in groups)
-    missing = NotComputed("The ordinal model needs two or more subjects, apertures and steps that were used.")
+    missing = NotComputed("The ordinal model needs at least two subjects, two apertures and two different answers.")
     kinds: tuple[Name, ...] = ("nearest", "farthest", "difference")
     if table["participant_id"].nunique() < 2 or width == 0 or len(steps) < 2:
         return formula, dict.fromkeys(kinds, missing)
     rows = table[["participant_id", "scene"]].astype(str)
     rows["rating"] = pd.Categorical(table["rating"].astype(int), categories=steps, ordered=True)
-    for name in fixations:  # a range of 1, so that a slope is the rise at the largest aperture
+    for name in fixations:  # scaled to a range of 1, so that a slope is the effect of the largest aperture
         rows[f"blur_{name}"] = (table["fixation"] == name) * table["aperture_mm"] / width
     rows["fixation"] = (table["fixation"] == fixations[-1]).astype(float)
     prior = {key: _bambi(each) for key, each in ORDINAL_PRIORS.items()}
@@ -270,7 +276,7 @@ def posteriors_of_steps(
     found: dict[Name, Posterior | NotComputed] = {}
     for name in kinds[:2]:
         if name not in fixations:
-            found[name] = NotComputed(f"No trials have the {name} object fixated.")
+            found[name] = NotComputed(f"The {name} object is fixated in no trial.")
             continue
         spread = {
             term: _flat(posterior, f"blur_{name}|{group}_sigma")
@@ -278,7 +284,7 @@ def posteriors_of_steps(
         }
         found[name] = _summary(name, _flat(posterior, f"blur_{name}"), math.log(bound), spread, posterior, names)
     near, far = found["nearest"], found["farthest"]
-    found["difference"] = NotComputed("One fixation only: there is nothing to compare.")
+    found["difference"] = NotComputed("There is only one fixation: nothing can be compared.")
     if isinstance(near, Posterior) and isinstance(far, Posterior):
         found["difference"] = _summary("difference", near.draws - far.draws, math.log(bound), {}, posterior, names)
     return formula, found
@@ -296,7 +302,7 @@ def _sampled(model: Any, seed: int, draws: int, tune: int, chains: int, progress
         draws=draws,
         tune=tune,
         chains=chains,
-        cores=min(chains, available_cores()),  # the draws are the same on any number
+        cores=min(chains, available_cores()),  # the draws do not depend on the number of cores
         random_seed=seed,
         target_accept=ACCEPT,
         progressbar=False,
@@ -340,7 +346,7 @@ def _bambi(prior: Prior) -> Any:
 
 
 def effective_number(draws: FloatArray) -> float:
-    """Effective number of draws (of the mean) of a quantity, shape (chains, draws); needs the extra `bayes`."""
+    """Return the effective sample size of the mean of draws (chains x draws); needs the extra `bayes`."""
     import arviz
 
     return float(np.asarray(arviz.ess(draws)))
@@ -348,7 +354,7 @@ def effective_number(draws: FloatArray) -> float:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Silence the libraries' own messages: what matters is in the results."""
+    """Suppress log messages and warnings of the libraries; the result contains the diagnostics."""
     logs = [logging.getLogger(name) for name in ("pymc", "pytensor", "bambi", "arviz", "arviz_base", "arviz_stats")]
     levels = [log.level for log in logs]
     for log in logs:

@@ -1,6 +1,6 @@
-"""Hierarchical psychometric functions by Bayes' rule: the model of `fit_psychometric_groups`, sampled by PyMC (NUTS).
+"""Bayesian hierarchical psychometric functions: the model of `fit_psychometric_groups`, sampled by PyMC (NUTS).
 
-It needs the extra `bayes`, which is imported only here and only when it is used.
+PyMC is installed by the extra `bayes`; it is imported here only, and only when used.
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ FloatArray = NDArray[np.float64]
 DRAWS, TUNE, CHAINS, ACCEPT = 1000, 1000, 4, 0.95
 
 THRESHOLD_SD, SD_SCALE, RATE_SD = 2.0, 0.5, 0.5
-"""Priors, levels in units of their standard deviation: normal SD of mean thresholds; scale of the half-normal priors of
-standard deviations over people of thresholds (twice this) and log slopes; and of log odds of rates."""
+"""Priors, with levels standardised: SD of the normal prior of mean thresholds; scale of the half-normal priors of the
+SDs over people of log slopes (for thresholds, twice this); and the same scale for the log odds of rates.
+"""
 
 
 def bayes_psychometric_groups(
@@ -52,25 +53,25 @@ def bayes_psychometric_groups(
     tune: int = TUNE,
     chains: int = CHAINS,
 ) -> PsychometricGroups:
-    """Sample the posterior of psychometric functions of all people and conditions.
+    """Sample the posterior of hierarchical psychometric functions.
 
     Parameters
     ----------
     table, shape, guess, lapse, unit
-        As in `fit_psychometric_groups`; estimated rates have a beta (1, 20) prior.
+        As in `fit_psychometric_groups`; estimated rates have a beta(1, 20) prior.
     seed, draws, tune, chains
-        Of the sampler.
+        Settings of the sampler.
 
     Returns
     -------
     PsychometricGroups
-        Posterior medians and central 95 % intervals; the differences' tests are of their means over their standard
-        deviations. `diagnostics` has R-hat, the effective number of draws, and divergences.
+        Posterior medians and central 95 % intervals. The differences are tested by posterior mean over posterior
+        standard deviation. `diagnostics` contains R-hat, the effective sample size and the number of divergences.
 
     Raises
     ------
     InputError
-        If the extra `bayes` is not installed, there are fewer than two people, or the table or an option is wrong.
+        If the extra `bayes` is not installed, there are fewer than two people, or the table or an option is invalid.
     """
     check_installed(*NEEDED)
     import arviz
@@ -81,7 +82,7 @@ def bayes_psychometric_groups(
     layout, counts, c = data.layout, data.counts, data.layout.conditions
     people = len(data.participants)
     if people < 2:
-        raise InputError("A model of people needs two or more of them, and there is 1.")
+        raise InputError("A hierarchical model needs two or more people, but the table has 1: add people.")
     name = next(key for key, one in SHAPES.items() if one is data.shape)
     with quiet(), pm.Model():
         threshold = pm.Normal("threshold", 0, THRESHOLD_SD, shape=c)
@@ -196,7 +197,7 @@ def bayes_psychometric_groups(
 
 
 def _sigmoid(name: str, z: Any) -> Any:
-    """The sigmoid in PyTensor."""
+    """Evaluate the sigmoid `name` in PyTensor."""
     import pytensor.tensor as pt
 
     return {

@@ -1,4 +1,4 @@
-"""Contrasts of apertures within each subject and scene: a table of subjects by scenes, for `crossed_effect`."""
+"""Cell means by subject, scene and aperture, and contrasts of apertures within each cell."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Means of the answers.
+    """Mean answers by subject, scene and aperture.
 
     Parameters
     ----------
     values
-        Subjects x scenes x apertures; NaN where there is no answer. Where no scene was shown to one subject with two
-        apertures, the scenes are averaged over, and `scenes` is empty.
+        Subjects x scenes x apertures; NaN without answers. If no subject saw any scene with two apertures, the values
+        are averages over scenes, and `scenes` is empty.
     subjects, scenes
         Names, in the order of the axes.
     amounts
-        Apertures in mm, ascending.
+        Aperture diameters in mm, ascending.
     """
 
     values: FloatArray
@@ -36,17 +36,17 @@ class Cells:
     amounts: FloatArray
 
     def contrast(self, weights: FloatArray) -> FloatArray:
-        """Weighted sum over apertures, a row a subject and a column a scene; NaN where one that counts is missing."""
+        """Return the weighted sum over apertures (subjects x scenes); NaN if a value with nonzero weight is missing."""
         used = weights != 0
         return self.values[:, :, used] @ weights[used]
 
     def against_smallest(self, aperture: int) -> FloatArray:
-        """An aperture less the smallest one."""
+        """Return the difference between an aperture and the smallest one (subjects x scenes)."""
         return self.values[:, :, aperture] - self.values[:, :, 0]
 
 
 def cells(rows: pd.DataFrame) -> Cells:
-    """Means of the column `answer` of a table of trials with one fixation.
+    """Average the column `answer` of a table of trials with one fixation.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def cells(rows: pd.DataFrame) -> Cells:
 
 
 def slope_weights(amounts: FloatArray) -> FloatArray | NotComputed:
-    """Weights of the least-squares slope on the amounts.
+    """Return the weights of the least-squares slope on the amounts.
 
     Examples
     --------
@@ -84,9 +84,10 @@ def slope_weights(amounts: FloatArray) -> FloatArray | NotComputed:
 
 
 def curvature_weights(amounts: FloatArray) -> FloatArray | NotComputed:
-    """Weights of what the fitted parabola has at half the largest amount beyond the straight line to its end.
+    """Return the weights of the quadratic departure from a straight line, evaluated at half the largest amount.
 
-    Positive where the curve saturates. Orthogonal to the line's level and slope.
+    The contrast is the fitted parabola minus its chord; it is positive for saturating curves, and orthogonal to level
+    and slope.
 
     Examples
     --------
@@ -95,7 +96,7 @@ def curvature_weights(amounts: FloatArray) -> FloatArray | NotComputed:
     1.0
     """
     if len(amounts) < 3:
-        return NotComputed("Lack of fit to a straight line needs three or more apertures.")
+        return NotComputed("A test of lack of fit to a straight line needs three or more apertures.")
     design = np.column_stack([np.ones(len(amounts)), amounts, amounts**2])
     square = np.linalg.pinv(design)[2]
     return np.asarray(-square * (np.ptp(amounts) / 2) ** 2, dtype=float)

@@ -1,8 +1,8 @@
-"""Comparisons of two pictures (steps from flatter to deeper, or which of the two is deeper), and places on a line.
+"""Analysis of paired comparisons (signed steps, or two-interval choices) and of visual-analogue ratings.
 
-Steps, places and choices (0 or 1) are analysed by a straight line on the aperture within each subject and scene, over
-both. Of choices it is the slope of the share: its test keeps its level, and has more power than Wald's test of a
-marginal logistic slope, whose standard error rises with the slope.
+The answers are regressed on aperture within each subject and scene, and the slopes are tested over subjects and scenes.
+For choices (0 or 1) this is the slope of the proportion: its test keeps its nominal level and has more power than the
+Wald test of a marginal logistic slope, whose standard error grows with the slope.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ComparisonMean:
-    """One aperture with one fixation: mean over subjects of their mean steps, or of their shares of choices."""
+    """Mean answer, or proportion of choices, at one aperture and fixation, averaged over subjects."""
 
     fixation: str
     aperture: str
@@ -41,7 +41,7 @@ class ComparisonMean:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonTests:
-    """Tests of comparisons for these scenes only: the fields are those of `ComparisonResult`."""
+    """Tests that generalise over subjects but not over scenes; fields as in `ComparisonResult`."""
 
     slopes: tuple[Effect | NotComputed, ...]
     against_reference: tuple[Effect | NotComputed, ...]
@@ -51,36 +51,36 @@ class ComparisonTests:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class ComparisonResult:
-    """Comparisons, analysed.
+    """Results of the analysis of paired comparisons.
 
     Parameters
     ----------
     analysis
-        The statistic: `focalgradient.scales.Slopes` or `Choices`.
+        Analysis: `focalgradient.scales.Slopes` or `Choices`.
     participants, trials
-        Who, and how many answers; catch trials are not counted.
+        Participant names, and number of answers without catch trials.
     means
-        By fixation and aperture.
+        Means by fixation and aperture.
     fixations
-        Those present, nearest first.
+        Fixations in the data, nearest first.
     slopes
-        Of each: steps, or share of choices, for a millimetre of aperture. Over subjects and scenes, both random, where
-        there are five scenes or more.
+        Slope for each fixation: steps, or proportion of choices, per millimetre of aperture. With five or more scenes,
+        both subjects and scenes are random.
     against_reference
-        Of each, at the largest aperture: mean step against 0; share of choices against one half. Over both, too. Not
-        computed where no answer of the scale means that two pictures are alike.
+        Test at the largest aperture for each fixation: mean step against 0, or proportion of choices against one half.
+        Not computed if the scale has no answer that means "identical".
     interaction
-        The slope with the nearest object in focus less that with the farthest, of each subject and scene: of steps
-        only, and where there are two fixations.
+        Slope with the nearest object in focus minus slope with the farthest, within subject and scene. Only for steps,
+        and with two fixations.
     differences
-        Of more than two fixations: the difference of the slopes of each pair, by their names.
+        With more than two fixations: difference of the slopes of each pair, by their names.
     these_scenes
-        The same four over subjects, for these scenes only.
+        The same four tests over subjects only, for these scenes.
 
     Notes
     -----
-    Slopes with their difference are one family for Holm's correction, the comparisons with the reference another; and
-    again for these scenes.
+    Holm's correction treats the slopes with their differences as one family and the comparisons with the reference as
+    another; the tests in `these_scenes` form families of their own.
     """
 
     analysis: Slopes | Choices
@@ -96,15 +96,15 @@ class ComparisonResult:
 
     @property
     def scale(self) -> str:
-        """Name of the analysis: "bipolar", "choice", or a scale's own."""
+        """Name of the analysis: "bipolar", "choice", or that of a custom scale."""
         return self.analysis.name
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<ComparisonResult: {len(self.participants)} subjects, {self.trials} answers, scale {self.scale!r}>"
 
     def summary(self) -> str:
-        """Slopes, their differences, and the comparisons with the reference, a line each."""
+        """Return slopes, their differences and comparisons with the reference as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.trials} answers"]
         slope = f"{slope_unit(self.analysis)} per mm"
         both = zip(self.fixations, self.slopes, self.against_reference, strict=True)
@@ -117,7 +117,7 @@ class ComparisonResult:
 
 
 def slope_unit(analysis: Slopes | Choices) -> str:
-    """Return the unit of the slopes for a millimetre.
+    """Return the unit of the slopes, per millimetre of aperture.
 
     >>> slope_unit(Choices())
     'share of choices'
@@ -126,20 +126,20 @@ def slope_unit(analysis: Slopes | Choices) -> str:
 
 
 def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonResult:
-    """Analyse comparisons of two pictures, or places on a line.
+    """Analyse paired comparisons or visual-analogue ratings.
 
     Parameters
     ----------
     table
-        As for `focalgradient.statistics.tables.rating_table`; `rating` is a step (0: alike), or 1 where the picture was
-        judged deeper than the reference and 0 where not. Catch trials are left out.
+        As for `focalgradient.statistics.tables.rating_table`; `rating` is a signed step (0: identical), or 1 if the
+        picture was judged deeper than the reference, else 0. Catch trials are excluded.
     scale
         The analysis (`focalgradient.scales.Slopes` or `Choices`), or its name: "bipolar" or "choice".
 
     Raises
     ------
     InputError
-        If the table cannot be read without guessing, there are only catch trials, or the analysis is another.
+        If the table is invalid or contains only catch trials, or the analysis has no slopes.
 
     Examples
     --------
@@ -185,7 +185,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     )
 
 
-CHOICES = NotComputed("Slopes of choices are compared for steps only.")
+CHOICES = NotComputed("Slopes of choices are not compared between fixations.")
 UNLIKE = NotComputed("No answer of the scale means that two pictures are alike.")
 
 Test = Effect | NotComputed
@@ -194,7 +194,7 @@ Test = Effect | NotComputed
 def _tests(
     slopes: list[Test], largest: list[Test], pairs: list[tuple[str, str]], analysis: Analysis
 ) -> ComparisonTests:
-    """Corrected by Holm: slopes with their differences, and the comparisons with the reference."""
+    """Apply Holm's correction to slopes with their differences, and to the comparisons with the reference."""
     tests, single = family(slopes), len(slopes) - len(pairs)
     differences = dict(zip(pairs, tests[single:], strict=True))
     return ComparisonTests(
@@ -206,14 +206,14 @@ def _tests(
 
 
 def _both(values: FloatArray | NotComputed) -> tuple[Test, Test]:
-    """The mean over subjects and scenes, and for these scenes: of scales with ends."""
+    """Test the mean over subjects and scenes, and over subjects only, for bounded values."""
     if isinstance(values, NotComputed):
         return values, values
     return crossed_effect(values, bounded=True), over_subjects(values, bounded=True)
 
 
 def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
-    """The difference of two slopes of each subject and scene."""
+    """Test the difference between two slopes within subject and scene."""
     lines = []
     for own in (one, other):
         slopes = own_slopes(own)
@@ -228,7 +228,7 @@ def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
 
 
 def own_slopes(own: Cells) -> FloatArray | NotComputed:
-    """Least-squares slope of each subject and scene on the aperture in mm; of each subject where no scene has all."""
+    """Return least-squares slopes per mm of aperture (subjects x scenes; per subject if no scene has all apertures)."""
     weights = slope_weights(own.amounts)
     if isinstance(weights, NotComputed):
         return weights
@@ -240,7 +240,7 @@ def own_slopes(own: Cells) -> FloatArray | NotComputed:
 
 
 def _largest(own: Cells, analysis: Slopes | Choices) -> tuple[Test, Test]:
-    """Answers to the largest aperture against those to pictures that are alike."""
+    """Test the answers at the largest aperture against the answer for identical pictures."""
     if analysis.alike is None:
         return UNLIKE, UNLIKE
     return _both(own.values[:, :, -1] - analysis.alike)

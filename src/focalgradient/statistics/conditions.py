@@ -1,4 +1,4 @@
-"""Effects of the conditions of any task: slopes on conditions that are numbers, differences between other levels."""
+"""Effects of the conditions of any task: slopes on numeric factors, differences between levels of other factors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["ConditionTest", "condition_tests", "planned_tests"]
 
 @dataclass(frozen=True, slots=True)
 class ConditionTest:
-    """One test of the effect of a condition on an answer.
+    """Test of the effect of one condition on one answer.
 
     Parameters
     ----------
@@ -28,11 +28,11 @@ class ConditionTest:
     factor
         Column of the condition.
     level, against
-        The levels that are compared; None of a factor of three numbers or more, whose slope is tested.
+        Levels compared; None for numeric factors with three or more levels, whose slope is tested.
     log
-        Whether the answer is a ratio, analysed on its natural logarithm.
+        True if the answer is a ratio, analysed on its natural logarithm.
     effect
-        The slope of the answer by unit of the factor, or its difference between the levels; None before there are data.
+        Slope per unit of the factor, or difference between the levels; None before data are collected.
     """
 
     answer: str
@@ -44,7 +44,7 @@ class ConditionTest:
 
     @property
     def name(self) -> str:
-        """What is tested, in words.
+        """Description of the test in words.
 
         >>> ConditionTest("blur", "sigma_arcmin").name, ConditionTest("rating", "eye", "left", "right", log=True).name
         ('slope of blur on sigma_arcmin', 'log rating, eye left less right')
@@ -56,20 +56,20 @@ class ConditionTest:
 
 
 def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[object]]) -> tuple[ConditionTest, ...]:
-    """List the tests of a task, before there are data.
+    """List the tests of a task before data are collected.
 
     Parameters
     ----------
     answers
-        Columns of answers; whether each is a ratio.
+        Answer columns; the value is True if the answer is a ratio.
     factors
-        Columns of conditions with their levels, in the order in which they are compared.
+        Condition columns with their levels, in the order of comparison.
 
     Returns
     -------
     tuple
-        Of each answer and factor the slope where the factor has three or more levels, all numbers; otherwise each level
-        less the first. None of a factor of one level.
+        For each answer and factor: the slope if the factor has three or more levels that are all numbers, otherwise
+        each level minus the first; nothing for factors with one level.
 
     Examples
     --------
@@ -89,28 +89,28 @@ def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[ob
 
 
 def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tuple[ConditionTest, ...]:
-    """Test the effects of conditions over subjects; probabilities are corrected by Holm's method as one family.
+    """Test the effects of conditions over subjects, corrected by Holm's method as one family.
 
-    A subject's answers are averaged within each of its conditions, then over the other factors' levels. A slope is that
-    of least squares on the factor within each subject. Levels that each subject saw are compared by a paired t-test,
-    levels of different subjects by Welch's.
+    Answers are averaged within each subject and condition, then over the levels of the other factors. Slopes are
+    least-squares slopes within subject. Levels varied within subjects are compared by a paired t-test, levels varied
+    between subjects by Welch's test.
 
     Parameters
     ----------
     table
-        A row a trial, with `participant_id` and the columns of the tests; no catch trials.
+        One row per trial, with `participant_id` and the columns of the tests; no catch trials.
     planned
-        What is tested: see `planned_tests`.
+        Tests, from `planned_tests`.
 
     Returns
     -------
     tuple
-        The same with `effect`.
+        The same tests with `effect`.
 
     Raises
     ------
     InputError
-        If a column is missing, or an answer that is a ratio is not above 0.
+        If a column is missing, or a ratio is not above 0.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effe
 
 
 def _slopes(own: pd.DataFrame) -> list[float]:
-    """Least-squares slope of each subject who has two levels or more."""
+    """Return the least-squares slope of each subject with two or more levels."""
     x = np.array([float(str(level)) for level in own])
     slopes = []
     for row in own.to_numpy(float):

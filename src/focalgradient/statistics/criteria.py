@@ -1,4 +1,4 @@
-"""Exclusion criteria as numbers, and the test that decides, stated before the data are seen."""
+"""Numerical exclusion criteria and the choice of the deciding test, stated before the data are seen."""
 
 from __future__ import annotations
 
@@ -15,52 +15,54 @@ OF_RATINGS = (
     *("response_time", "dropped_frames", "catch_factor", "catch_passed", "repeat_factor", "lapse_factor", "lapses"),
     *("fast", "same_answer", "first_press"),
 )
-"""Fields of `Rules` that concern depth ratings."""
+"""Fields of `Rules` that apply to depth ratings."""
 
 OF_CUBE = ("dropped_frames", "catch_share", "catch_passed", "lapses", "shortest_both")
-"""Fields of `Rules` that concern reports on the cube."""
+"""Fields of `Rules` that apply to reports on the cube."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """Rules of exclusion and of analysis; with None a rule is off: it is counted, but leaves nobody out.
+    """Exclusion and analysis rules; None switches a rule off: its measure is still counted, but excludes nobody.
 
     Parameters
     ----------
     response_time
-        Shortest and longest time to answer, in seconds: a depth rating outside is left out.
+        Minimum and maximum response time, in seconds; depth ratings outside are excluded.
     dropped_frames
-        Most frames a trial may drop, more and it is left out.
+        Maximum number of dropped frames; trials with more are excluded.
     catch_factor
-        A rating of the standard itself (a catch trial) passes within this factor of 1, the standard's own.
+        Maximum factor between the rating of the standard itself (a catch trial) and its correct value, 1.
     catch_share
-        A physically nonrigid cube (a catch trial) passes when it is seen so for this share of the time with a reading.
+        Minimum proportion of the reported time that a physically nonrigid cube (a catch trial) is seen as nonrigid.
     catch_passed
-        Least share of catch trials that a subject must pass.
+        Minimum proportion of catch trials that a subject must pass.
     repeat_factor
-        Largest spread (geometric standard deviation) of a subject's answers to one and the same picture.
+        Maximum geometric standard deviation of a subject's answers to the same picture.
     lapse_factor
-        An answer farther than this factor from what the subject's other answers to that aperture and fixation, and all
-        subjects' answers to that picture, let expect is a lapse: see `quality`.
+        Factor of deviation that makes an answer a lapse: relative to the subject's other answers at that aperture and
+        fixation, and to all subjects' answers to that picture; see `quality`.
     lapses
-        Largest share of lapses; with the cube, of the time without a gradient with no key or both held.
+        Maximum proportion of lapses; for the cube, of the time without a gradient during which no key or both were
+        held.
     shortest_both
-        Both keys of the cube held for less than this, in seconds, is a change from one to the other and no report.
+        Minimum duration of a "both" report on the cube, in seconds; a shorter overlap of the keys counts as a
+        transition.
     fast
-        Largest share of answers in less than the shortest response time.
+        Maximum proportion of answers faster than the minimum response time.
     same_answer
-        Largest share of answers that are one and the same (of a choice: given with the same key), of those that must
-        differ whatever blur does: to catch trials with different right answers, else to scenes at the pinhole where
-        most subjects agree on how the scenes differ. Elsewhere the rule cannot be applied.
+        Maximum proportion of identical answers (for choices: of the same key) among pictures whose answers must differ
+        regardless of blur: catch trials with different correct answers, else pinhole pictures of scenes whose
+        differences most subjects agree on. Without such pictures the rule cannot be applied.
     first_press
-        Largest share of answers left where the first key had put the marker, at random, beyond what chance makes of it.
+        Maximum chance-corrected proportion of answers left at the random starting position of the marker.
     deciding_test
-        Of ratios, the test that decides: "robust" to skewed subjects, or Student's "t". It leaves nobody out.
+        Deciding test of ratios: "robust" (to skewed subjects) or Student's "t"; it excludes nobody.
 
     Raises
     ------
     InputError
-        If a rule is out of range.
+        If a value is out of range.
     """
 
     response_time: tuple[float, float] | None = (0.3, 60.0)

@@ -1,10 +1,10 @@
-"""An effect over subjects and scenes at once: both are samples, and the result is meant for others of either kind.
+"""Effects over crossed random subjects and scenes, which generalise to new subjects and new scenes.
 
-One number a subject and scene (a log ratio, a slope): value = mean + subject + scene + residual. The mean's variance
-comes from the mean squares of that table, its degrees of freedom from Satterthwaite's (1946) approximation: the
-quasi-F of Clark (1973). In a complete table this is what REML gives, as in lmerTest, but that the degrees of freedom do
-not fall below those of the fewer of subjects and scenes. A table with gaps is fitted by REML
-(`focalgradient.statistics.reml`), also where scenes are nested in subjects.
+The model of one value per subject and scene (a log ratio or a slope) is value = mean + subject + scene + residual. The
+variance of the mean follows from the mean squares of the table, the degrees of freedom from Satterthwaite's (1946)
+approximation: the quasi-F of Clark (1973). For complete tables this equals REML as in lmerTest, except that the degrees
+of freedom do not fall below the smaller of subjects - 1 and scenes - 1. Incomplete tables, and scenes nested in
+subjects, are fitted by REML (`focalgradient.statistics.reml`).
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 FEWEST_SCENES = 5
-"""With fewer scenes results hold for these scenes only. At .05 the crossed test rejects up to .11 of true null
-hypotheses with 2 scenes, up to .07 with 3, at most .05 with 5 (simulated, N = 4 to 20, scenes that differ by a standard
-deviation of 0.1)."""
+"""Minimum number of scenes to generalise over scenes. At a level of .05 the crossed test rejects up to .11 of true null
+hypotheses with 2 scenes, up to .07 with 3, and at most .05 with 5 (simulated; N = 4 to 20, SD over scenes 0.1).
+"""
 
 SWEEPS = 200
-"""Of the additive model through a table with gaps; it stops sooner where nothing moves any more."""
+"""Maximum number of iterations of the additive fit to an incomplete table, which ends on convergence."""
 
 SATTERTHWAITE = "Satterthwaite's t"
 CROSSED = f"mean over subjects and scenes, both random, {SATTERTHWAITE}"
@@ -56,14 +56,14 @@ THESE = "mean over subjects, for these scenes, t on subjects - 1"
 
 @dataclass(frozen=True, slots=True)
 class Moments:
-    """What one or many tables of subjects by scenes give; each field has the shape of the tables' leading axes.
+    """Moments of one or many tables of subjects x scenes; each field has the shape of the leading axes.
 
     Parameters
     ----------
     mean, standard_error, df
-        The mean, its standard error and Satterthwaite's degrees of freedom, subjects and scenes both random.
+        Mean, its standard error and Satterthwaite's degrees of freedom, with subjects and scenes random.
     subjects, scenes, residual
-        Mean squares.
+        Mean squares of subjects, scenes and residuals.
     """
 
     mean: FloatArray
@@ -75,29 +75,29 @@ class Moments:
 
     @property
     def noise(self) -> FloatArray:
-        """Share of the variance of the subjects' own means that the noise of their answers explains, 0 to 1."""
+        """Fraction (0 to 1) of the variance of subject means that is due to noise of the answers."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.where(self.residual < self.subjects, self.residual / self.subjects, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
 class Components:
-    """The variance components behind an effect, and a check of what is left.
+    """Variance components of an effect, with checks of normality.
 
     Parameters
     ----------
     formula
-        The model, as R's lme4 writes it.
+        Model in the notation of R's lme4.
     subjects, scenes, residual
-        Standard deviations over subjects, over scenes, and of the residuals; 0 where the estimate is negative.
+        Standard deviations over subjects, over scenes, and of the residuals; 0 if the estimate is negative.
     shapiro_w, shapiro_p
-        Shapiro and Wilk's test that the residuals are normal.
+        Shapiro-Wilk test of normality of the residuals.
     largest
-        Largest residual over their standard deviation.
+        Largest absolute residual in units of the residual standard deviation.
     skewness
-        Of the subjects' own means (adjusted Fisher-Pearson coefficient); None with fewer than four.
+        Skewness of the subject means (adjusted Fisher-Pearson coefficient); None with fewer than four subjects.
     subjects_w, subjects_p
-        Shapiro and Wilk's test that the subjects' own means are normal; None with fewer than four.
+        Shapiro-Wilk test of normality of the subject means; None with fewer than four subjects.
     """
 
     formula: str
@@ -113,26 +113,27 @@ class Components:
 
     @property
     def skewed(self) -> bool:
-        """Whether the subjects' own means are shown not to be normal, at .05."""
+        """True if the subject means deviate from normality at the .05 level."""
         return self.subjects_p is not None and self.subjects_p < ALPHA
 
 
 def moments(cells: ArrayLike, missing: int = 0) -> Moments:
-    """Mean, standard error and degrees of freedom of complete tables.
+    """Return mean, standard error and degrees of freedom of complete tables.
 
     Parameters
     ----------
     cells
-        Shape (..., subjects, scenes), two or more of each; many tables are done at once.
+        Shape (..., subjects, scenes), at least two of each; the leading axes enumerate tables.
     missing
-        Number of cells of each table that were filled in: the residual has that many degrees of freedom less.
+        Number of imputed cells per table, which reduces the residual degrees of freedom by that number.
 
     Notes
     -----
-    The scenes' variance is taken as 0 where its estimate is negative, so the error is never below that over subjects
-    alone. Where scenes do not differ this is a little careful: intervals of 95 % cover 96 to 97 %. The
-    degrees of freedom are not below the fewer of subjects and scenes, less one: of a sum of mean squares they never
-    are; that the residual is subtracted takes them below where its share is large, and intervals cover up to 98 %.
+    A negative estimate of the scene variance is set to 0, so that the standard error is never below that over subjects
+    alone. If scenes do not differ, this is slightly conservative: 95 % intervals cover 96 to 97 %. The degrees of
+    freedom are bounded from below by the smaller of subjects and scenes, minus one, as for any sum of mean squares.
+    Subtracting the residual mean square would otherwise lower them further where it is large, and intervals
+    would cover up to 98 %.
 
     Examples
     --------
@@ -146,11 +147,13 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     rows, columns = cells.mean(axis=-1), cells.mean(axis=-2)
     of_rows, of_columns = scenes * rows.var(axis=-1, ddof=1), subjects * columns.var(axis=-1, ddof=1)
     left = cells - rows[..., :, None] - columns[..., None, :] + mean[..., None, None]
-    freedom = max((subjects - 1) * (scenes - 1) - missing, 1)
-    residual = (left**2).sum(axis=(-2, -1)) / freedom
+    residual_df = max((subjects - 1) * (scenes - 1) - missing, 1)
+    residual = (left**2).sum(axis=(-2, -1)) / residual_df
     both = of_rows + of_columns - residual
     with np.errstate(divide="ignore", invalid="ignore"):
-        satterthwaite = both**2 / (of_rows**2 / (subjects - 1) + of_columns**2 / (scenes - 1) + residual**2 / freedom)
+        satterthwaite = both**2 / (
+            of_rows**2 / (subjects - 1) + of_columns**2 / (scenes - 1) + residual**2 / residual_df
+        )
     differ = of_columns > residual
     variance = np.where(differ, both, of_rows)
     least = float(min(subjects, scenes) - 1)
@@ -159,12 +162,12 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
 
 
 def over_subjects(cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True) -> Effect | NotComputed:
-    """The mean of the subjects' own means, for these scenes only, by Student's t.
+    """Test the mean of the subject means by Student's t, for these scenes only.
 
     Parameters
     ----------
     cells
-        A row a subject, a column a scene; NaN where there is no value.
+        One row per subject, one column per scene; NaN without a value.
     bounded, robust_decides
         See `crossed_effect`.
 
@@ -181,25 +184,25 @@ def over_subjects(cells: ArrayLike, *, bounded: bool = False, robust_decides: bo
 def crossed_effect(
     cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True, quick: bool = False
 ) -> Effect | NotComputed:
-    """The mean of a table of subjects by scenes, generalised over both where there are five or more scenes.
+    """Test the mean of a table of subjects x scenes, generalised over both with five or more scenes.
 
     Parameters
     ----------
     cells
-        A row a subject, a column a scene; NaN where there is no value.
+        One row per subject, one column per scene; NaN without a value.
     bounded
-        Whether values come from a scale with ends, like shares of choices or steps. Student's t then keeps its level
-        however skewed people are; else a test robust to skewness stands beside it
+        True if the values are from a bounded scale, such as proportions of choices or steps: Student's t then keeps its
+        level even with skewed subjects. Otherwise a test robust to skewness is added
         (`focalgradient.statistics.skewness`).
     robust_decides
-        Whether the robust test decides, or Student's t.
+        True if the robust test decides, False if Student's t does.
     quick
-        Whether d is left out, and REML searched from one start: for many analyses alike.
+        True to omit d and to start the REML search from one point only, for simulations.
 
     Returns
     -------
     Effect
-        `method` says whether scenes are random. The effect size is d over subjects and scenes, d_z over subjects only.
+        `method` states whether scenes are random. The effect size is d over subjects and scenes, or d_z over subjects.
 
     Examples
     --------
@@ -219,12 +222,12 @@ def crossed_effect(
         return own
     remarks: tuple[str, ...] = ()
     if gaps:
-        if shared.size - gaps == subjects == scenes:  # one cell each: nothing separates subjects from scenes
+        if shared.size - gaps == subjects == scenes:  # one cell each: subjects and scenes are confounded
             return own
         left = reml.fit(shared, quick=quick)
         mean, error, df = left.mean, left.standard_error, left.df
         filled = np.isfinite(shared)
-        each = stats.hmean(filled.sum(axis=0)), stats.hmean(filled.sum(axis=1))  # subjects a scene, scenes a subject
+        each = stats.hmean(filled.sum(axis=0)), stats.hmean(filled.sum(axis=1))  # per scene, per subject
         squares = (
             left.residual**2 + each[1] * left.subjects**2,
             left.residual**2 + each[0] * left.scenes**2,
@@ -242,7 +245,7 @@ def crossed_effect(
 
 
 def _robust(effect: Effect, cells: FloatArray, decides: bool) -> Effect:
-    """The effect with the test robust to the skewness of the subjects' own means."""
+    """Add the test robust to the skewness of the subject means."""
     skewness = float(error_skewness(own_means(cells)[:, None], effect.standard_error))
     scatter = Scatter(effect.subjects, skewness, noise_share(cells))
     test = robust(effect.estimate, effect.standard_error, effect.df, scatter, decides=decides)
@@ -250,7 +253,7 @@ def _robust(effect: Effect, cells: FloatArray, decides: bool) -> Effect:
 
 
 def random_scenes(effect: Effect) -> bool:
-    """Whether an effect is generalised over scenes, too.
+    """Return whether an effect generalises over scenes.
 
     >>> random_scenes(crossed_effect(np.random.default_rng(1).normal(size=(4, 4))))
     False
@@ -259,19 +262,19 @@ def random_scenes(effect: Effect) -> bool:
 
 
 def with_scenes(effect: Effect, scenes: int, between: float, within: float, within_df: float = math.inf) -> Effect:
-    """An effect whose standard error is over subjects, for these scenes, generalised to others.
+    """Generalise an effect, whose standard error is over subjects for these scenes, to other scenes.
 
     Parameters
     ----------
     effect
-        Over subjects.
+        Effect over subjects.
     scenes
-        How many.
+        Number of scenes.
     between
-        Variance of the estimate as the scatter of the scenes shows it.
+        Variance of the estimate computed from the scatter between scenes, with scenes - 1 degrees of freedom.
     within, within_df
-        What answers to scenes that do not differ would make of it, and its degrees of freedom. Only what `between` has
-        beyond this is added, as in `moments`: between, with a degree of freedom less than scenes, less within.
+        Variance of the estimate expected if scenes did not differ, and its degrees of freedom. Only the excess of
+        `between` over it is added, as in `moments`.
 
     Examples
     --------
@@ -292,7 +295,7 @@ def with_scenes(effect: Effect, scenes: int, between: float, within: float, with
 
 
 def components(cells: ArrayLike, response: str) -> Components | NotComputed:
-    """The variance components of the model of `crossed_effect`, and whether its residuals look normal.
+    """Estimate the variance components of the model of `crossed_effect`, and test its residuals for normality.
 
     Examples
     --------
@@ -316,9 +319,9 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
         of_subjects = math.sqrt(max(0.0, float(found.subjects - found.residual) / scenes))
         of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
         residual = math.sqrt(float(found.residual))
-    if residual <= 1e-12 or len(left) < 4:  # Shapiro and Wilk need a few
-        return NotComputed("Nothing is left beside subjects and scenes: there are no residuals to check.")
-    w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # beyond 5000 its p is not accurate
+    if residual <= 1e-12 or len(left) < 4:  # minimum of the Shapiro-Wilk test
+        return NotComputed("Subjects and scenes account for all variance: there are no residuals to check.")
+    w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # its p is inaccurate above 5000 values
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
     largest = float(np.abs(left).max() / residual)
     own = own_means(shared)
@@ -330,7 +333,7 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
 
 
 def own_means(cells: FloatArray) -> FloatArray:
-    """The subjects' own means; where cells are empty, of cells filled by subject + scene, if that is possible.
+    """Return the subject means; empty cells are imputed by subject + scene if the design is connected.
 
     >>> own_means(np.array([[0.1, 0.3], [0.2, 0.6]])).round(2).tolist()
     [0.2, 0.4]
@@ -341,10 +344,10 @@ def own_means(cells: FloatArray) -> FloatArray:
 
 
 def noise_share(cells: FloatArray) -> float:
-    """Share of the variance of the subjects' own means that the noise of their answers explains, 0 to 1.
+    """Return the fraction (0 to 1) of the variance of subject means that is due to noise of the answers.
 
-    The noise is what subject + scene leave; where scenes do not connect the subjects, what the subjects' means leave. 1
-    where neither leaves a degree of freedom.
+    The noise is the residual from subject + scene, or in a disconnected design the variance within subjects. Return 1
+    if neither has a degree of freedom.
 
     >>> round(noise_share(np.array([[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]])), 3)
     0.304
@@ -352,19 +355,19 @@ def noise_share(cells: FloatArray) -> float:
     filled = np.isfinite(cells)
     subjects, scenes = cells.shape
     connected = _connected(cells)
-    freedom = int(filled.sum()) - subjects - (scenes - 1 if connected else 0)
+    residual_df = int(filled.sum()) - subjects - (scenes - 1 if connected else 0)
     whole = _filled(cells) if connected else cells
     own = np.nanmean(whole, axis=1)
     left = whole - own[:, None] - ((whole.mean(axis=0) - whole.mean()) if connected else 0.0)
     between = float(own.var(ddof=1))
-    if freedom < 1 or not between > 0:
+    if residual_df < 1 or not between > 0:
         return 1.0
     each = float((1 / filled.sum(axis=1)).mean())
-    return min(float(np.nansum(left**2)) / freedom * each / between, 1.0)
+    return min(float(np.nansum(left**2)) / residual_df * each / between, 1.0)
 
 
 def noise_shares(cells: ArrayLike) -> FloatArray:
-    """`noise_share` of complete tables, (..., subjects, scenes), many at once.
+    """Return `noise_share` of complete tables, shape (..., subjects, scenes).
 
     >>> noise_shares([[[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]]]).round(3)
     array([0.304])
@@ -374,14 +377,14 @@ def noise_shares(cells: ArrayLike) -> FloatArray:
 
 
 def _used(cells: ArrayLike) -> FloatArray:
-    """Without the subjects and the scenes that have no value."""
+    """Remove subjects and scenes without values."""
     table = np.atleast_2d(np.asarray(cells, dtype=float))
     table = table[np.isfinite(table).any(axis=1)]
     return table[:, np.isfinite(table).any(axis=0)]
 
 
 def _connected(cells: FloatArray) -> bool:
-    """Whether every subject can be compared with every other through scenes that they share."""
+    """Return whether all subjects are linked by shared scenes."""
     if np.isfinite(cells).all():
         return True
     subjects = len(cells)
@@ -391,7 +394,7 @@ def _connected(cells: FloatArray) -> bool:
 
 
 def _filled(cells: FloatArray) -> FloatArray:
-    """Gaps filled with subject + scene, fitted to the rest by least squares."""
+    """Impute gaps with subject + scene, fitted to the other cells by least squares."""
     gaps = np.isnan(cells)
     if not gaps.any():
         return cells

@@ -1,7 +1,7 @@
-"""Experiment 2: whether a focal gradient that favours the nonrigid reading of the turning cube makes people report it.
+"""Experiment 2: effect of a focal gradient on the reported reading (rigid or nonrigid) of a rotating Necker cube.
 
-Two readings that alternate are reported about equally often, whatever their strength: the share of *time* is measured.
-Shares of reports and the durations of each percept say how it comes about.
+Two alternating readings are reported about equally often, whatever their relative strength; the main measure is
+therefore the proportion of *time*. Proportions of reports and percept durations show how it comes about.
 """
 
 from __future__ import annotations
@@ -41,22 +41,23 @@ __all__ = [
 READINGS = ("rigid", "nonrigid")
 
 SHORTEST_BOTH = 0.25
-"""Seconds for which both keys must be held to be a report: about a simple reaction time (Luce 1986), the time that one
-hand's release may follow the other's press."""
+"""Minimum overlap in seconds of both keys to count as a "both" report: about a simple reaction time (Luce 1986), by
+which the release of one key may lag the press of the other.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class SubjectShare:
-    """One subject with one gradient.
+    """Nonrigid proportion of one subject with one gradient.
 
     Parameters
     ----------
     participant_id, gradient, strength
-        Whose and which (strength in mm of aperture).
+        Subject and condition (strength: aperture in mm).
     trials, reports
-        How many trials, and reports of a rigid or nonrigid cube in them.
+        Number of trials, and of rigid or nonrigid reports in them.
     nonrigid
-        Share of the time with one of the two readings that was nonrigid; None where neither was reported.
+        Nonrigid fraction of the time reported as rigid or nonrigid; None without either report.
     """
 
     participant_id: str
@@ -69,17 +70,17 @@ class SubjectShare:
 
 @dataclass(frozen=True, slots=True)
 class PerceptShare:
-    """One percept with one gradient, over subjects.
+    """Proportion of one percept with one gradient, averaged over subjects.
 
     Parameters
     ----------
     gradient, strength, percept
-        Which.
+        Condition and percept.
     time
-        Mean share of the trials' time, with the 95 % interval over subjects (t on log odds, so that it lies within 0
-        and 1; none where all subjects have 0, or 1). What no report covers is "none".
+        Mean proportion of trial time, with a 95 % interval over subjects (Student's t on log odds, so that the ends lie
+        within 0 and 1; no interval if all subjects have 0, or 1). Time without a report counts as "none".
     reports
-        Mean share of the reports that are not "none", likewise.
+        Mean proportion of the reports other than "none", with its interval.
     """
 
     gradient: str
@@ -91,18 +92,18 @@ class PerceptShare:
 
 @dataclass(frozen=True, slots=True)
 class Dominance:
-    """How long one reading lasts with one gradient, all subjects' reports together.
+    """Distribution of the durations of one percept with one gradient, pooled over subjects.
 
     Parameters
     ----------
     gradient, strength, percept
-        Which.
+        Condition and percept.
     reports, censored
-        How many reports, and how many of them were cut off by the end of their trial.
+        Number of reports, and number censored by the end of the trial.
     gamma, lognormal
-        Fits to their durations, what was cut off taken as lower limits.
+        Fits to the durations, with censored durations as lower limits.
     better
-        The family of the larger likelihood.
+        Family with the larger likelihood.
     """
 
     gradient: str
@@ -117,14 +118,14 @@ class Dominance:
 
 @dataclass(frozen=True, slots=True)
 class PeopleDominance:
-    """How long one reading lasts with one gradient, each subject having a mean of their own.
+    """Distribution of the durations of one percept with one gradient, with a separate mean for each subject.
 
     Parameters
     ----------
     gradient, strength, percept
-        Which.
+        Condition and percept.
     fit
-        Gamma distributions of one shape; what was cut off by the end of its trial taken as a lower limit.
+        Gamma distributions with a common shape; durations censored by the end of the trial are lower limits.
     """
 
     gradient: str
@@ -135,19 +136,19 @@ class PeopleDominance:
 
 @dataclass(frozen=True, slots=True)
 class GradientEffect:
-    """A gradient against none.
+    """Effect of one gradient relative to none.
 
     Parameters
     ----------
     gradient, strength
-        Which.
+        Condition.
     share
-        Mean over subjects of the change in the nonrigid share of time: from their own shares, by a t-test.
+        Mean within-subject change in the nonrigid proportion of time, by a t-test.
     wilcoxon_p, wilcoxon_p_holm
-        Of the same changes by Wilcoxon's signed ranks, which supposes no normal distribution; None where all are zero.
+        Wilcoxon signed-rank test of the same changes, which does not assume normality; None if all changes are zero.
     odds_of_time, odds_of_reports
-        Log odds ratios of the nonrigid reading, of its time and of its reports: mean over subjects of their own,
-        which are bias-reduced (`_log_odds`), by a paired t-test.
+        Log odds ratios of the nonrigid reading, of time and of reports: mean of the bias-reduced within-subject values
+        (`_log_odds`), by a paired t-test.
 
     Notes
     -----
@@ -170,18 +171,18 @@ class NeckerResult:
     Parameters
     ----------
     participants
-        Who gave them, in order.
+        Participant names, sorted.
     trials, reports
-        How many were analysed; catch trials are not.
+        Number of trials and reports analysed, without catch trials.
     subject_shares, shares, dominance, effects
-        Results by subject, over subjects, of durations, and of each gradient against none.
+        Results by subject, averaged over subjects, of percept durations, and of each gradient relative to none.
     remarks
-        What was left out of which result and why, a sentence each.
+        Omissions and their reasons, one sentence each.
     people
-        Durations of both readings without a gradient, or with the least one if there is no such trial.
+        Durations of both readings without a gradient, or with the weakest one if there is no such trial.
     over_people
-        Log-normal model of the same durations, both readings together, median, spread and preference of one's own;
-        None if durations were not asked for.
+        Log-normal model of the same durations for both readings together, in which median, spread and preference vary
+        over people; None if durations were not requested.
     """
 
     participants: tuple[str, ...]
@@ -196,11 +197,11 @@ class NeckerResult:
     over_people: DominanceModel | NotComputed | None = None
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<NeckerResult: {len(self.participants)} subjects, {self.reports} reports in {self.trials} trials>"
 
     def summary(self) -> str:
-        """What each gradient changes in the nonrigid share of time, a line each."""
+        """Return the change in the nonrigid proportion of time with each gradient as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.reports} reports in {self.trials} trials"]
         lines += [
             line(f"nonrigid share of time, gradient {one.gradient!r} at {one.strength:g} less none", one.share)
@@ -210,28 +211,28 @@ class NeckerResult:
 
 
 def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, durations: bool = True) -> NeckerResult:
-    """Analyse reports on the turning Necker cube.
+    """Analyse reports on the rotating Necker cube.
 
     Parameters
     ----------
     table
-        One row a report: see `focalgradient.statistics.tables.report_table`. Catch trials are left out.
+        One row per report: see `focalgradient.statistics.tables.report_table`. Catch trials are excluded.
     shortest_both
-        Both keys held for less than this, in seconds, is a change from one to the other and no report: its time is
-        counted as "none".
+        Minimum duration in seconds of a "both" report; a shorter overlap of the keys is a transition and counts as
+        "none".
     durations
-        Whether distributions are fitted to the durations, most of the work; without, `dominance` and `people` are
+        True to fit distributions to the durations, which takes most of the time; otherwise `dominance` and `people` are
         empty.
 
     Returns
     -------
     NeckerResult
-        Where something could not be computed, a `NotComputed` says why.
+        Results that cannot be computed are `NotComputed`, with the reason.
 
     Raises
     ------
     InputError
-        If the table cannot be read without guessing, naming the row.
+        If the table is invalid; the message states the row.
 
     Examples
     --------
@@ -290,7 +291,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
 
 
 def _trials(table: pd.DataFrame) -> pd.DataFrame:
-    """A row a trial: time and number of reports of each percept; time that no report covers is "none"."""
+    """Return one row per trial: time and number of reports of each percept; time without a report is "none"."""
     keys = [name for name in ("participant_id", "session", "trial", "gradient", "strength") if name in table]
     trials = table.groupby(keys, sort=False).agg(lasted=("trial_duration", "first")).assign(trials=1)
     for percept in PERCEPTS:
@@ -307,13 +308,13 @@ def _of(rows: pd.DataFrame, condition: tuple[str, float]) -> pd.Series[bool]:
 
 
 def _own(trials: pd.DataFrame, condition: tuple[str, float]) -> pd.DataFrame:
-    """A row a subject: the sums over the trials of a condition, and the nonrigid share of time."""
+    """Return one row per subject: sums over the trials of a condition, and the nonrigid proportion of time."""
     rows = trials[_of(trials, condition)].groupby("participant_id").sum(numeric_only=True)
     return rows.assign(nonrigid=_share(rows["nonrigid_time"], rows["rigid_time"]))
 
 
 def _share(part: pd.Series[float], other: pd.Series[float]) -> pd.Series[float]:
-    """Part of the two together; NaN where there is neither."""
+    """Return `part` as a fraction of the sum; NaN if both are zero."""
     whole = part + other
     return part / whole.where(whole > 0)
 
@@ -375,7 +376,7 @@ def _effects(
     own: dict[tuple[str, float], pd.DataFrame],
     remarks: list[str],
 ) -> tuple[GradientEffect, ...]:
-    """Each gradient against none."""
+    """Test each gradient against none."""
     plain = ("none", 0.0)
     half_report = 0.5 * float(reported["duration"].mean()) if len(reported) else 0.5
     effects = []
@@ -383,7 +384,7 @@ def _effects(
         if (gradient, strength) == plain:
             continue
         if plain not in conditions:
-            missing = NotComputed("No trials are without a gradient: there is nothing to compare with.")
+            missing = NotComputed("There are no trials without a gradient to compare with.")
             effects.append(GradientEffect(gradient, strength, missing, None, None, missing, missing))
             continue
         pairs = own[gradient, strength]["nonrigid"] - own[plain]["nonrigid"]
@@ -414,7 +415,7 @@ def _effects(
 
 
 def _odds_ratio(given: pd.DataFrame, plain: pd.DataFrame, kind: str, weight: float) -> Effect | NotComputed:
-    """Mean over subjects of the log odds of the nonrigid reading with a gradient less those without."""
+    """Test the mean within-subject change in the log odds of the nonrigid reading, with minus without gradient."""
     pairs = given.join(plain.add_suffix("_without"), how="inner")
     logs = []
     for when, suffix in (("with", ""), ("without", "_without")):
@@ -429,10 +430,10 @@ def _odds_ratio(given: pd.DataFrame, plain: pd.DataFrame, kind: str, weight: flo
 
 
 def _log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> NDArray[np.float64]:
-    """Log odds with half an observation added to either side.
+    """Return log odds after adding half an observation to each side.
 
-    Of counts this is Firth's penalised logistic regression (Haldane 1956): finite where one side is empty, and its
-    bias is of second order. Of time the observation is a report of mean duration.
+    For counts this is Firth's penalised logistic regression (Haldane 1956): finite if one side is empty, with a
+    second-order bias. For time, one observation is a report of mean duration.
     """
     return np.log((np.asarray(part, float) + weight) / (np.asarray(other, float) + weight))
 
@@ -441,5 +442,5 @@ def _signed_ranks(changes: NDArray[np.float64]) -> float | None:
     if len(changes) < 2 or not changes.any():
         return None
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # ties: the exact distribution is then permuted, not tabled
+        warnings.simplefilter("ignore")  # with ties, the exact null distribution is computed by permutation
         return float(stats.wilcoxon(changes).pvalue)

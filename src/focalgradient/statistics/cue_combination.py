@@ -1,8 +1,8 @@
-"""Combination of two depth cues: what single-cue thresholds predict of both cues together, and which rule people use.
+"""Combination of two depth cues: optimal predictions from single-cue thresholds, and comparison of combination rules.
 
-`predict_combined` takes thresholds as numbers. `fit_cue_combination` takes trials and fits rules of combination to
-single and combined cues in one likelihood, so that the uncertainty of single-cue thresholds is part of every test
-(Landy, Maloney, Johnston & Young 1995; Ernst & Banks 2002, Nature 415).
+`predict_combined` takes numerical thresholds. `fit_cue_combination` takes trials and fits combination rules to single
+and combined cues in one likelihood, so that every test includes the uncertainty of the single-cue thresholds (Landy,
+Maloney, Johnston & Young 1995; Ernst & Banks 2002, Nature 415).
 """
 
 from __future__ import annotations
@@ -36,21 +36,23 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 LAPSES = 0.02
-"""Share of answers without looking (Wichmann & Hill 2001); fixed."""
+"""Lapse rate, fixed (Wichmann & Hill 2001)."""
 
 FEWEST = 20
-"""Trials of a person that each of the two single cues and their combination need."""
+"""Minimum number of trials per person with each single cue, and with both."""
 
 SAMPLES = 99
-"""Sets of answers simulated for Bartlett's correction: its factor is known to 14 % for one person, less for more."""
+"""Default number of simulated data sets for Bartlett's correction: its factor has a standard error of 14 % for one
+person, and less for more people.
+"""
 
 BOUND = 6.0
-"""Largest change of a log standard deviation or log odds from its start: a search beyond has no maximum."""
+"""Maximum change of a log standard deviation or log odds from its start; a penalty keeps the search within it."""
 
 
 @dataclass(frozen=True, slots=True)
 class CueThreshold:
-    """A normal psychometric function: `sd` is its standard deviation, `pse` its mean, in the unit of the levels."""
+    """Cumulative normal psychometric function with mean `pse` and SD `sd`, in the unit of the levels."""
 
     sd: float
     sd_se: float
@@ -60,19 +62,19 @@ class CueThreshold:
 
 @dataclass(frozen=True, slots=True)
 class CuePrediction:
-    """Optimal combination of independent cues.
+    """Prediction of the optimal combination of independent cues.
 
     Parameters
     ----------
     weights, weight_ses
-        Of each cue, in inverse proportion to its variance, and their standard errors.
+        Weight of each cue, proportional to its inverse variance, and standard error.
     combined
-        Predicted function of all cues together.
+        Predicted psychometric function of all cues together.
     p_sd, p_pse
-        Two-sided probabilities of the measured function's departure from it (z tests, of the sd by its logarithm);
-        NaN where nothing was measured.
+        Two-sided p values of the difference between measured and predicted function (z tests; of the log sd, and of the
+        pse); NaN without a measurement.
     p_best
-        One-sided probability of a measured sd this far below that of the best single cue if it were no better.
+        One-sided p value of the hypothesis that the measured sd is no smaller than that of the best single cue.
     """
 
     weights: tuple[float, ...]
@@ -84,7 +86,7 @@ class CuePrediction:
 
 
 def predict_combined(cues: Sequence[CueThreshold], measured: CueThreshold | None = None) -> CuePrediction:
-    """Predict the function of several cues together from those of each alone; test a measured one against it.
+    """Predict the psychometric function of combined cues from the single cues, and test a measured one against it.
 
     Raises
     ------
@@ -105,7 +107,7 @@ def predict_combined(cues: Sequence[CueThreshold], measured: CueThreshold | None
     sds = np.array([one.sd for one in cues])
     relative = np.array([one.sd_se for one in cues]) / sds
     weights = sds**-2 / (sds**-2).sum()
-    slope = 2 * weights[:, None] * (weights[None] - np.eye(len(cues)))  # of the weights by the log sds
+    slope = 2 * weights[:, None] * (weights[None] - np.eye(len(cues)))  # derivative of the weights by the log sds
     weight_ses = np.sqrt(slope**2 @ relative**2)
     pses, pse_ses = np.array([(one.pse, one.pse_se) for one in cues]).T
     sd = float((sds**-2).sum() ** -0.5)
@@ -133,14 +135,15 @@ def _two_sided(difference: float, error: float) -> float:
 
 
 Components = Sequence[tuple[FloatArray | float, FloatArray | float, FloatArray | float]]
-"""Share of trials, weight of the first cue, and standard deviation of the estimate."""
+"""Mixture components of a rule: proportion of trials, weight of the first cue, SD of the estimate."""
 
 
 @dataclass(frozen=True)
 class CueRule:
-    """A rule of combination: from both standard deviations and its own free numbers to the parts of the answers.
+    """Combination rule, which maps single-cue SDs and the rule's free parameters to mixture components.
 
-    `start` has the first values of its own numbers: log odds of a weight or share, log ratio of a standard deviation.
+    `start` contains the initial parameter values: log odds of a weight or proportion, log ratio of a standard
+    deviation.
     """
 
     parts: Callable[[float, float, FloatArray], Components]
@@ -156,7 +159,7 @@ def _best(a: float, b: float, _: FloatArray) -> Components:
 
 
 def _free(a: float, b: float, own: FloatArray) -> Components:
-    """Weight and standard deviation of their own, started at the optimal ones; without conflicts the weight is that."""
+    """Return weight and SD parametrised relative to the optimal ones; the weight is free only with cue conflicts."""
     weight, sd = _optimal(a, b)
     odds = special.logit(np.clip(weight, 1e-9, 1 - 1e-9)) + (own[1] if len(own) > 1 else 0.0)
     return [(1.0, float(special.expit(odds)), sd * math.exp(own[0]))]
@@ -170,12 +173,13 @@ CUE_RULES: Mapping[str, CueRule] = {
         lambda a, b, own: [(special.expit(own[0]), 1.0, a), (special.expit(-own[0]), 0.0, b)], start=(0.0,)
     ),
 }
-"""Optimal weights; the better cue alone; equal weights; one cue or the other from trial to trial, in a free share."""
+"""Combination rules: optimal weights; better cue only; equal weights; random switching between cues (free proportion).
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class CueModel:
-    """A rule fitted to all people: `weight` is Akaike's, `bayes_factor` is over the optimal rule, by BIC."""
+    """Fit of one rule to all people, with its Akaike `weight` and its BIC `bayes_factor` over the optimal rule."""
 
     name: str
     log_likelihood: float
@@ -188,9 +192,10 @@ class CueModel:
 
 @dataclass(frozen=True, slots=True)
 class CuePerson:
-    """One person's functions, each with standard errors, and log likelihood of each rule.
+    """One person's psychometric functions with standard errors, and the log likelihood of each rule.
 
-    `weight` is that of the first cue, measured by conflicts (NaN without them); `predicted` is from single cues.
+    `weight` is that of the first cue, measured from cue conflicts (NaN without any); `predicted` follows from the
+    single cues.
     """
 
     participant_id: str
@@ -205,17 +210,17 @@ class CuePerson:
 
 @dataclass(frozen=True, slots=True)
 class CueCombination:
-    """Rules of combination compared.
+    """Comparison of combination rules.
 
     Parameters
     ----------
     models
-        Each rule, best AIC first.
+        Fitted rules, in ascending order of AIC.
     p_optimal
-        Of the likelihood-ratio test of the optimal rule against free weights and standard deviations, with Bartlett's
-        correction: small where people do not combine optimally.
+        p value of the likelihood-ratio test of the optimal rule against free weights and SDs, with Bartlett's
+        correction; a small value indicates suboptimal combination.
     people
-        Each person.
+        Results of each person.
     trials
         Number of answers.
     """
@@ -227,7 +232,7 @@ class CueCombination:
 
 
 class _Person:
-    """Likelihood of one person's answers by both log standard deviations, both biases and the rule's own numbers."""
+    """Likelihood of one person's answers; parameters: both log SDs, both biases, then those of the rule."""
 
     def __init__(self, first: FloatArray, second: FloatArray, larger: NDArray[np.bool_]):
         self.first, self.second, self.sign = first, second, np.where(larger, 1.0, -1.0)
@@ -244,7 +249,7 @@ class _Person:
         return 100 * beyond - float(np.log(self.probability(free, rule, self.sign)).sum())
 
     def probability(self, free: FloatArray, rule: CueRule, sign: FloatArray) -> FloatArray:
-        """Probability of each answer: `sign` is 1 for larger, -1 for smaller."""
+        """Return the probability of each answer; `sign` is 1 for larger, -1 for smaller."""
         a, b = math.exp(free[0]), math.exp(free[1])
         first, second = self.first - self.unit * free[2], self.second - self.unit * free[3]
         chance = np.where(self.alone[0], special.ndtr(sign * first / a), special.ndtr(sign * second / b))
@@ -256,7 +261,7 @@ class _Person:
         return np.asarray(LAPSES / 2 + (1 - LAPSES) * chance)
 
     def ratios_by_chance(self, optimal: FloatArray, free_rule: CueRule, samples: int, seed: int) -> FloatArray:
-        """Likelihood ratios of free to optimal in answers simulated by the fitted optimal rule."""
+        """Return the likelihood ratios, free to optimal rule, of data simulated by the fitted optimal rule."""
         rng = np.random.default_rng(seed)
         rule = CUE_RULES["optimal"]
         larger = self.probability(optimal, rule, np.ones_like(self.sign))
@@ -277,7 +282,7 @@ class _Person:
     def fitted(self, rule: CueRule) -> tuple[FloatArray, float]:
         cost = partial(self.cost, rule=rule)
         found = optimize.minimize(cost, self.whole(rule), method="BFGS", options={"gtol": 1e-3})
-        if rule.start or not found.success:  # a mixture can have a second maximum, the better cue has a corner
+        if rule.start or not found.success:  # mixtures have several maxima; "best" is not smooth
             options: Any = {"xatol": 1e-4, "fatol": 1e-5, "maxiter": 4000}
             found = optimize.minimize(cost, found.x, method="Nelder-Mead", options=options)
         return np.asarray(found.x), -float(found.fun)
@@ -306,28 +311,28 @@ def fit_cue_combination(
     bootstrap: int = SAMPLES,
     seed: int = 0,
 ) -> CueCombination | NotComputed:
-    """Fit each rule of combination to people's judgements by one cue, by the other and by both.
+    """Fit combination rules to judgements by each cue alone and by both.
 
     Parameters
     ----------
     first, second
-        Difference of the test from the standard by each cue, in one unit (any; one entry a trial); NaN where the cue
-        was not offered. Where they differ in a trial with both, the cues are in conflict, which measures weights.
+        Difference between test and standard by each cue, in any common unit (one entry per trial); NaN if the cue was
+        absent. Trials in which the two differ are cue conflicts, which determine the weights.
     larger
-        1 or True where the test was judged larger (deeper, more slanted), else 0.
+        1 or True if the test was judged larger (deeper, more slanted), else 0.
     participant
-        Whose each trial is; None: one person's.
+        Participant of each trial; None: a single person.
     bootstrap
-        Number of sets of answers simulated for each person by their fitted optimal rule: the likelihood ratio is
-        divided by its mean over them, over its degrees of freedom (Bartlett's correction), which chi-square has in
-        many trials only. 0: no correction.
+        Number of data sets simulated per person by the fitted optimal rule, for Bartlett's correction: the likelihood
+        ratio is divided by its simulated mean and multiplied by its degrees of freedom. 0: no correction; chi-square
+        then holds only for many trials.
     seed
-        Of these.
+        Random seed of the simulations.
 
     Returns
     -------
     CueCombination or NotComputed
-        The latter with the reason.
+        `NotComputed` states the reason.
 
     Raises
     ------
@@ -352,7 +357,7 @@ def fit_cue_combination(
         raise InputError("A trial has an infinite level or neither cue: leave it out.")
     if not np.isin(answers, (0, 1)).all():
         raise InputError("larger must be 1 where the test was judged larger, else 0.")
-    people, of_rules, freedom, ratio, by_chance = [], dict.fromkeys([*CUE_RULES, "free"], 0.0), 0, 0.0, 0.0
+    people, of_rules, df, ratio, by_chance = [], dict.fromkeys([*CUE_RULES, "free"], 0.0), 0, 0.0, 0.0
     for number, name in enumerate(np.unique(who).tolist()):
         own = who == name
         counts = {
@@ -368,19 +373,19 @@ def fit_cue_combination(
         fits = {rule: person.fitted(each) for rule, each in {**CUE_RULES, "free": free_rule}.items()}
         covariance = covariance_at(partial(person.cost, rule=free_rule), fits["free"][0])
         if covariance is None:
-            return NotComputed(f"The answers of {name} do not determine the thresholds: use levels nearer to them.")
+            return NotComputed(f"The answers of {name} do not determine the thresholds: use levels closer to them.")
         people.append(_person(name, person, fits, covariance))
         for rule, (_, likelihood) in fits.items():
             of_rules[rule] += likelihood
-        freedom += len(free_rule.start)
+        df += len(free_rule.start)
         ratio += 2 * (fits["free"][1] - fits["optimal"][1])
         if bootstrap:
             by_chance += float(person.ratios_by_chance(fits["optimal"][0], free_rule, bootstrap, seed + number).mean())
     counts_of = {rule: len(people) * (4 + len(each.start)) for rule, each in CUE_RULES.items()}
-    parameters = counts_of | {"free": len(people) * 4 + freedom}
+    parameters = counts_of | {"free": len(people) * 4 + df}
     return CueCombination(
         _models(of_rules, parameters, len(answers)),
-        float(stats.chi2.sf(max(ratio, 0.0) * (freedom / by_chance if by_chance else 1.0), freedom)),
+        float(stats.chi2.sf(max(ratio, 0.0) * (df / by_chance if by_chance else 1.0), df)),
         tuple(people),
         len(answers),
     )
@@ -408,7 +413,7 @@ def _models(likelihoods: Mapping[str, float], parameters: Mapping[str, int], tri
 def _person(
     name: str, person: _Person, fits: Mapping[str, tuple[FloatArray, float]], covariance: FloatArray
 ) -> CuePerson:
-    """Functions of the free rule, those of both cues by the delta method."""
+    """Derive one person's psychometric functions from the free rule; those of both cues by the delta method."""
     free = fits["free"][0]
     a, b = person.thresholds(free, covariance)
 
@@ -437,9 +442,9 @@ def simulate_cue_judgements(
     own: float = 0.0,
     seed: int = 0,
 ) -> NDArray[np.bool_]:
-    """Judgements of a simulated person with standard deviations `sds`, who combines by a rule of `CUE_RULES`.
+    """Simulate the judgements of a person with single-cue SDs `sds` who combines cues by a rule of `CUE_RULES`.
 
-    `first` and `second` are as in `fit_cue_combination`; `own` is the log odds of the first cue in switching.
+    `first` and `second` are as in `fit_cue_combination`; `own` is the log odds of the first cue when switching.
 
     Raises
     ------

@@ -1,8 +1,7 @@
-"""A cumulative-link (proportional-odds) mixed model fitted by maximum likelihood, integrated by Gauss-Hermite.
+"""Cumulative-link (proportional-odds) mixed model, fitted by maximum likelihood with adaptive Gauss-Hermite quadrature.
 
-P(answer <= k) = logistic(threshold_k - design . fixed - random . L v), v standard normal, one for each subject. The
-integral over v is taken about each subject's own mode (adaptive quadrature: Liu and Pierce 1994); with one node it is
-Laplace's approximation.
+P(answer <= k) = logistic(threshold_k - design . fixed - random . L v), with v standard normal for each subject. The
+integral over v is centred on each subject's mode (Liu and Pierce 1994); one node gives Laplace's approximation.
 """
 
 from __future__ import annotations
@@ -16,51 +15,53 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.progress import Progress
-from focalgradient.statistics.subject_integrals import joint_densities, mean_derivatives, most_likely_effects
+from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
 
 FloatArray = NDArray[np.float64]
 
 SEPARATED = 25.0
-"""Log odds beyond which the answers show only that they are large: the search ends there."""
+"""Absolute value of a parameter (log odds) beyond which the answers are separated and the search ends without a
+maximum.
+"""
 
 STEP = 1e-4
-"""Of the differences of gradients that stand for second derivatives, in units of about a standard deviation."""
+"""Step of the finite differences of gradients, in units of about a standard deviation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CumulativeFit:
-    """A fitted cumulative-link mixed model.
+    """Fitted cumulative-link mixed model.
 
     Parameters
     ----------
     thresholds, threshold_errors
-        One less than there are categories, rising; and their standard errors.
+        Thresholds, ascending, one fewer than the categories, and their standard errors.
     fixed, covariance
-        Coefficients of the design's columns, in log odds of a higher answer; and their covariance.
-    spread
-        L: the random effects' covariance is L L'.
+        Fixed effects (columns of the design), in log odds of a higher answer, and their covariance.
+    cholesky
+        Cholesky factor L of the covariance L L' of the random effects.
     log_likelihood
-        At the maximum.
+        Maximum of the log likelihood.
     at_boundary
-        The covariance is singular: the standard errors take it as known.
+        True if the random effects' covariance is singular; the standard errors then treat it as known.
     effects
-        Each subject's most likely effects, a row a subject and a column for each of the random effects', in log odds.
+        Conditional modes of the random effects (subjects x effects), in log odds.
     """
 
     thresholds: FloatArray
     threshold_errors: FloatArray
     fixed: FloatArray
     covariance: FloatArray
-    spread: FloatArray
+    cholesky: FloatArray
     log_likelihood: float
     at_boundary: bool
     effects: FloatArray
 
     @property
     def standard_errors(self) -> FloatArray:
-        """Of the coefficients."""
+        """Standard errors of the fixed effects."""
         return np.sqrt(np.diag(self.covariance))
 
 
@@ -72,21 +73,21 @@ def cumulative_fit(
     nodes: int,
     progress: Progress | None = None,
 ) -> CumulativeFit | None:
-    """Fit by maximum likelihood; None where the search finds no maximum.
+    """Fit the model by maximum likelihood; return None if there is no finite maximum.
 
     Parameters
     ----------
     category
-        0, 1, ..., each occurring.
+        Category of each answer: 0, 1, ..., without gaps.
     design, random
-        A row a trial: the fixed effects' columns (no constant: the thresholds are it) and the random effects', of a
-        range of about 1.
+        Design matrices (one row per trial) of the fixed effects, without a constant, and of the random effects; columns
+        have a range of about 1.
     subject
-        Number of each trial's subject, from 0 up.
+        Subject index of each trial, from 0.
     nodes
-        Of the quadrature along each random effect; 1 is Laplace's approximation.
+        Number of quadrature nodes per random effect; 1 gives Laplace's approximation.
     progress
-        Called with the share done, by a guess.
+        Function called with a rough estimate of the completed fraction.
     """
     last, columns, q = int(category.max()), design.shape[1], random.shape[1]
     lower = np.tril_indices(q)
@@ -95,18 +96,18 @@ def cumulative_fit(
 
     def unpack(free: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         thresholds = free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:last]))])
-        spread = np.zeros((q, q))
-        spread[lower] = free[last + columns :]
-        return thresholds, free[last : last + columns], spread
+        cholesky = np.zeros((q, q))
+        cholesky[lower] = free[last + columns :]
+        return thresholds, free[last : last + columns], cholesky
 
     def cost(free: FloatArray) -> tuple[float, FloatArray]:
-        thresholds, fixed, spread = unpack(free)
-        value, by_threshold, by_level, by_spread = marginal.evaluate(thresholds, design @ fixed, spread)
+        thresholds, fixed, cholesky = unpack(free)
+        value, by_threshold, by_level, by_cholesky = marginal.evaluate(thresholds, design @ fixed, cholesky)
         if not math.isfinite(value):
             return 1e10, np.zeros(size)
-        above = np.cumsum(by_threshold[::-1])[::-1]  # each gap moves all thresholds above it
+        above = np.cumsum(by_threshold[::-1])[::-1]  # each gap shifts all thresholds above it
         by_free = np.concatenate([above[:1], above[1:] * np.exp(free[1:last])])
-        return -value, -np.concatenate([by_free, design.T @ by_level, by_spread[lower]])
+        return -value, -np.concatenate([by_free, design.T @ by_level, by_cholesky[lower]])
 
     def height(free: FloatArray) -> float:
         return cost(free)[0]
@@ -120,8 +121,8 @@ def cumulative_fit(
 
     steps = [0]
     free = np.concatenate([_first_thresholds(category), np.zeros(columns), np.eye(q)[lower] * 0.5])
-    exact = nodes > 1  # the derivative of Laplace's approximation is not the mean of derivatives
-    tolerance = max(1e-4, 3e-6 * len(category))  # of a gradient that grows with the trials, as the information does
+    exact = nodes > 1  # the gradient is exact for quadrature, but not for Laplace's approximation
+    tolerance = max(1e-4, 3e-6 * len(category))  # the gradient scales with the number of trials
     with np.errstate(all="ignore"):
         if exact:
             found = optimize.minimize(
@@ -139,26 +140,26 @@ def cumulative_fit(
         else:
             information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
         covariance, at_boundary = _covariance(information, last + columns)
-    # the search may end for want of precision: what counts is that the slope there is flat, for its curvature
+    # the search may end at the limit of precision: accept it if the Newton decrement there is small
     if covariance is None or (not found.success and float(found.jac @ found.hess_inv @ found.jac) > 1e-3):
         return None
-    thresholds, fixed, spread = unpack(free)
+    thresholds, fixed, cholesky = unpack(free)
     errors = _threshold_errors(free[:last], covariance[:last, :last])
     of_fixed = np.asarray(covariance[last:, last:], dtype=float)
-    marginal.evaluate(thresholds, design @ fixed, spread)  # the modes of the last call, for a derivative, are beside it
-    effects = marginal.mode @ spread.T
-    return CumulativeFit(thresholds, errors, fixed, of_fixed, spread, -float(found.fun), at_boundary, effects)
+    marginal.evaluate(thresholds, design @ fixed, cholesky)  # restore the modes, which the last derivative step moved
+    effects = marginal.mode @ cholesky.T
+    return CumulativeFit(thresholds, errors, fixed, of_fixed, cholesky, -float(found.fun), at_boundary, effects)
 
 
 def _first_thresholds(category: NDArray[np.int_]) -> FloatArray:
-    """Where the search begins: the first threshold and the logarithms of the gaps, by how many answers lie below."""
+    """Return start values from the cumulative proportions: first threshold, then logarithms of the gaps."""
     odds = np.cumsum(np.bincount(category))[:-1] / len(category)
     start = np.log(odds / (1 - odds))
     return np.concatenate([start[:1], np.log(np.diff(start))])
 
 
 def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None, bool]:
-    """Covariance of the first `wanted` parameters, and whether the others lie at a boundary; None at no maximum."""
+    """Return the covariance of the first `wanted` parameters (None: no maximum), and if others are at a boundary."""
     known = information[:wanted, :wanted]
     at_boundary = not _is_positive(information)
     if at_boundary and not _is_positive(known):
@@ -168,7 +169,7 @@ def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None
 
 
 def _threshold_errors(free: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Standard errors of the thresholds, from the first and the logarithms of the gaps, and their covariance."""
+    """Convert the covariance of first threshold and log gaps to standard errors of the thresholds."""
     turn = np.tril(np.concatenate([[1.0], np.exp(free[1:])])[None, :] * np.ones((len(free), 1)))
     return np.asarray(np.sqrt(np.diag(turn @ covariance @ turn.T)))
 
@@ -176,7 +177,7 @@ def _threshold_errors(free: FloatArray, covariance: FloatArray) -> FloatArray:
 def answer_derivatives(
     category: NDArray[np.int_], level: FloatArray, thresholds: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Derivative by its level of the log probability of each answer, and the negative second one.
+    """Return the first derivative of each answer's log probability by its level, and the negative second derivative.
 
     Examples
     --------
@@ -203,17 +204,18 @@ ICOSAHEDRON = (
     ).T
 )
 WEIGHTS = np.array([2 / 5] + [1 / 20] * 12)
-"""Thirteen points that integrate polynomials of degree 5 over a normal distribution in three dimensions, as the 27 of
-three by three by three do (Stroud 1971)."""
+"""Weights of 13 points (centre and icosahedron) that integrate polynomials of degree 5 over a trivariate normal exactly
+(Stroud 1971), like the 27 points of a 3 x 3 x 3 product rule.
+"""
 
 
 class _Marginal:
-    """The likelihood of all answers with the subjects' random effects integrated out."""
+    """Marginal likelihood of all answers, integrated over the subjects' random effects."""
 
     def __init__(self, category: NDArray[np.int_], random: FloatArray, subject: NDArray[np.int_], nodes: int):
         self.order = np.argsort(subject, kind="stable")
         self.category, self.random = category[self.order], random[self.order]
-        starts = np.flatnonzero(np.diff(subject[self.order], prepend=-1))  # trial of each subject
+        starts = np.flatnonzero(np.diff(subject[self.order], prepend=-1))  # first trial of each subject
         self.first = np.append(starts, len(subject))
         self.subjects, q = len(starts), random.shape[1]
         point, weight = np.polynomial.hermite_e.hermegauss(nodes)
@@ -226,26 +228,26 @@ class _Marginal:
         self.log_weights = log_weights + (self.points**2).sum(axis=0) / 2
         self.mode = np.zeros((self.subjects, q))
 
-    def log_likelihood(self, thresholds: FloatArray, level: FloatArray, spread: FloatArray) -> float:
-        """Of all answers."""
-        return self.evaluate(thresholds, level, spread)[0]
+    def log_likelihood(self, thresholds: FloatArray, level: FloatArray, cholesky: FloatArray) -> float:
+        """Return the log likelihood of all answers."""
+        return self.evaluate(thresholds, level, cholesky)[0]
 
     def evaluate(
-        self, thresholds: FloatArray, level: FloatArray, spread: FloatArray
+        self, thresholds: FloatArray, level: FloatArray, cholesky: FloatArray
     ) -> tuple[float, FloatArray, FloatArray, FloatArray]:
-        """The log likelihood, and its derivatives by the thresholds, by each trial's level, and by the spread.
+        """Return the log likelihood and its gradients by thresholds, by each trial's level, and by the Cholesky factor.
 
-        Derivatives are the means, over each subject's effects given its answers, of those of the joint density.
+        The gradients are posterior means of those of the joint density, over each subject's random effects.
         """
         edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
         level = level[self.order]
         low, high = edges[self.category] - level, edges[self.category + 1] - level
-        random = np.ascontiguousarray(self.random @ spread)
-        nowhere = -math.inf, np.zeros(len(thresholds)), np.zeros(len(level)), np.zeros_like(spread)
-        curvature, finite = most_likely_effects(low, high, random, self.first, self.mode)
+        random = np.ascontiguousarray(self.random @ cholesky)
+        nowhere = -math.inf, np.zeros(len(thresholds)), np.zeros(len(level)), np.zeros_like(cholesky)
+        curvature, finite = conditional_modes(low, high, random, self.first, self.mode)
         if not finite:
             return nowhere
-        # its product with itself inverts the curvature
+        # root root' is the inverse of the curvature
         root = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
         v = self.mode[:, :, None] + root @ self.points  # subjects x q x nodes
         joint = joint_densities(low, high, random, self.first, v) - (v**2).sum(axis=1) / 2 + self.log_weights
@@ -265,7 +267,7 @@ class _Marginal:
 
 
 def _curvature(gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = STEP) -> FloatArray:
-    """Second derivatives by differences of the first."""
+    """Return second derivatives as finite differences of the gradient."""
     here = gradient(at)
     rows = [(gradient(at + step * one) - here) / step for one in np.eye(len(at))]
     second = np.stack(rows)

@@ -1,7 +1,7 @@
-"""Signal detection: sensitivity and criterion from counts and ratings, unequal variances, and type 2 (confidence).
+"""Signal detection theory: d' and criterion from counts, ROC from ratings with unequal variances, and meta-d'.
 
 Sources: Macmillan & Creelman (2005); Hautus (1995) for the log-linear correction; Galvin et al. (2003) for the type-2
-curve; Maniscalco & Lau (2012) for meta-d'.
+ROC; Maniscalco & Lau (2012) for meta-d'.
 """
 
 from __future__ import annotations
@@ -33,10 +33,11 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 LARGEST = 6.0
-"""Limit on d' and criteria in a search, in standard deviations of the noise: nobody tells 6 from more."""
+"""Maximum absolute d' and criterion in a search, in noise standard deviations: larger values cannot be distinguished.
+"""
 
 LEAST_TRIALS = 1
-"""Of either stimulus."""
+"""Minimum number of trials with signal, and with noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +47,11 @@ class Detection:
     Parameters
     ----------
     d_prime, criterion
-        Sensitivity and bias c (0 without bias, above 0 for a tendency to "no"), each with a 95 % interval.
+        Sensitivity d' and bias c (0: unbiased; positive: towards "no"), each with a 95 % interval.
     log_beta
         Logarithm of the likelihood ratio at the criterion: c d'.
     hit_rate, false_alarm_rate
-        After the log-linear correction.
+        Rates after the log-linear correction.
     """
 
     d_prime: Interval
@@ -61,25 +62,25 @@ class Detection:
 
 
 def sensitivity(hits: int, misses: int, false_alarms: int, correct_rejections: int, *, intervals: int = 1) -> Detection:
-    """Sensitivity and criterion from the counts of answers.
+    """Compute sensitivity and criterion from the counts of answers.
 
-    Half a trial is added to each count (log-linear correction), so that rates of 0 and 1 have a finite d'. Intervals
-    are normal, with the variance of Gourevitch & Galanter (1967).
+    Half a trial is added to each count (log-linear correction), so that d' is finite for rates of 0 and 1. The
+    intervals are normal, with the variance of Gourevitch & Galanter (1967).
 
     Parameters
     ----------
     hits, misses
-        Answers "yes" and "no" to the signal; where there are two intervals, "first" and "second" to a signal in the
-        first.
+        Number of "yes" and "no" answers to the signal; with two intervals, of "first" and "second" answers to a signal
+        in the first.
     false_alarms, correct_rejections
-        The same to noise; to a signal in the second interval.
+        The same for noise; with two intervals, for a signal in the second.
     intervals
-        1 (yes or no), or 2 (forced choice): d' is then divided by the square root of 2.
+        1 for yes/no; 2 for forced choice, for which d' is divided by the square root of 2.
 
     Raises
     ------
     InputError
-        If a count is below 0, a stimulus was never shown, or `intervals` is neither.
+        If a count is negative, signal or noise was never shown, or `intervals` is not 1 or 2.
 
     Examples
     --------
@@ -111,16 +112,16 @@ def _normal(estimate: float, error: float) -> Interval:
 
 @dataclass(frozen=True, slots=True)
 class DetectionGroup:
-    """Signal detection of several people.
+    """Signal detection results of several people.
 
     Parameters
     ----------
     people
-        Each person's, by name and condition.
+        Results of each person, by name and condition.
     d_prime, criterion
-        Means over people of each condition, with 95 % intervals by Student's t.
+        Means over people for each condition, with 95 % intervals by Student's t.
     differences
-        d' of each condition less that of the first, by a paired t-test over people who have both.
+        Difference in d' between each condition and the first, by a paired t-test over people with both.
     """
 
     people: Mapping[tuple[str, str], Detection]
@@ -130,20 +131,20 @@ class DetectionGroup:
 
 
 def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, intervals: int = 1) -> DetectionGroup:
-    """Sensitivity and criterion of each person and condition, and their means over people.
+    """Compute sensitivity and criterion for each person and condition, and their means over people.
 
     Parameters
     ----------
     table
-        One row a trial, or arrays by name: `participant_id`, `signal` (whether it was there; in the first interval
-        where there are two) and `answer` (whether "yes"; "the first"); `condition` if there.
+        One row per trial, or arrays by name: `participant_id`, `signal` (True if present; with two intervals, if in the
+        first), `answer` (True for "yes", or "first"), and optionally `condition`.
     intervals
         As in `sensitivity`.
 
     Raises
     ------
     InputError
-        If a column is missing, or a person was never shown signal (or noise) in a condition.
+        If a column is missing, or a person lacks signal or noise trials in a condition.
 
     Examples
     --------
@@ -190,21 +191,21 @@ def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, interv
 
 @dataclass(frozen=True, slots=True)
 class RatingRoc:
-    """The ROC of confidence ratings, and the normal model fitted to it.
+    """ROC of confidence ratings, with the fitted unequal-variance normal model.
 
     Parameters
     ----------
     false_alarm_rates, hit_rates
-        Points of the curve, from the strictest criterion to the laxest, without the ends.
+        Points of the curve, from the strictest criterion to the most lenient, without the end points.
     area
-        Under the points, joined by lines: Mann-Whitney's, without a model.
+        Area under the points joined by straight lines: the Mann-Whitney statistic, model-free.
     d_a, sd_ratio, criteria
-        Normal model with unequal variances, noise of mean 0 and SD 1: difference of the means over the root mean
-        square of both SDs, with a 95 % interval; SD of the signal, with its; criteria, ascending.
+        Normal model with unequal variances, noise with mean 0 and SD 1: difference of the means divided by the root
+        mean square SD, with a 95 % interval; SD of the signal, with a 95 % interval; criteria, ascending.
     area_normal
-        Under the fitted curve.
+        Area under the fitted curve.
     equal_p
-        Probability of a likelihood-ratio test of equal variances.
+        p value of the likelihood-ratio test of equal variances.
     """
 
     false_alarm_rates: tuple[float, ...]
@@ -218,22 +219,22 @@ class RatingRoc:
 
 
 def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
-    """Fit the normal model of unequal variances to ratings by maximum likelihood (Dorfman & Alf 1969).
+    """Fit the unequal-variance normal model to ratings by maximum likelihood (Dorfman & Alf 1969).
 
     Parameters
     ----------
     signal, noise
-        How often each rating was given to signal and to noise, from "surely noise" to "surely signal" (K >= 3 each).
+        Number of answers in each rating category, from "surely noise" to "surely signal" (K >= 3 each).
 
     Returns
     -------
     RatingRoc
-        Or a `NotComputed` where ratings do not overlap, so that there is no maximum.
+        `NotComputed` if the ratings do not overlap, so that the likelihood has no maximum.
 
     Raises
     ------
     InputError
-        If the counts have different lengths, fewer than 3 ratings, or none of signal or noise.
+        If the counts have different lengths or fewer than 3 categories, or signal or noise was never shown.
 
     Examples
     --------
@@ -254,7 +255,7 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     used = (s + n) > 0
     s, n = s[used], n[used]
     if len(s) < 3 or np.sum((s > 0) & (n > 0)) < 2:
-        return NotComputed("The ratings of signal and noise hardly overlap: the model has no maximum.")
+        return NotComputed("The ratings of signal and noise hardly overlap: the likelihood has no maximum.")
 
     def cost(free: FloatArray, sd: float | None = None) -> float:
         spread = math.exp(free[1]) if sd is None else sd
@@ -290,18 +291,19 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
 
 @dataclass(frozen=True, slots=True)
 class MetaSensitivity:
-    """How well confidence tells right answers from wrong ones.
+    """Metacognitive sensitivity: how well confidence discriminates correct from incorrect answers.
 
     Parameters
     ----------
     d_prime, criterion
-        Of the answers (type 1), equal variances.
+        Type-1 sensitivity and criterion of the answers, equal variances.
     meta_d
-        The d' that would give the observed confidence without loss, with a 95 % interval.
+        d' of an ideal metacognitive observer with the observed confidence, with a 95 % interval.
     efficiency
-        meta-d' / d'.
+        Metacognitive efficiency, meta-d' / d'.
     area
-        Under the type-2 curve: share of pairs of a right and a wrong answer in which the right one was more confident.
+        Area under the type-2 ROC: probability that a correct answer is given with more confidence than an incorrect
+        one.
     """
 
     d_prime: float
@@ -312,23 +314,23 @@ class MetaSensitivity:
 
 
 def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | NotComputed:
-    """Fit meta-d' (Maniscalco & Lau 2012) to confidence in answers of yes or no.
+    """Fit meta-d' (Maniscalco & Lau 2012) to confidence ratings of yes/no answers.
 
     Parameters
     ----------
     signal, noise
-        How often each answer was given to signal and to noise, 2 K counts each: "no" from the most to the least
-        confident, then "yes" from the least to the most. 1 / (2 K) is added to each, as is usual.
+        Number of answers in each of 2 K categories: "no" from the most to the least confident, then "yes" from the
+        least to the most. 1 / (2 K) is added to each, as is customary.
 
     Returns
     -------
     MetaSensitivity
-        Or a `NotComputed` where d' is so small that no confidence is informative.
+        `NotComputed` if d' is near 0, so that confidence cannot be informative.
 
     Raises
     ------
     InputError
-        If the counts have different lengths, or an odd one, or fewer than 4.
+        If the counts differ in length, or have an odd number of categories or fewer than 4.
 
     Examples
     --------
@@ -345,15 +347,15 @@ def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | N
     s, n = s + 1 / (2 * k), n + 1 / (2 * k)
     zh, zf = special.ndtri(s[k:].sum() / s.sum()), special.ndtri(n[k:].sum() / n.sum())
     d, c = float(zh - zf), float(-(zh + zf) / 2)
-    right, wrong = s[k:] + n[:k][::-1], n[k:] + s[:k][::-1]  # by confidence, from the least
+    right, wrong = s[k:] + n[:k][::-1], n[k:] + s[:k][::-1]  # by confidence, in ascending order
     below = np.concatenate([[0], np.cumsum(wrong)[:-1]])
     area = float((right * (below + wrong / 2)).sum() / right.sum() / wrong.sum())
     if abs(d) < 0.1:
-        return NotComputed("d' is near 0: meta-d' has no meaning where the answers do not follow the stimulus.")
+        return NotComputed("d' is near 0: meta-d' is undefined if the answers do not depend on the stimulus.")
 
     def cost(free: FloatArray) -> float:
         meta = free[0]
-        middle = c * meta / d  # the relative criterion c / d' is that of the answers
+        middle = c * meta / d  # relative criterion c / d' equal to that of the answers
         lower = middle - np.cumsum(np.exp(free[1:k]))[::-1]
         upper = middle + np.cumsum(np.exp(free[k:]))
         value = 0.0
@@ -375,7 +377,7 @@ def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | N
 
 
 def _second(cost: object, at: FloatArray, step: float = 1e-3) -> FloatArray:
-    """Second derivatives by differences."""
+    """Return second derivatives by finite differences."""
     assert callable(cost)
     size = len(at)
     second = np.empty((size, size))
@@ -388,5 +390,5 @@ def _second(cost: object, at: FloatArray, step: float = 1e-3) -> FloatArray:
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
-    """Inverse of an information matrix; where a criterion is at its limit, of the rest."""
+    """Invert an information matrix, without the criteria that are at their limit."""
     return np.asarray(np.linalg.pinv(matrix, rcond=1e-8, hermitian=True))

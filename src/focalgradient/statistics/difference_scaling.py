@@ -1,9 +1,9 @@
-"""Maximum-likelihood difference scaling: a scale of perceived depth from judgements of which difference is larger.
+"""Maximum-likelihood difference scaling: a scale of perceived depth from comparisons of differences.
 
-In a quadruple (a, b; c, d) a person says whether the difference between c and d is larger than that between a and b;
-in a triad (a, b, c), whether that between b and c is larger than that between a and b. The scale's values are the
-coefficients of a probit model (Maloney & Yang 2003, Journal of Vision 3(8):5; as a generalised linear model Knoblauch
-& Maloney 2008, Journal of Statistical Software 25(2)).
+For a quadruple (a, b; c, d), a person judges whether the difference between c and d is larger than that between a and
+b; for a triad (a, b, c), whether the difference between b and c is larger than that between a and b. The scale values
+are the coefficients of a probit model (Maloney & Yang 2003, Journal of Vision 3(8):5; as a generalised linear model
+Knoblauch & Maloney 2008, Journal of Statistical Software 25(2)).
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int_]
 
 ITERATIONS = 100
-"""Maximum number of steps of Newton's method."""
+"""Maximum number of Newton iterations."""
 
 LARGEST = 50.0
-"""Largest scale value, in standard deviations of a judgement: beyond it answers are separated without error."""
+"""Maximum scale value, in standard deviations of a judgement; larger values indicate separated answers."""
 
 Z95 = 1.959963984540054
-"""Of the 95 % interval of a normal distribution."""
+"""97.5 % quantile of the standard normal distribution."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DifferenceScale:
-    """A scale of perceived magnitude, in standard deviations of the judgement of a difference of differences.
+    """Perceptual scale, in standard deviations of the judgement of a difference of differences.
 
     Parameters
     ----------
     values
-        Of each stimulus, in the order of the stimuli; the first is 0.
+        Scale value of each stimulus; the first is 0.
     standard_errors
-        By the expected information; 0 of the first.
+        Standard errors from the expected information; 0 for the first.
     low, high
-        Ends of the 95 % intervals: by the bias-corrected bootstrap (Efron 1982), or by the standard errors without it.
+        95 % intervals from the bias-corrected bootstrap (Efron 1982), or from the standard errors without a bootstrap.
     log_likelihood
-        At the maximum.
+        Maximum of the log likelihood.
     trials
         Number of judgements.
     explained
-        Share of the deviance of guessing that the scale explains, 0 to 1.
+        Fraction (0 to 1) of the deviance of guessing that the scale explains.
     six_point_p
-        Probability of as unlikely a pattern of violations of the six-point condition if the model is true, by the
-        parametric bootstrap (Maloney & Yang 2003); NaN without, of triads, or where no trials test the condition.
+        p value of the six-point test of the model, by the parametric bootstrap (Maloney & Yang 2003); NaN without a
+        bootstrap, for triads, or if no trials test the condition.
     """
 
     values: FloatArray
@@ -68,7 +68,7 @@ class DifferenceScale:
 
     @property
     def normalised(self) -> FloatArray:
-        """The values from 0 to 1."""
+        """Scale values rescaled to 0 to 1."""
         return np.asarray(self.values / self.values[-1])
 
     @property
@@ -78,16 +78,16 @@ class DifferenceScale:
 
 
 def draw_quadruples(stimuli: int, trials: int | None = None, seed: int = 0) -> IntArray:
-    """Draw non-overlapping quadruples (trials x 4), numbers of stimuli from 0.
+    """Draw non-overlapping quadruples (trials x 4) of stimulus indices from 0.
 
     Parameters
     ----------
     stimuli
-        Number of stimuli, in order of magnitude; 4 at least.
+        Number of stimuli, in order of magnitude; at least 4.
     trials
-        Number of trials; None: every quadruple a < b < c < d once. More than there are repeats them evenly.
+        Number of trials; None: each quadruple a < b < c < d once. Larger numbers repeat the quadruples evenly.
     seed
-        Of the order of trials, and of which pair comes first.
+        Random seed of the order of trials and of the pairs within each.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def draw_quadruples(stimuli: int, trials: int | None = None, seed: int = 0) -> I
 
 
 def draw_triads(stimuli: int, trials: int | None = None, seed: int = 0) -> IntArray:
-    """Draw triads (trials x 3), ascending or descending; else as `draw_quadruples`.
+    """Draw triads (trials x 3), ascending or descending; otherwise like `draw_quadruples`.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def _drawn(stimuli: int, size: int, trials: int | None, seed: int) -> IntArray:
 
 
 def _design(shown: IntArray, stimuli: int) -> FloatArray:
-    """Coefficients of the scale's values in the second difference less the first, each taken as positive."""
+    """Return the coefficients of the scale values in the second difference minus the first, both taken as positive."""
     if shown.shape[1] == 3:
         shown = shown[:, [0, 1, 1, 2]]
     first, second = np.sort(shown[:, :2], axis=1), np.sort(shown[:, 2:], axis=1)
@@ -139,7 +139,7 @@ def _log_likelihood(eta: FloatArray, larger: NDArray[np.bool_]) -> FloatArray:
 
 
 def _fit(design: FloatArray, larger: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray] | None:
-    """Coefficients and the expected information of the probit model; None where it has no finite maximum."""
+    """Fit the probit model; return coefficients and expected information, or None without a finite maximum."""
     free, beta = design[:, 1:], np.zeros(design.shape[1] - 1)
     sign = np.where(larger, 1.0, -1.0)
 
@@ -170,7 +170,7 @@ def _fit(design: FloatArray, larger: NDArray[np.bool_]) -> tuple[FloatArray, Flo
 
 
 def _six_points(shown: IntArray) -> IntArray:
-    """Triples of trials (a, b; d, e), (b, c; e, f), (a, c; d, f), as numbers of trials in that order."""
+    """Return triples of trials (a, b; d, e), (b, c; e, f), (a, c; d, f), as trial indices in that order."""
     by_pairs: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
     following: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
     for number, quad in enumerate(shown.tolist()):
@@ -188,7 +188,7 @@ def _six_points(shown: IntArray) -> IntArray:
 
 
 def _six_point_score(eta: FloatArray, larger: NDArray[np.bool_], triples: IntArray, up: FloatArray) -> float:
-    """Log likelihood of which triples of trials violate the six-point condition (both parts one way, the sum other)."""
+    """Return the log likelihood of the violations of the six-point condition (parts agree, the sum differs)."""
     says = (larger[triples] == (up[triples] > 0)).astype(float)
     p = special.ndtr(eta[triples] * up[triples])
     violated = (says[:, 0] == says[:, 1]) & (says[:, 2] != says[:, 0])
@@ -205,24 +205,24 @@ def fit_difference_scale(
     Parameters
     ----------
     shown
-        Numbers of the stimuli of each trial, from 0, in order of magnitude: trials x 4 (a, b; c, d) or x 3 (a, b, c).
-        Differences are taken as positive, whichever of two stimuli comes first.
+        Stimulus indices of each trial, from 0 in order of magnitude: trials x 4 (a, b; c, d) or x 3 (a, b, c).
+        Differences are taken as positive, in either order of the two stimuli.
     larger
-        1 or True where the second difference was judged larger, else 0.
+        1 or True if the second difference was judged larger, else 0.
     bootstrap
-        Number of simulated repetitions for intervals and for the test of the model; 0: none.
+        Number of bootstrap samples for the intervals and the six-point test; 0: none.
     seed
-        Of the bootstrap.
+        Random seed of the bootstrap.
 
     Returns
     -------
     DifferenceScale or NotComputed
-        The latter with the reason, where the answers do not determine every value.
+        `NotComputed` if the answers do not determine every value.
 
     Raises
     ------
     InputError
-        If shapes are wrong, a number is not whole, or an answer is not 0 or 1.
+        If shapes are wrong, an index is not an integer, or an answer is not 0 or 1.
 
     Examples
     --------
@@ -244,13 +244,13 @@ def fit_difference_scale(
     shown, larger = given.astype(int), answers.astype(bool)
     stimuli = int(shown.max()) + 1
     if stimuli < 3:
-        return NotComputed(f"A difference scale needs 3 stimuli, and there are {stimuli}.")
+        return NotComputed(f"A difference scale needs 3 stimuli, but there are {stimuli}.")
     if lacking := sorted(set(range(stimuli)) - set(shown.ravel().tolist())):
         return NotComputed(f"Stimulus {lacking[0]} was never shown, so that its value is not determined.")
     design = _design(shown, stimuli)
     fit = _fit(design, larger)
     if fit is None:
-        return NotComputed("The answers do not determine the scale: too few, or none contradicts another.")
+        return NotComputed("The answers do not determine the scale: they are too few, or contain no contradictions.")
     values, information = fit
     errors = np.concatenate([[0.0], np.sqrt(np.diag(np.linalg.inv(information)))])
     if values[-1] <= 0:
@@ -268,14 +268,14 @@ def fit_difference_scale(
 def _bootstrapped(
     shown: IntArray, design: FloatArray, values: FloatArray, larger: NDArray[np.bool_], samples: int, seed: int
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Bootstrap intervals, and the probability of the six-point likelihood, a scale being fitted to each repetition."""
+    """Return bootstrap intervals and the p value of the six-point test, refitting the scale to each sample."""
     rng = np.random.default_rng(seed)
     eta = design @ values
     triples = _six_points(shown) if shown.shape[1] == 4 else np.empty((0, 3), int)
     first = np.sort(shown[:, :2], axis=1)
     second = np.sort(shown[:, -2:], axis=1)
     behind = (second[:, 0] > first[:, 0]) | ((second[:, 0] == first[:, 0]) & (second[:, 1] >= first[:, 1]))
-    up = np.where(behind, 1.0, -1.0)  # whether the pairs are shown in the order of `_six_points`
+    up = np.where(behind, 1.0, -1.0)  # sign of the pair order relative to `_six_points`
     own_six = _six_point_score(eta, larger, triples, up) if len(triples) else math.nan
     drawn, sixes = [], []
     for _ in range(samples):
@@ -294,7 +294,7 @@ def _bootstrapped(
 
 
 def _bias_corrected(drawn: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Ends of Efron's bias-corrected intervals: a scale in units of its own noise is too long in few trials."""
+    """Return Efron's bias-corrected intervals: with few trials, scales in units of their own noise are too long."""
     below = (drawn < values).mean(axis=0)
     shift = special.ndtri(np.clip(below, 1 / len(drawn), 1 - 1 / len(drawn)))
     ends = [

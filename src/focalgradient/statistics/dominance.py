@@ -1,9 +1,9 @@
-"""How long percepts last over people, by a log-normal model whose median and spread differ between people.
+"""Log-normal model of percept durations whose median, spread and preference vary between people.
 
-Each person has a median, a spread (standard deviation of the logarithm) and a preference for one of the two readings,
-all three drawn from normal distributions over people, so that people with few percepts borrow from the others (partial
-pooling). Shared by all: the first percept of a trial, drift over trials, and the correlation of a percept's duration
-with that of the one before it in the trial. What the end of a trial cut off is right-censored.
+Each person's median, spread (standard deviation of the logarithm) and preference for one of the two readings are drawn
+from normal distributions over people, so that people with few percepts are partially pooled with the others. Common
+parameters are the ratio of the first percept of a trial, the drift over trials, and the serial correlation between
+consecutive percepts of a trial. Percepts cut off by the end of a trial are right-censored.
 """
 
 from __future__ import annotations
@@ -25,33 +25,34 @@ __all__ = ["DominanceModel", "PerceptDurations", "fit_dominance", "log_likelihoo
 FloatArray = NDArray[np.float64]
 
 NODES_PER_EFFECT = 5
-"""Gauss-Hermite nodes per random effect. With 7 the log likelihood of 22 people changes by less than 0.05."""
+"""Number of Gauss-Hermite nodes per random effect: with 7, the log likelihood of 22 people changes by less than 0.05.
+"""
 
 ADAPTATIONS = 6
-"""Rounds in which the nodes are moved to each person's posterior mean and covariance."""
+"""Number of times the nodes are moved to each person's posterior mean and covariance."""
 
 BOUND = 4.0
-"""Largest absolute value of a free parameter, beyond any plausible one: the search cannot leave for infinity."""
+"""Maximum absolute value of a free parameter, beyond the plausible range, which keeps the search finite."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PerceptDurations:
-    """Durations of the percepts of several people; arrays of one entry a percept, in the order they were reported.
+    """Percept durations of several people; arrays with one entry per percept, in the order of report.
 
     Parameters
     ----------
     seconds
-        Duration.
+        Duration in seconds.
     censored
-        True where the end of the trial cut it off.
+        True if the percept was cut off by the end of the trial.
     participant
-        Whose.
+        Participant.
     reading
-        Which of the two readings: +0.5 or -0.5.
+        Reading: +0.5 or -0.5.
     trial
-        Number of the trial within the person's session, from 1.
+        Trial number within the participant's session, from 1.
     first
-        True for the first percept of a trial. Another percept follows the entry before it.
+        True for the first percept of a trial; any other percept follows the entry before it.
 
     Raises
     ------
@@ -79,31 +80,31 @@ class PerceptDurations:
 
 @dataclass(frozen=True, slots=True)
 class DominanceModel:
-    """Distribution over people of the durations of percepts.
+    """Fitted distribution of percept durations over people.
 
     Parameters
     ----------
     median
-        Geometric mean over people of their median duration (s), for no reading, in a first trial.
+        Geometric mean over people of their median duration (s), averaged over the readings, in the first trial.
     median_log_sd
-        Standard deviation over people of the logarithm of their median.
+        Standard deviation over people of the log median.
     spread, spread_log_sd
-        Geometric mean over people of the standard deviation of log duration, and the log's SD over people.
+        Geometric mean over people of the standard deviation of log duration, and the SD of its logarithm over people.
     preference, preference_sd
-        Log ratio of the median of the reading +0.5 to that of -0.5: mean and SD over people.
+        Log ratio of the median of reading +0.5 to that of reading -0.5: mean and SD over people.
     first_ratio
-        Median of the first percept of a trial over that of later ones.
+        Ratio of the median duration of the first percept of a trial to that of later ones.
     drift
-        Exponent of the trial's number: the median goes as trial ** drift.
+        Exponent of the trial number: the median is proportional to trial ** drift.
     serial
-        Correlation of log duration with that of the percept before it in the trial, other effects removed.
+        Partial correlation of log duration with that of the preceding percept of the trial.
     log_likelihood
-        At the maximum, people's own numbers integrated out; natural logarithm, durations in seconds.
+        Maximum of the marginal log likelihood (natural logarithm; durations in seconds).
     people, percepts, censored
-        How many.
+        Numbers of people, percepts and censored percepts.
     standard_errors
-        By the observed information: of the logarithms of medians, spreads, SDs and ratios, of atanh(serial), and of
-        preference and drift as they stand. Empty where the information is singular.
+        Standard errors from the observed information: of the logarithms of medians, spreads, SDs and ratios, of
+        atanh(serial), and of preference and drift themselves. Empty if the information is singular.
     """
 
     median: float
@@ -123,14 +124,14 @@ class DominanceModel:
 
 
 LOGARITHMIC = {"median", "median_log_sd", "spread", "spread_log_sd", "preference_sd", "first_ratio"}
-"""Parameters whose logarithm is searched; the serial correlation by its inverse hyperbolic tangent."""
+"""Parameters estimated on their logarithm; the serial correlation is estimated on atanh."""
 
 
 BETWEEN = ("median_log_sd", "spread_log_sd", "preference_sd")
 """Standard deviations over people."""
 
 VANISHED = -3.5
-"""Logarithm of such a standard deviation below which it is taken for 0: durations then differ by under 3 %."""
+"""Log standard deviation over people below which it is set to 0: durations then differ by less than 3 %."""
 
 
 def _model(free: FloatArray, names: tuple[str, ...]) -> DominanceModel:
@@ -141,9 +142,10 @@ def _model(free: FloatArray, names: tuple[str, ...]) -> DominanceModel:
 
 
 class _Likelihood:
-    """Log likelihood of each person, their own median, spread and preference integrated out by Gauss-Hermite nodes.
+    """Log likelihood of each person, integrated over the random effects by Gauss-Hermite quadrature.
 
-    What was not censored enters by its sums of squares and products, so that its cost does not grow with percepts.
+    Uncensored durations enter through their sums of squares and products, so that the cost does not depend on their
+    number.
     """
 
     def __init__(self, data: PerceptDurations):
@@ -172,7 +174,7 @@ class _Likelihood:
         self.root = np.repeat(0.5 * np.eye(3)[None], self.people, axis=0)
 
     def _given(self, model: DominanceModel, own: FloatArray) -> FloatArray:
-        """Log likelihood for people's own standardised effects, people x nodes."""
+        """Return the log likelihood given the standardised random effects (people x nodes)."""
         log_median = math.log(model.median) + model.median_log_sd * own[..., 0]
         log_spread = math.log(model.spread) + model.spread_log_sd * own[..., 1]
         preference = model.preference + model.preference_sd * own[..., 2]
@@ -196,7 +198,7 @@ class _Likelihood:
         return found + np.log(np.abs(np.linalg.det(self.root))), density, own
 
     def adapt(self, model: DominanceModel) -> None:
-        """Move the nodes to each person's posterior."""
+        """Centre and scale the nodes on each person's posterior."""
         for _ in range(ADAPTATIONS):
             _, density, own = self._integrated(model)
             weight = np.exp(density - density.max(axis=1, keepdims=True))
@@ -211,10 +213,10 @@ class _Likelihood:
 
 
 def log_likelihood_of_people(model: DominanceModel, data: PerceptDurations) -> dict[str, float]:
-    """Log likelihood of each person's durations as a whole, for people of whom nothing else is known.
+    """Return the marginal log likelihood of each person's durations, for new people.
 
-    The person's own median, spread and preference are integrated over the model's distribution. This is what a
-    held-out person is scored by; natural logarithm, durations in seconds.
+    The person's median, spread and preference are integrated over the model's distribution: the score of a held-out
+    person (natural logarithm, durations in seconds).
     """
     likelihood = _Likelihood(data)
     likelihood.adapt(model)
@@ -223,15 +225,15 @@ def log_likelihood_of_people(model: DominanceModel, data: PerceptDurations) -> d
 
 
 def fit_dominance(data: PerceptDurations) -> DominanceModel | NotComputed:
-    """Fit the log-normal model of people's percept durations by maximum likelihood.
+    """Fit the log-normal model of percept durations by maximum likelihood.
 
-    A term that the data cannot inform is left out: preference without both readings, drift with one trial a person,
-    serial correlation and first percepts where each trial has one.
+    Terms without information in the data are omitted: preference without both readings, drift with one trial per
+    person, serial correlation and first percepts with one percept per trial.
 
     Returns
     -------
     DominanceModel or NotComputed
-        The latter with the reason, with fewer than three people or too few uncensored durations.
+        `NotComputed` states the reason: fewer than three people or too few uncensored durations.
 
     Examples
     --------
@@ -267,14 +269,14 @@ def fit_dominance(data: PerceptDurations) -> DominanceModel | NotComputed:
 
 
 def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel | NotComputed:
-    """Search from `start`; a standard deviation over people that vanishes is fixed at 0, and the rest fitted again."""
+    """Maximise from `start`; fix vanishing standard deviations over people at 0 and fit the rest again."""
     chosen, free = tuple(start), np.array(list(start.values()))
 
     def cost(free: FloatArray) -> float:
         beyond = float(np.square(np.maximum(np.abs(free) - BOUND, 0.0)).sum())
         return 100 * beyond - float(likelihood.of_people(_model(np.clip(free, -BOUND, BOUND), chosen)).sum())
 
-    for _ in range(3):  # the nodes stand still while the parameters move, so that the cost stays smooth
+    for _ in range(3):  # the nodes are fixed during each search, so that the cost is smooth
         likelihood.adapt(_model(np.clip(free, -BOUND, BOUND), chosen))
         found = optimize.minimize(cost, free, method="BFGS", options={"gtol": 0.02})
         free = np.asarray(found.x)
@@ -283,7 +285,9 @@ def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel 
     if len(kept) < len(end):
         return _fitted(likelihood, kept)
     if not np.isfinite(found.fun) or (np.abs(free) > BOUND).any():
-        return NotComputed("The durations have no largest likelihood: too much was cut off, or too little was seen.")
+        return NotComputed(
+            "The likelihood of the durations has no maximum: too many are censored, or too few were reported."
+        )
     likelihood.adapt(_model(free, chosen))
     covariance = covariance_at(cost, free)
     errors = {} if covariance is None else dict(zip(chosen, np.sqrt(np.diag(covariance)).tolist(), strict=True))

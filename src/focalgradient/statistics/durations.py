@@ -1,7 +1,7 @@
-"""How long percepts last: distributions fitted to durations by maximum likelihood, some of them right-censored.
+"""Maximum-likelihood distributions of percept durations with right-censoring.
 
-A percept that the end of its trial cut off lasted longer than was recorded; to leave it out would favour short ones.
-`fit_durations` takes all durations as one sample; `fit_durations_of_people` lets the mean differ between people.
+A percept cut off by the end of its trial lasted longer than recorded; excluding it would bias the durations downwards.
+`fit_durations` pools all durations; `fit_durations_of_people` lets the mean vary between people.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ FloatArray = NDArray[np.float64]
 Family = Literal["gamma", "lognormal"]
 
 FEWEST = 5
-"""Uncensored durations that a fit needs."""
+"""Minimum number of uncensored durations."""
 
 NODES = np.linspace(-8.0, 8.0, 81)
-"""Of the integral over a person's mean, in standard deviations: so dense the trapezoidal rule is exact to 1e-8."""
+"""Integration nodes of a person's mean, in standard deviations; the trapezoidal rule is then exact to 1e-8."""
 
 
 @dataclass(frozen=True, slots=True)
 class DurationFit:
-    """A distribution of durations, fitted by maximum likelihood.
+    """Distribution of durations, fitted by maximum likelihood.
 
     Parameters
     ----------
     family
-        Gamma or log-normal.
+        Family: gamma or log-normal.
     shape, scale
-        The gamma's shape and scale (s); or the log-normal's standard deviation of the logarithm and median (s).
+        Shape and scale (s) of the gamma; for the log-normal, standard deviation of the logarithm and median (s).
     mean, cv
-        Mean in seconds, and the standard deviation over it.
+        Mean in seconds, and coefficient of variation.
     log_likelihood
-        At the maximum. Both families have two parameters: the larger is the better fit.
+        Maximum of the log likelihood; both families have two parameters, so that the larger value fits better.
     shape_se, mean_se
-        Standard errors of shape and mean, by the observed information; None where it is singular.
+        Standard errors of shape and mean from the observed information; None if it is singular.
     """
 
     family: Family
@@ -70,16 +70,16 @@ class DurationFit:
 
 @dataclass(frozen=True, slots=True)
 class DurationsOfPerson:
-    """One person's durations.
+    """Durations of one person.
 
     Parameters
     ----------
     participant_id
-        Whose.
+        Participant.
     durations, censored
-        How many, and how many of them were cut off by the end of a trial.
+        Number of durations, and number censored by the end of a trial.
     fit
-        The person's own gamma distribution.
+        Gamma distribution fitted to this person alone.
     """
 
     participant_id: str
@@ -90,23 +90,24 @@ class DurationsOfPerson:
 
 @dataclass(frozen=True, slots=True)
 class DurationsOfPeople:
-    """Durations of several people: each has a mean of their own, and all share the shape of a gamma distribution.
+    """Gamma distributions of several people, with a common shape and a separate mean for each person.
 
-    The logarithms of the means are normally distributed over people. Each estimate has its standard error (se) by the
-    observed information; None where that is singular.
+    The log means are normally distributed over people. Standard errors (se) are from the observed information; None if
+    it is singular.
 
     Parameters
     ----------
     geometric_mean
-        Geometric mean over people of their mean durations, in seconds; `geometric_mean_log_se` is of its logarithm.
+        Geometric mean over people of their mean durations (s); `geometric_mean_log_se` is the standard error of its
+        logarithm.
     shape
-        Of the gamma distribution; 1 is the exponential distribution.
+        Shape of the gamma distribution; 1 is the exponential distribution.
     log_sd
-        Standard deviation over people of the logarithm of the mean.
+        Standard deviation over people of the log mean.
     log_likelihood
-        At the maximum.
+        Maximum of the log likelihood.
     people
-        Each person, fitted separately.
+        Each person's separate fit.
     """
 
     geometric_mean: float
@@ -120,7 +121,7 @@ class DurationsOfPeople:
 
 
 def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> DurationFit | NotComputed:
-    """Fit a distribution to durations in seconds, `censored` true where only a lower limit is known.
+    """Fit a distribution to durations in seconds; `censored` is True for lower limits.
 
     Examples
     --------
@@ -133,14 +134,14 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
     if complete.size < FEWEST:
         return NotComputed(f"A fit needs {FEWEST} uncensored durations, and there are {complete.size}.")
     if np.ptp(complete) == 0:
-        return NotComputed(f"All durations are the same ({complete[0]:.3g} s): they have no distribution to fit.")
+        return NotComputed(f"All durations are identical ({complete[0]:.3g} s): no distribution can be fitted.")
     cut, logs = durations[censored], np.log(complete)
     spread = float(logs.std())
     if family == "gamma":
         start, cost = (spread**-2, float(complete.mean()) * spread**2), _gamma_cost
     else:
         start, cost = (spread, math.exp(float(logs.mean()))), _lognormal_cost
-    with np.errstate(over="ignore", invalid="ignore"):  # far off the search may try anything
+    with np.errstate(over="ignore", invalid="ignore"):  # the search may evaluate extreme parameters
         found = optimize.minimize(
             cost,
             np.log(start),
@@ -149,13 +150,15 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
             options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
         )
     if not (found.success and math.isfinite(found.fun)):
-        return NotComputed(f"The {family} distribution has no largest likelihood: too much was cut off.")
+        return NotComputed(
+            f"The likelihood of the {family} distribution has no maximum: too many durations are censored."
+        )
     shape, scale = (float(number) for number in np.exp(found.x))
     if family == "gamma":
         mean, cv, of_mean = shape * scale, shape**-0.5, np.array([1.0, 1.0])
     else:
         mean, cv = scale * math.exp(shape**2 / 2), math.sqrt(math.expm1(shape**2))
-        of_mean = np.array([shape**2, 1.0])  # derivatives of log mean by the logarithms of shape and scale
+        of_mean = np.array([shape**2, 1.0])  # derivatives of the log mean by the logarithms of shape and scale
     covariance = covariance_at(lambda free: cost(free, complete, logs, cut), found.x)
     shape_se = mean_se = None
     if covariance is not None:
@@ -167,16 +170,16 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
 def fit_durations_of_people(
     durations: ArrayLike, censored: ArrayLike, participant: ArrayLike
 ) -> DurationsOfPeople | NotComputed:
-    """Fit gamma distributions of one shape to durations of people whose means differ.
+    """Fit gamma distributions with a common shape and person-specific means.
 
     Parameters
     ----------
     durations
-        In seconds, one entry a percept.
+        Durations in seconds, one per percept.
     censored
-        True where the end of a trial cut the percept off: only a lower limit is known.
+        True if the percept was cut off by the end of the trial: a lower limit.
     participant
-        Whose each is.
+        Participant of each percept.
 
     Examples
     --------
@@ -211,7 +214,7 @@ def fit_durations_of_people(
     start = np.log([together.shape, together.mean, 0.5])
     found = optimize.minimize(cost, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-7})
     if not (found.success and math.isfinite(found.fun)):
-        return NotComputed("The distributions have no largest likelihood: too much was cut off.")
+        return NotComputed("The likelihood of the distributions has no maximum: too many durations are censored.")
     shape, mean, log_sd = (float(number) for number in np.exp(found.x))
     covariance = covariance_at(cost, found.x)
     log_se: list[float | None] = [None] * 3 if covariance is None else [*np.sqrt(np.diag(covariance)).tolist()]
@@ -229,7 +232,7 @@ def fit_durations_of_people(
 
 
 class _PeopleCost:
-    """Negative log-likelihood at the logarithms of shape, geometric mean and SD, the people's means integrated out."""
+    """Negative log likelihood by log shape, log geometric mean and log SD, integrated over the people's means."""
 
     def __init__(self, durations: FloatArray, censored: NDArray[np.bool_], who: NDArray[np.intp], people: int):
         complete = ~censored
@@ -240,7 +243,7 @@ class _PeopleCost:
         self.exposure = np.bincount(who, durations, people)
 
     def of_people(self, shape: float, log_mean: FloatArray) -> FloatArray:
-        """Log-likelihood of each person's durations for so many means of each, people x means."""
+        """Return the log likelihood of each person's durations at several means (people x means)."""
         rate = shape * np.exp(-log_mean)
         constant = shape * np.log(rate) - special.gammaln(shape)
         log_likelihood = self.count[:, None] * constant + (shape - 1) * self.logs[:, None] - rate * self.total[:, None]
@@ -249,20 +252,20 @@ class _PeopleCost:
         return np.asarray(log_likelihood)
 
     def __call__(self, free: FloatArray) -> float:
-        """Integrate over each person's mean about its likeliest value, by the trapezoidal rule."""
+        """Integrate over each person's mean around its mode by the trapezoidal rule."""
         shape, spread = math.exp(free[0]), math.exp(free[2])
 
         def joint(log_mean: FloatArray) -> FloatArray:
             prior = -(((log_mean - free[1]) / spread) ** 2) / 2 - free[2] - math.log(2 * math.pi) / 2
             return self.of_people(shape, log_mean) + prior
 
-        # The posterior of log mean is about normal: of this precision, and where the exponential's would be.
+        # The posterior of the log mean is approximately normal; start from its precision and the exponential's mode.
         precision = shape * self.count + spread**-2.0
         centre = (
             shape * self.count * np.log(self.exposure / np.maximum(self.count, 1)) + free[1] * spread**-2.0
         ) / precision
         sd = precision**-0.5
-        for _ in range(2):  # looked for widely, then closely
+        for _ in range(2):  # wide nodes first, then nodes scaled to the posterior
             grid = centre[:, None] + sd[:, None] * NODES
             density = joint(grid)
             weight = np.exp(density - density.max(axis=1, keepdims=True))
@@ -275,7 +278,7 @@ class _PeopleCost:
 
 
 def covariance_at(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArray | None:
-    """Inverse of the second derivatives of a negative log-likelihood; None where they are not those of a minimum."""
+    """Invert the Hessian of a negative log likelihood; return None if it is not positive definite."""
     n, step = len(at), 1e-3 * np.eye(len(at))
     second = np.empty((n, n))
     for i in range(n):
@@ -288,16 +291,16 @@ def covariance_at(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatA
 
 
 def _gamma_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
-    """Negative log-likelihood at the logarithms of shape and scale."""
+    """Return the negative log likelihood by log shape and log scale."""
     shape, scale = np.exp(free)
     density = (shape - 1) * logs - complete / scale - special.gammaln(shape) - shape * free[1]
-    with np.errstate(divide="ignore"):  # what could not have lasted so long makes it infinite
+    with np.errstate(divide="ignore"):  # impossible survival times give an infinite cost
         beyond = np.log(special.gammaincc(shape, cut / scale))
     return -float(density.sum() + beyond.sum())
 
 
 def _lognormal_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
-    """Negative log-likelihood at the logarithms of the logarithm's deviation and of the median."""
+    """Return the negative log likelihood by log SD and median of the logarithm."""
     shape = math.exp(free[0])
     density = -(((logs - free[1]) / shape) ** 2) / 2 - free[0] - logs - math.log(2 * math.pi) / 2
     beyond = special.log_ndtr((free[1] - np.log(cut)) / shape)

@@ -1,4 +1,4 @@
-"""The analysis that a scale names, of any table of answers; and its main effects, whichever it is."""
+"""Selection of the analysis by response scale, and extraction of its main effects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from focalgradient.statistics.records import Effect, NotComputed
 __all__ = ["analyse", "effects"]
 
 BOUND = 1.2
-"""Bound of equivalence (ratio) unless another is stated: see `focalgradient.report.BOUND`."""
+"""Default equivalence bound (ratio), as `focalgradient.report.BOUND`."""
 
 Found = tuple[Effect | NotComputed, ...]
 
@@ -27,25 +27,25 @@ def analyse(
     deciding_test: str = "robust",
     progress: Progress | None = None,
 ) -> DepthRatingResult | ComparisonResult:
-    """Analyse answers by the statistic that their scale names.
+    """Analyse answers by the analysis of their response scale.
 
     Parameters
     ----------
     table
         As for `focalgradient.statistics.tables.rating_table`.
     analysis
-        The statistic, or its name: "ratio", "ordinal", "bipolar" or "choice".
+        Analysis, or its name: "ratio", "ordinal", "bipolar" or "choice".
     bound
-        Of equivalence, of ratios: see `depth_rating`.
+        Equivalence bound, for ratios: see `depth_rating`.
     deciding_test
-        Of ratios: see `depth_rating`.
+        Deciding test, for ratios: see `depth_rating`.
     progress
         See `depth_rating`.
 
     Raises
     ------
     InputError
-        As `depth_rating` and `compare_pictures` do.
+        As for `depth_rating` and `compare_pictures`.
     """
     statistic = analysis_named(analysis)
     if isinstance(statistic, Slopes | Choices):
@@ -54,7 +54,7 @@ def analyse(
 
 
 def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:
-    """Return the effects of the aperture with each fixation, positive where depth rises, and their differences."""
+    """Return the effects of aperture at each fixation (positive: more depth with blur), and their differences."""
     if isinstance(result, ComparisonResult):
         return result.slopes, (*(result.differences.values() or [result.interaction]),)
     if isinstance(result.ordinal, OrdinalResult):

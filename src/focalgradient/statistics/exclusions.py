@@ -1,7 +1,7 @@
-"""Apply exclusion criteria that were stated beforehand: what is left out is counted, and the data stay as they were.
+"""Application of predefined exclusion criteria; exclusions are counted, and the data are not modified.
 
-No criterion looks at the effect under study: to leave out people whose answers did not follow the blur would make an
-effect. One that cannot be judged without looking at it is not applied, and the reason is given.
+No criterion depends on the effect under study: excluding people whose answers did not follow the blur would create an
+effect. A criterion that cannot be judged independently of it is not applied, and the reason is given.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "Unjudged", "kept_
 
 @dataclass(frozen=True, slots=True)
 class Exclusion:
-    """What one rule left out: of one subject some trials, or all of them."""
+    """Trials that one rule excluded from one subject, possibly all of them."""
 
     participant_id: str
     rule: str
@@ -38,7 +38,7 @@ class Exclusion:
 
 @dataclass(frozen=True, slots=True)
 class Unjudged:
-    """A rule that could not be applied: its field in `Rules`, and the reason in words."""
+    """Rule that could not be applied: its field in `Rules`, and the reason in words."""
 
     rule: str
     reason: str
@@ -46,20 +46,20 @@ class Unjudged:
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """How good the data are, and what was left out.
+    """Data quality and exclusions.
 
     Parameters
     ----------
     rules
-        Those applied.
+        Rules applied.
     subjects_before, subjects_after, trials_before, trials_after
         Counts without catch trials.
     subjects
-        How each did.
+        Quality measures of each subject.
     exclusions
-        What each rule left out; a trial that several rules leave out counts with each.
+        Exclusions by each rule; a trial excluded by several rules counts for each.
     unjudged
-        Rules that concern such data and are not switched off, but could not be applied.
+        Active rules that could not be applied to these data.
     """
 
     rules: Rules
@@ -75,35 +75,35 @@ class Quality:
 def quality(
     table: pd.DataFrame, rules: Rules | None = None, scale: Analysis | str = "ratio", middle: float | None = None
 ) -> tuple[pd.DataFrame, Quality]:
-    """Judge a table of depth ratings or of reports on the cube (known by the columns), and keep what the rules keep.
+    """Assess the quality of a table and apply the exclusion rules.
 
     Parameters
     ----------
     table
-        What to judge.
+        Depth ratings, or reports on the cube (distinguished by the columns).
     rules
-        By which; None: the usual.
+        Rules; None: the defaults.
     scale
         Analysis of the ratings (`focalgradient.scales.Analysis`), or its name: "ratio", "ordinal", "bipolar" or
-        "choice". Spread and lapses are judged of ratios only.
+        "choice". Spread and lapses are assessed for ratios only.
     middle
-        Of the scale: pictures that look clearly flatter are to be answered below it, those clearly deeper above. None:
-        that of the scale; of an ordinal one it is not known then, and such pictures are not judged.
+        Middle of the scale: clearly flatter pictures should be answered below it, clearly deeper ones above. None: that
+        of the scale; for an ordinal scale it is then unknown, and such pictures are not assessed.
 
     Returns
     -------
     tuple
-        A new table of the rows kept, catch trials among them, and what was found. The one given is not changed.
+        A new table of the rows kept, including catch trials, and the quality. The input is not changed.
 
     Notes
     -----
-    Whether an answer is a lapse is judged after the subject's own median for the aperture and fixation, and what the
-    picture adds to it for all subjects or its scene for this one, are taken out.
+    Lapses are judged relative to the subject's median at the aperture and fixation, after correction for the picture
+    (over all subjects) or the scene (for this subject).
 
     Raises
     ------
     InputError
-        If the table is of neither kind, or cannot be read without guessing.
+        If the table is of neither kind, or is invalid.
 
     Examples
     --------
@@ -173,7 +173,7 @@ NO_PLAIN_TRIALS = "there are no trials without a gradient"
 
 
 def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], analysis: Analysis) -> dict[str, str]:
-    """Why rules cannot be applied to these ratings, by field."""
+    """Return the reasons why rules cannot be applied to these ratings, by field."""
     reasons = _unjudged_reports(table, subjects)
     if reasons.get("catch_passed") and table["catch"].any():
         reasons["catch_passed"] = NO_RIGHT_ANSWER
@@ -191,7 +191,7 @@ def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], analy
 
 
 def _unjudged_reports(table: pd.DataFrame, subjects: list[SubjectQuality]) -> dict[str, str]:
-    """Why rules that concern both experiments cannot be applied, by field."""
+    """Return the reasons why rules of both experiments cannot be applied, by field."""
     reasons = {}
     if not any(one.catch_trials for one in subjects):
         reasons["catch_passed"] = NO_CATCH
@@ -203,16 +203,16 @@ def _unjudged_reports(table: pd.DataFrame, subjects: list[SubjectQuality]) -> di
 
 
 def kept_rows(table: pd.DataFrame, subjects: Sequence[SubjectQuality], rules: Rules) -> NDArray[np.bool_]:
-    """Return which rows rules keep, of subjects who were judged before.
+    """Return a mask of the rows that the rules keep, given the subjects' quality.
 
     Parameters
     ----------
     table
-        As `quality` checks it.
+        Table as checked by `quality`.
     subjects
-        How each did: `Quality.subjects`.
+        Quality of the subjects: `Quality.subjects`.
     rules
-        Those to apply; they may leave out some of those by which the subjects were judged.
+        Rules to apply: those used for the quality, or a subset.
 
     Examples
     --------
@@ -228,7 +228,7 @@ def kept_rows(table: pd.DataFrame, subjects: Sequence[SubjectQuality], rules: Ru
 
 
 def _count(rows: pd.DataFrame) -> int:
-    """Trials: with the cube a trial has many rows."""
+    """Count trials; reports on the cube have several rows per trial."""
     keys = [name for name in ("participant_id", "session", "trial") if name in rows]
     return len(rows[~rows["catch"]].drop_duplicates(keys))
 
@@ -272,5 +272,5 @@ def _stated(rules: Rules, name: str) -> bool:
 
 
 def _exceeds(value: float | None, most: float | None) -> bool:
-    """Whether a value is above its rule; not where it could not be computed, or the rule is off."""
+    """Return whether a value exceeds its limit; False if either is None."""
     return value is not None and most is not None and value > most

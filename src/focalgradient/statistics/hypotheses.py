@@ -1,4 +1,4 @@
-"""Equivalence: whether an effect lies within bounds stated in advance."""
+"""Equivalence tests: whether an effect lies within bounds stated in advance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 LARGEST_BOUND = 10.0
-"""Largest bound of equivalence, a ratio: no measured depth effect is as large, and 20 is most likely a percentage."""
+"""Maximum equivalence bound, a ratio: no measured depth effect is as large, and 20 is most likely a percentage."""
 
 
 def check_bound(name: str, bound: object) -> None:
@@ -41,7 +41,7 @@ def check_bound(name: str, bound: object) -> None:
 
 
 DECIDING_TESTS = ("robust", "t")
-"""Tests of ratios that can decide: the one robust to skewed subjects, and Student's t."""
+"""Deciding tests of ratios: robust to skewed subjects, or Student's t."""
 
 
 def robust_decides(deciding_test: object) -> bool:
@@ -65,23 +65,22 @@ class Equivalence:
     Parameters
     ----------
     bound
-        The effect is equivalent to zero within -bound ... bound.
+        Equivalence bound: the effect is equivalent to zero within -bound to bound.
     estimate, low, high
-        The effect and its 90 % interval: inside the bounds just where both tests reject at .05. It lies within the 95 %
-        interval of the effect.
+        Effect and its 90 % interval, which lies within the bounds if and only if both tests reject at .05.
     p_below, p_above
-        Probabilities against an effect of -bound or less, and against one of bound or more: `p_above` alone tests for
-        no *increase*.
+        p values against an effect of -bound or less, and against one of bound or more; `p_above` alone tests for the
+        absence of an *increase*.
     p
-        Of equivalence: the larger of the two.
+        p value of equivalence: the larger of the two.
     equivalent
-        Whether p is below .05.
+        True if p is below .05.
     subjects
-        How many the estimate rests on.
+        Number of subjects.
     p_by_t
-        The same as `p` by Student's t alone, which takes people's effects as symmetric.
+        p value by Student's t, which assumes symmetric effects of people.
     p_robust
-        The same as `p` by tests robust to skewed people; None where there are none.
+        p value by tests robust to skewness; None if not computed.
     """
 
     bound: float
@@ -100,17 +99,17 @@ class Equivalence:
 def one_sided(
     mean: ArrayLike, standard_error: ArrayLike, df: ArrayLike, bound: float, scatter: Scatter | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Probabilities against means of -bound or less, and of bound or more; arrays are done at once.
+    """Return p values against means of -bound or less, and of bound or more; arrays are broadcast.
 
     Parameters
     ----------
     mean, standard_error, df
-        Of each effect.
+        Mean, standard error and degrees of freedom of each effect.
     bound
-        Above 0.
+        Equivalence bound, above 0.
     scatter
-        Of the subjects: tests are then robust to their skewness (`focalgradient.statistics.skewness`). Without it they
-        are by Student's t.
+        Scatter of the subjects, for tests robust to its skewness (`focalgradient.statistics.skewness`); None for
+        Student's t.
 
     Examples
     --------
@@ -127,14 +126,14 @@ def one_sided(
 
 
 def equivalence(effect: Effect, bound: float) -> Equivalence:
-    """Test whether an effect lies within -bound ... bound: tests against both, with the effect's degrees of freedom.
+    """Test whether an effect lies within -bound to bound, with the effect's degrees of freedom.
 
     Parameters
     ----------
     effect
-        Tests are robust to skewed people where the test of the effect that decides is.
+        Effect; the tests are robust to skewness if the deciding test of the effect is.
     bound
-        Above 0, in the effect's unit.
+        Equivalence bound above 0, in the unit of the effect.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""How each subject did, judged by what no hypothesis about blur predicts.
+"""Data quality of each subject, measured only by quantities about which hypotheses on blur make no prediction.
 
-A subject to whom blur adds no depth must come through every measure as one to whom it adds much; else leaving subjects
-out would make an effect.
+A subject for whom blur adds no depth must pass every measure as easily as one for whom it adds much; otherwise
+exclusions would create an effect.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ __all__ = ["FEW", "FEW_STARTS", "SubjectQuality", "judged_observers", "judged_ra
 
 @dataclass(frozen=True, slots=True)
 class SubjectQuality:
-    """How one subject did, in all trials as they came.
+    """Quality measures of one subject, over all trials before exclusions.
 
     Parameters
     ----------
     participant_id, trials
-        Who, and how many trials without catch trials.
+        Participant, and number of trials without catch trials.
     catch_trials, catch_passed
-        How many catch trials have a right answer, and the share passed; None without any.
+        Number of catch trials with a correct answer, and the proportion passed; None without any.
     repeat_factor
-        Spread of answers to one and the same picture, a geometric standard deviation; None where none was repeated, and
-        where answers are not ratios.
+        Geometric standard deviation of answers to the same picture; None without repetitions, or if answers are not
+        ratios.
     lapses
-        Share of lapses; with the cube, of the time without a gradient in which no key or both were held. None where
-        there are too few answers, and where answers are not ratios.
+        Proportion of lapses; for the cube, of the time without a gradient with no key or both keys held. None with too
+        few answers, or if answers are not ratios.
     too_fast, too_slow
-        Trials outside the bounds of response time.
+        Number of trials outside the response-time limits.
     dropped
-        Trials with any dropped frame; None where none were counted.
+        Number of trials with dropped frames; None if not recorded.
     same_answer
-        Share of the most frequent answer (of a choice: key) to pictures whose answers must differ whatever blur does;
-        None where there are fewer than five such answers, and with the cube.
+        Proportion of the most frequent answer (for choices: key) to pictures whose answers must differ regardless of
+        blur; None with fewer than five such answers, and for the cube.
     first_press
-        Share of answers left where the marker first stood, corrected for chance (Cohen's kappa); None where fewer than
-        20 such places were recorded.
+        Proportion of answers left at the starting position of the marker, corrected for chance (Cohen's kappa); None
+        with fewer than 20 recorded positions.
     """
 
     participant_id: str
@@ -63,35 +63,37 @@ class SubjectQuality:
 
 
 EXAMPLES = {"example-flat": -1, "example-deep": 1}
-"""Drawings that look clearly flat or deep, and the side of the middle on which they are answered."""
+"""Catch drawings that look clearly flat (-1) or deep (1): side of the scale's middle of a correct answer."""
 
 FEW = 5
 """Minimum number of answers for the share of the most frequent one."""
 
-MOST_ALIKE = 0.75
-"""Largest share of catch trials whose right answers are alike: with more, an attentive subject who errs once would
-reach the default limit of `Rules.same_answer`."""
+MAX_SAME_CORRECT = 0.75
+"""Maximum proportion of catch trials with the same correct answer: with more, a single error of an attentive subject
+would reach the default limit of `Rules.same_answer`.
+"""
 
 FEW_STARTS = 8
-"""Minimum number of recorded marker places: a choice, for scales on which chance hardly ever meets them."""
+"""Minimum number of recorded marker positions, for scales on which chance agreement is rare (our choice)."""
 
 KAPPA_SE = 0.23
-"""Largest standard error that chance may leave kappa: with two steps it asks for 20 places."""
+"""Maximum standard error of kappa from chance agreement: with two steps it requires 20 positions."""
 
-TOLD_APART_P = 0.001
-"""Level of the F test that scenes differ at the pinhole: our choice, as an error leaves out honest subjects."""
+SCENE_TEST_LEVEL = 0.001
+"""Level of the F test that scenes differ at the pinhole; strict, as an error excludes honest subjects (our choice)."""
 
-FELT = 1 / 3
-"""Share of the other subjects' differences between scenes: who feels that much must answer scenes differently, else
-nobody is judged by them. Our choice."""
+PERCEIVED_FRACTION = 1 / 3
+"""Fraction of the other subjects' scene differences at which a subject must still answer scenes differently; otherwise
+the rule is not applied (our choice).
+"""
 
 
 def judged_raters(table: pd.DataFrame, rules: Rules, analysis: Analysis) -> list[SubjectQuality]:
-    """Judge each subject of a table of depth ratings, in the order of their names."""
+    """Assess each subject of a table of depth ratings, in alphabetical order."""
     catch = table["catch"].to_numpy(bool)
     off = np.full(len(table), math.nan)
     if analysis.ratios:
-        off[~catch] = _unexpected(table[~catch])
+        off[~catch] = _deviations(table[~catch])
     answers = {"catch": catch, "off": off, "rating": table["rating"].to_numpy(float)}
     answers["side"] = _right_side(table, analysis)
     answers["pinhole"] = (table["aperture_mm"] == 0).to_numpy(bool) & ~catch
@@ -100,7 +102,7 @@ def judged_raters(table: pd.DataFrame, rules: Rules, analysis: Analysis) -> list
     for name in ("response_time", "dropped_frames", "interval", "start"):
         if name in table:
             answers[name] = table[name].to_numpy(float)
-    apart = _told_apart(table[answers["pinhole"]], analysis, rules)
+    apart = _scenes_differ(table[answers["pinhole"]], analysis, rules)
     of_subject = {str(name): rows for name, rows in table.groupby("participant_id").indices.items()}
     return [
         _rater(name, {key: values[of_subject[name]] for key, values in answers.items()}, rules, analysis, apart)
@@ -108,12 +110,12 @@ def judged_raters(table: pd.DataFrame, rules: Rules, analysis: Analysis) -> list
     ]
 
 
-def _unexpected(rows: pd.DataFrame) -> np.ndarray:
-    """Absolute log of each answer over what was to be expected: of two expectations, the nearer.
+def _deviations(rows: pd.DataFrame) -> np.ndarray:
+    """Return the absolute log ratio of each answer to the closer of two predictions.
 
-    Both begin with the subject's median for the condition. One is corrected by what the picture adds for all subjects,
-    the other by what its scene adds for this subject. So scenes that look deeper, or gain more by blur, make no lapses,
-    and neither do subjects who do not see what most see.
+    Both start from the subject's median for the condition. One is corrected for the picture over all subjects, the
+    other for the scene within this subject. Thus neither deeper scenes, nor scenes that gain more from blur, nor
+    subjects who differ from the majority produce lapses.
     """
     own = ["participant_id", "aperture", "fixation"]
     corrections = [["participant_id", "scene"]]
@@ -132,9 +134,9 @@ def _unexpected(rows: pd.DataFrame) -> np.ndarray:
 
 
 def _right_side(table: pd.DataFrame, analysis: Analysis) -> np.ndarray:
-    """Side of the middle on which a catch trial is answered rightly, 0 for near it; NaN where no answer is right.
+    """Return the side of the middle of a correct catch answer (0: near it); NaN if no answer is correct.
 
-    The standard is a pinhole picture: how a blurred picture of it should be rated depends on what blur does.
+    The standard is a pinhole picture: the correct rating of a blurred version depends on the effect of blur.
     """
     side = np.full(len(table), math.nan)
     if analysis.middle is None:
@@ -147,11 +149,12 @@ def _right_side(table: pd.DataFrame, analysis: Analysis) -> np.ndarray:
     return side
 
 
-def _told_apart(rows: pd.DataFrame, analysis: Analysis, rules: Rules) -> bool:
-    """Whether scenes at the pinhole, where blur can do nothing, differ so much that every honest answer must differ.
+def _scenes_differ(rows: pd.DataFrame, analysis: Analysis, rules: Rules) -> bool:
+    """Return whether scenes at the pinhole differ so much that every honest observer must answer differently.
 
-    Judged by the subjects whose answers vary there: they must be the majority and agree on the scenes, and whoever
-    feels only `FELT` of the differences must still give different answers in steps as theirs.
+    This is decided by the subjects whose answers vary there: they must be the majority and agree on the scenes, and a
+    subject who perceives only the fraction `PERCEIVED_FRACTION` of the differences must still give different answers on their
+    response steps.
     """
     if rows.empty or analysis.binary:
         return False
@@ -167,11 +170,11 @@ def _told_apart(rows: pd.DataFrame, analysis: Analysis, rules: Rules) -> bool:
         return False
     found, (subjects, scenes) = moments(cells.to_numpy()), cells.shape
     between, residual = float(found.scenes), float(found.residual)
-    if stats.f.sf(between / max(residual, 1e-12), scenes - 1, (subjects - 1) * (scenes - 1)) >= TOLD_APART_P:
+    if stats.f.sf(between / max(residual, 1e-12), scenes - 1, (subjects - 1) * (scenes - 1)) >= SCENE_TEST_LEVEL:
         return False
     step = float(np.median([np.diff(np.unique(own.get_group(who))).min() for who in varied]))
-    felt = FELT * cells.mean().to_numpy()
-    given = np.floor((felt[:, None] + np.linspace(0, step, 20, endpoint=False)) / step)  # wherever its steps lie
+    felt = PERCEIVED_FRACTION * cells.mean().to_numpy()
+    given = np.floor((felt[:, None] + np.linspace(0, step, 20, endpoint=False)) / step)  # for any offset of the steps
     return all(_largest_share(answers) <= most for answers in given.T)
 
 
@@ -183,13 +186,13 @@ def _rater(
     rows = {key: values[~catch] for key, values in answers.items()}
     picture = np.unique(rows["picture"], return_inverse=True)[1]
     count = np.bincount(picture)
-    freedom = len(picture) - len(count)
+    within_df = len(picture) - len(count)
     judged = not np.isnan(rows["off"]).all()
     spread, lapses = None, None
-    if freedom and judged:
+    if within_df and judged:
         answer = np.log(rows["rating"])
         away = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
-        spread = math.exp(math.sqrt(float((away**2).sum()) / freedom))
+        spread = math.exp(math.sqrt(float((away**2).sum()) / within_df))
     condition = np.unique(rows["condition"], return_inverse=True)[1]
     enough = np.bincount(condition)[condition] >= 3
     if enough.any() and judged:
@@ -207,12 +210,12 @@ def _rater(
         int((times > longest).sum()),
         int((rows["dropped_frames"] > 0).sum()) if "dropped_frames" in rows else None,
         _most_frequent(answers, apart),
-        _left_there(rows),
+        _start_agreement(rows),
     )
 
 
 def _passed(answer: np.ndarray, side: np.ndarray, rules: Rules, analysis: Analysis) -> np.ndarray:
-    """Which of the catch trials that have a right answer are passed."""
+    """Return which catch trials with a correct answer are passed."""
     known = ~np.isnan(side)
     answer, side, middle = answer[known], side[known], analysis.middle or 0.0
     if analysis.ratios:
@@ -223,12 +226,12 @@ def _passed(answer: np.ndarray, side: np.ndarray, rules: Rules, analysis: Analys
 
 
 def _most_frequent(answers: Mapping[str, np.ndarray], apart: bool) -> float | None:
-    """Share of the most frequent answer where answers must differ: to catch trials, else to scenes at the pinhole."""
+    """Return the proportion of the most frequent answer to catch trials, else to scenes at the pinhole."""
     given, right, interval = answers["rating"], answers["side"], answers.get("interval")
-    if interval is not None and (interval > 0).all():  # keys, and those that are right
+    if interval is not None and (interval > 0).all():  # keys pressed, and correct keys
         given, right = np.where(given == 1, interval, 3 - interval), np.where(right > 0, interval, 3 - interval)
     caught = ~np.isnan(answers["side"])
-    if caught.sum() >= FEW and _largest_share(right[caught]) <= MOST_ALIKE:
+    if caught.sum() >= FEW and _largest_share(right[caught]) <= MAX_SAME_CORRECT:
         return _largest_share(given[caught])
     if apart and answers["pinhole"].sum() >= FEW:
         return _largest_share(given[answers["pinhole"]])
@@ -239,10 +242,10 @@ def _largest_share(values: np.ndarray) -> float:
     return float(np.unique(values, return_counts=True)[1].max() / len(values))
 
 
-def _left_there(rows: Mapping[str, np.ndarray]) -> float | None:
-    """Agreement of answers with the places where the marker first stood, corrected for chance (Cohen 1960).
+def _start_agreement(rows: Mapping[str, np.ndarray]) -> float | None:
+    """Return the chance-corrected agreement (Cohen 1960) between answers and starting positions of the marker.
 
-    Where there are few steps, honest answers agree with random places by chance.
+    With few steps, honest answers agree with random positions by chance.
     """
     start = rows.get("start", np.array([math.nan]))
     known = np.isfinite(start)
@@ -257,7 +260,7 @@ def _left_there(rows: Mapping[str, np.ndarray]) -> float | None:
 
 
 def judged_observers(table: pd.DataFrame, rules: Rules) -> list[SubjectQuality]:
-    """Judge each subject of a table of reports on the cube, in the order of their names."""
+    """Assess each subject of a table of reports on the cube, in alphabetical order."""
     return [_observer(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
 
 
@@ -270,7 +273,7 @@ def _observer(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
     catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
     nonrigid, rigid = time(catch, "nonrigid"), time(catch, "rigid")
     passed = nonrigid > rules.catch_share * (nonrigid + rigid)
-    plain = rows[rows["gradient"] == "none"]  # with a gradient, how long no reading is reported may depend on it
+    plain = rows[rows["gradient"] == "none"]  # with a gradient, time without a report may depend on it
     lasted = plain.groupby(keys)["trial_duration"].first()
     reported = time(plain, "rigid") + time(plain, "nonrigid")
     return SubjectQuality(

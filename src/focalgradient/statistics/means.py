@@ -1,4 +1,4 @@
-"""Means over subjects: their intervals within and between subjects, tests of them, and families of tests."""
+"""Means over subjects: within- and between-subject intervals, tests, and correction of families of tests."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ __all__ = [
 
 
 def within_half_widths(cells: ArrayLike) -> NDArray[np.float64]:
-    """Half widths of the 95 % within-subject intervals of the means of conditions.
+    """Return half widths of the 95 % within-subject intervals of condition means.
 
-    What subjects differ by as a whole is taken out (Cousineau 2005), and what this takes too much is given back: a
-    factor sqrt(C / (C - 1)) for C conditions (Morey 2008). For comparing conditions by eye, not for their level.
+    Subject means are removed (Cousineau 2005), and the resulting bias is corrected by the factor sqrt(C / (C - 1)) for
+    C conditions (Morey 2008). The intervals serve to compare conditions visually, not to judge their level.
 
     Parameters
     ----------
     cells
-        A row a subject, a column a condition; no gaps.
+        One row per subject, one column per condition; no gaps.
 
     Returns
     -------
     ndarray
-        One a condition; NaN for one subject or one condition.
+        One value per condition; NaN for one subject or one condition.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def within_half_widths(cells: ArrayLike) -> NDArray[np.float64]:
 
 
 def t_interval(values: ArrayLike) -> Interval:
-    """The mean over subjects and its 95 % interval by Student's t.
+    """Return the mean over subjects and its 95 % interval by Student's t.
 
     Examples
     --------
@@ -72,10 +72,10 @@ def t_interval(values: ArrayLike) -> Interval:
 
 
 def share_interval(shares: ArrayLike) -> Interval:
-    """The mean of the subjects' shares and its 95 % interval, which lies within 0 and 1.
+    """Return the mean of the subjects' proportions and its 95 % interval, which lies within 0 and 1.
 
-    Student's t on the log odds of the mean, by the delta method. No ends where there is one subject, or all shares are
-    0 (or 1).
+    The interval is Student's t on the log odds of the mean, by the delta method. It is undefined for one subject, or if
+    all proportions are 0 (or all are 1).
 
     Examples
     --------
@@ -103,7 +103,7 @@ def student_effect(
     dz: float | None = None,
     remarks: tuple[str, ...] = (),
 ) -> Effect:
-    """An estimate and its standard error referred to Student's t, with a degree of freedom less than subjects or `df`.
+    """Test an estimate by Student's t, with `df` degrees of freedom (by default subjects - 1).
 
     Examples
     --------
@@ -130,14 +130,14 @@ def student_effect(
 
 
 def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
-    """The mean of the subjects' own differences, by a paired t-test.
+    """Test the mean within-subject difference by a paired t-test.
 
     Parameters
     ----------
     differences
-        One a subject.
+        One difference per subject.
     method
-        What is said of it.
+        Description of the method for the report.
 
     Examples
     --------
@@ -158,9 +158,9 @@ def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
 
 
 def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
-    """Probabilities of one family corrected by Holm's (1979) step-down method, along the last axis.
+    """Correct the p values of one family by Holm's (1979) step-down method, along the last axis.
 
-    NaN, a test that was not done, stays NaN and does not count.
+    NaN (a test that was not done) stays NaN and is not counted.
 
     Examples
     --------
@@ -178,18 +178,18 @@ def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
 
 
 def only_difference(differences: Mapping[tuple[str, str], Effect | NotComputed]) -> Effect | NotComputed:
-    """The one difference where there are two fixations, or why there is none.
+    """Return the difference if there are exactly two fixations, else the reason why there is none.
 
     >>> only_difference({}).reason
     'One fixation only: there is nothing to compare.'
     """
     if len(differences) > 1:
         return NotComputed("There are more than two fixations: each pair is compared.")
-    return next(iter(differences.values()), NotComputed("One fixation only: there is nothing to compare."))
+    return next(iter(differences.values()), NotComputed("There is only one fixation: nothing can be compared."))
 
 
 def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
-    """The tests of one family, with probabilities corrected by `holm`.
+    """Return the tests of one family with `p_holm` from `holm`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Random-effects meta-analysis of the same effect in several data sets."""
+"""Random-effects meta-analysis of one effect over several data sets."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ __all__ = ["Pooled", "random_effects"]
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
-    """An effect over data sets.
+    """Effect pooled over data sets.
 
     Parameters
     ----------
     estimate, low, high
-        Mean effect and its 95 % interval by Hartung and Knapp.
+        Mean effect and its 95 % Hartung-Knapp interval.
     standard_error, statistic, df, p
-        Of the mean; Student's t with a degree of freedom less than data sets.
+        Standard error of the mean; Student's t with (data sets - 1) degrees of freedom.
     tau
-        Standard deviation of the effects between data sets (Paule and Mandel's estimate).
+        Standard deviation of the effects between data sets (Paule-Mandel estimate).
     predicted_low, predicted_high
-        95 % interval of the effect in a new data set; None with fewer than three.
+        95 % prediction interval of the effect in a new data set; None with fewer than three data sets.
     q, q_p, i2
-        Cochran's Q, its probability, and the share of the variance that is between data sets (Higgins and Thompson).
+        Cochran's Q, its p value, and the fraction of variance between data sets (Higgins and Thompson).
     studies
         Number of data sets.
     """
@@ -51,21 +51,21 @@ class Pooled:
 
 
 def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
-    """Pool effects by a random-effects model with Hartung and Knapp's interval.
+    """Pool effects by a random-effects model with the Hartung-Knapp interval.
 
-    The variance between data sets is that at which the generalised Q is its degrees of freedom (Paule & Mandel 1982).
-    The standard error is that of Hartung & Knapp (2001), not below the one without their factor (Röver, Knapp & Friede
-    2015), as with few data sets the factor can be near 0.
+    The between-study variance sets the generalised Q equal to its degrees of freedom (Paule & Mandel 1982). The
+    standard error is that of Hartung & Knapp (2001), but not below the value without their factor (Röver, Knapp &
+    Friede 2015), as the factor can be near 0 with few data sets.
 
     Parameters
     ----------
     estimates, standard_errors
-        One a data set, two or more.
+        One per data set, at least two.
 
     Raises
     ------
     InputError
-        If there are fewer than two, or an error is not above 0 or not finite.
+        If there are fewer than two data sets, or a standard error is not positive and finite.
 
     Examples
     --------

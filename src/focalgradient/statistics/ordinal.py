@@ -216,7 +216,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
             for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
         ),
         shares,
-        tuple(float(sd) for sd in np.sqrt((fit.spread**2).sum(axis=1))),
+        tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         fit.log_likelihood,
         differences if len(fixations) > 2 else {},
         tuple(family(fixed)),
@@ -300,7 +300,7 @@ def _by_people(
         only_difference(differences),
         thresholds,
         shares,
-        () if fit is None else tuple(float(sd) for sd in np.sqrt((fit.spread**2).sum(axis=1))),
+        () if fit is None else tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         None if fit is None else fit.log_likelihood,
         differences if size > 2 else {},
         tuple(tests),

@@ -50,11 +50,9 @@ def crossed_size(
     of_subjects, of_scenes, residual = (np.asarray(square) for square in squares)
     total = float(_total(_components(of_subjects, of_scenes, residual, subjects, scenes)))
     people, pictures = round(cells / scenes), round(cells / subjects)
-    freedom = max(people - 1, 1), max(pictures - 1, 1), max(cells - people - pictures + 1, 1)
+    dfs = max(people - 1, 1), max(pictures - 1, 1), max(cells - people - pictures + 1, 1)
     uniform = _uniform()
-    first, second, third = (
-        square / _scaled(k, df) for k, (square, df) in enumerate(zip(squares, freedom, strict=True))
-    )
+    first, second, third = (square / _scaled(k, df) for k, (square, df) in enumerate(zip(squares, dfs, strict=True)))
     parts = _components(first, second, third, subjects, scenes)
     error = parts[0] / people + parts[1] / pictures + parts[2] / cells
     of_mean = mean - special.ndtri(uniform[:, 3]) * np.sqrt(error)

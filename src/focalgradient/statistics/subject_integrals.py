@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["joint_densities", "mean_derivatives", "most_likely_effects"]
+__all__ = ["conditional_modes", "joint_densities", "mean_derivatives"]
 
 FloatArray = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def _rise(
 
 
 @_compiled
-def most_likely_effects(
+def conditional_modes(
     low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], mode: FloatArray
 ) -> tuple[FloatArray, bool]:
     """Each subject's most likely effects, written into `mode` (subjects x q), and the curvature there.
