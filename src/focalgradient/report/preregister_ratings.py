@@ -30,7 +30,7 @@ from focalgradient.statistics.exclusions import (
     NOT_DIFFERENT,
     NOT_REPEATED,
 )
-from focalgradient.statistics.judging import FEW, FEW_STARTS
+from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
 
 __all__ = ["preregister_ratings"]
 
@@ -106,11 +106,11 @@ def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
         reasons["repeat_factor"] = NOT_REPEATED
     if analysis.ratios and trials < 3:
         reasons["lapses"] = FEW_OF_CONDITION
-    if analysis.binary and design.catch_trials < FEW:
+    if analysis.binary and design.catch_trials < MIN_ANSWERS:
         reasons["same_answer"] = NOT_DIFFERENT
     if analysis.binary or design.answer == "typed":
         reasons["first_press"] = NO_STARTS
-    elif trials * len(design.apertures) * len(design.fixations) < FEW_STARTS:
+    elif trials * len(design.apertures) * len(design.fixations) < MIN_STARTS:
         reasons["first_press"] = FEW_PLACES
     return {name: reason for name, reason in reasons.items() if getattr(stated.rules, name) is not None}
 

@@ -18,7 +18,7 @@ from focalgradient.scales import Analysis
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import moments
 
-__all__ = ["FEW", "FEW_STARTS", "SubjectQuality", "judged_observers", "judged_raters"]
+__all__ = ["MIN_ANSWERS", "MIN_STARTS", "SubjectQuality", "judged_observers", "judged_raters"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class SubjectQuality:
 EXAMPLES = {"example-flat": -1, "example-deep": 1}
 """Catch drawings that look clearly flat (-1) or deep (1): side of the scale's middle of a correct answer."""
 
-FEW = 5
+MIN_ANSWERS = 5
 """Minimum number of answers for the share of the most frequent one."""
 
 MAX_SAME_CORRECT = 0.75
@@ -73,7 +73,7 @@ MAX_SAME_CORRECT = 0.75
 would reach the default limit of `Rules.same_answer`.
 """
 
-FEW_STARTS = 8
+MIN_STARTS = 8
 """Minimum number of recorded marker positions, for scales on which chance agreement is rare (our choice)."""
 
 KAPPA_SE = 0.23
@@ -153,8 +153,7 @@ def _scenes_differ(rows: pd.DataFrame, analysis: Analysis, rules: Rules) -> bool
     """Return whether scenes at the pinhole differ so much that every honest observer must answer differently.
 
     This is decided by the subjects whose answers vary there: they must be the majority and agree on the scenes, and a
-    subject who perceives only the fraction `PERCEIVED_FRACTION` of the differences must still give different answers on their
-    response steps.
+    subject who perceives only `PERCEIVED_FRACTION` of the differences must still give different answers on their steps.
     """
     if rows.empty or analysis.binary:
         return False
@@ -231,9 +230,9 @@ def _most_frequent(answers: Mapping[str, np.ndarray], apart: bool) -> float | No
     if interval is not None and (interval > 0).all():  # keys pressed, and correct keys
         given, right = np.where(given == 1, interval, 3 - interval), np.where(right > 0, interval, 3 - interval)
     caught = ~np.isnan(answers["side"])
-    if caught.sum() >= FEW and _largest_share(right[caught]) <= MAX_SAME_CORRECT:
+    if caught.sum() >= MIN_ANSWERS and _largest_share(right[caught]) <= MAX_SAME_CORRECT:
         return _largest_share(given[caught])
-    if apart and answers["pinhole"].sum() >= FEW:
+    if apart and answers["pinhole"].sum() >= MIN_ANSWERS:
         return _largest_share(given[answers["pinhole"]])
     return None
 
@@ -249,7 +248,7 @@ def _start_agreement(rows: Mapping[str, np.ndarray]) -> float | None:
     """
     start = rows.get("start", np.array([math.nan]))
     known = np.isfinite(start)
-    if known.sum() < FEW_STARTS:
+    if known.sum() < MIN_STARTS:
         return None
     answer, start = rows["rating"][known], start[known]
     same = np.abs(answer[:, None] - start) <= 1e-3 * np.abs(start)

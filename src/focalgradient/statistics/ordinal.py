@@ -1,4 +1,4 @@
-"""Ordinal answers: slopes, their difference and thresholds by one cumulative-link mixed model."""
+"""Ordinal answers: slopes, their difference and thresholds from one cumulative-link mixed model."""
 
 from __future__ import annotations
 
@@ -32,13 +32,14 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 MANY = 60
-"""Trials of a subject from which three nodes along each random effect do as well as seven: on simulated answers of 200
-subjects the slopes and their errors then differ by less than 1e-3 of the error."""
+"""Number of trials per subject above which 3 quadrature nodes per random effect replace 7: in simulated answers of 200
+subjects, slopes and standard errors then differ by less than 1e-3 of the standard error.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class StepShare:
-    """Share of one step of the scale among the answers to an aperture with a fixation: mean over subjects."""
+    """Proportion of one scale step among the answers at one aperture and fixation, averaged over subjects."""
 
     fixation: str
     aperture: str
@@ -49,7 +50,7 @@ class StepShare:
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """Where the latent scale, in log odds, passes from one step to the next: the pinhole with the first scene is 0."""
+    """Boundary between two steps on the latent scale, in log odds; 0 is the pinhole with the first scene."""
 
     below: int
     above: int
@@ -58,41 +59,41 @@ class Threshold:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class OrdinalResult:
-    """Answers in steps, by one cumulative-link mixed model of all fixations.
+    """Results of one cumulative-link mixed model of the ordinal answers at all fixations.
 
     Parameters
     ----------
     formula
-        The model, as R's ordinal package writes it.
+        Model in the notation of R's ordinal package.
     fixations
-        Those present, nearest first.
+        Fixations in the data, nearest first.
     slopes
-        Of each fixation: change of the log odds of a higher answer for a millimetre of aperture.
+        For each fixation: change in the log odds of a higher answer per millimetre of aperture.
     rises
-        The same from the pinhole (or none) to the largest aperture: `Effect.ratio` is the odds ratio. Like slopes and
-        differences they are over subjects and scenes, both random, where there are five scenes or more.
+        For each fixation: the same change from the pinhole (or no aperture) to the largest aperture; `Effect.ratio` is
+        the odds ratio. With five or more scenes, slopes, effects and differences have random subjects and scenes.
     interaction
-        The rise with the nearest object in focus less that with the farthest, where there are two fixations.
+        With two fixations: effect with the nearest object in focus minus effect with the farthest.
     differences
-        Of more than two fixations: the difference of the rises of each pair, by their names.
+        With more than two fixations: difference of the effects of each pair, by their names.
     thresholds
-        Between the steps.
+        Boundaries between the steps.
     shares
-        Mean shares of the steps, by fixation and aperture.
+        Mean proportions of the steps, by fixation and aperture.
     subject_sd
-        Standard deviations over subjects of level and rises, in log odds, in the order of `fixations`.
+        Standard deviations over subjects of level and effects, in log odds, in the order of `fixations`.
     log_likelihood
-        At the maximum; None where there is no fit.
+        Maximum of the log likelihood; None without a fit.
     these_scenes
-        The rises, and then the differences of each pair, over subjects and for these scenes only.
+        The effects, then the differences of each pair, over subjects only, for these scenes.
     by_people
-        Whether subjects' own rises were tested, as the mixed model's errors could not be trusted; all tests are then
-        over subjects, for these scenes.
+        True if within-subject effects were tested because the mixed model's standard errors are unreliable; all tests
+        are then over subjects, for these scenes.
 
     Notes
     -----
-    Rises and interaction are corrected by Holm as one family, the slopes with them: they are the same tests. Those for
-    these scenes are another.
+    Holm's correction treats effects and interaction as one family; the slopes share its p values, as they are the same
+    tests. The tests in `these_scenes` are another family.
     """
 
     formula: str
@@ -109,11 +110,11 @@ class OrdinalResult:
     by_people: bool = False
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<OrdinalResult: {self.formula}>"
 
     def summary(self) -> str:
-        """The rises in log odds and their differences, a line each."""
+        """Return the effects in log odds and their differences as text, one per line."""
         rises = zip(self.fixations, self.rises, strict=True)
         pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
         tests = [(f"log odds, {name} in focus", rise) for name, rise in rises]
@@ -121,7 +122,7 @@ class OrdinalResult:
 
 
 def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
-    """Columns 1 and the amount, then one for each kind of material (scene) after the first: its difference to that.
+    """Return the columns 1, amount, and one indicator for each scene after the first.
 
     Examples
     --------
@@ -135,21 +136,21 @@ def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
 
 
 def nodes_for(subject: NDArray[np.int_]) -> int:
-    """Nodes of the quadrature along each random effect: many trials of a subject make its integrand near normal."""
+    """Return the number of quadrature nodes per random effect: with many trials the integrand is nearly normal."""
     return 3 if np.bincount(subject).min() >= MANY else 7
 
 
 def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | None = None) -> OrdinalResult:
-    """Analyse answers in steps: slopes of both fixations, their difference, thresholds.
+    """Analyse ordinal answers: slopes at each fixation, their difference, and thresholds.
 
     Parameters
     ----------
     rows
-        Trials with `participant_id`, `scene`, `aperture`, `aperture_mm`, `fixation` and `rating`, whole numbers.
+        Trials with `participant_id`, `scene`, `aperture`, `aperture_mm`, `fixation` and `rating` (integers).
     remarks
-        What was left out is added to it.
+        List to which omissions are appended.
     progress
-        Called with the share done.
+        Function called with the completed fraction.
 
     Examples
     --------
@@ -224,7 +225,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
 
 
 def _formula(fixations: Sequence[str]) -> str:
-    """The model as R's ordinal writes it."""
+    """Return the model in the notation of R's ordinal package."""
     slopes = " + ".join(f"mm_{name}" for name in fixations)
     both = " + fixation" if len(fixations) > 1 else ""
     return f"rating ~ {slopes}{both} + scene + (1 + {slopes} | participant_id)"
@@ -233,7 +234,7 @@ def _formula(fixations: Sequence[str]) -> str:
 def _columns(
     rows: pd.DataFrame, fixations: Sequence[str], width: float, remarks: list[str]
 ) -> tuple[FloatArray, FloatArray]:
-    """Columns of the fixed and of the random effects, a row a trial; amounts in units of their range, `width`."""
+    """Return the design matrices of fixed and random effects, one row per trial; amounts are divided by `width`."""
     amount = rows["aperture_mm"].to_numpy(dtype=float)
     own = [(rows["fixation"] == name).to_numpy() * amount / width for name in fixations]
     design = np.column_stack([*own, *(rows["fixation"] == name for name in fixations[1:])]).astype(float)
@@ -242,7 +243,7 @@ def _columns(
     if np.linalg.matrix_rank(whole - whole.mean(axis=0)) == whole.shape[1]:
         design = whole
     elif scenes.shape[1]:
-        remarks.append("Scenes and apertures cannot be separated: nothing is corrected for scenes.")
+        remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
     return design, np.column_stack([np.ones(len(rows)), *own])
 
 
@@ -250,8 +251,9 @@ METHOD = "cumulative-link mixed model (logit), random intercepts and slopes, ada
 
 
 FLOOR = 0.5
-"""Share of answers in the lowest (or highest) step from which subjects' own rises are tested: there the mixed model's
-test rejects .004 (4 subjects) and .013 (6) of sets without a rise."""
+"""Proportion of answers in the lowest (or highest) step above which within-subject effects are tested: there the mixed
+model's test rejects .004 (4 subjects) and .013 (6 subjects) of data sets without an effect.
+"""
 
 PEOPLE_METHOD = "subjects' own rises, penalised cumulative-link model (logit) with common thresholds, t-test over them"
 
@@ -271,7 +273,7 @@ def _by_people(
     shares: tuple[StepShare, ...],
     fit: CumulativeFit | None,
 ) -> OrdinalResult:
-    """Results where the mixed model's errors cannot be trusted: t-tests over the subjects' own rises."""
+    """Test within-subject effects by t-tests if the mixed model's standard errors are unreliable."""
     size = len(fixations)
     own = own_rises(category, random[:, 1:], design[:, size : 2 * size - 1], subject)
     remarks = (NO_MAXIMUM if fit is None else SINGULAR if fit.at_boundary else AT_END,)
@@ -317,10 +319,10 @@ def _contrast(fit: CumulativeFit, weights: FloatArray, subjects: int) -> Effect:
 def _scene_deviations(
     derivatives: tuple[FloatArray, FloatArray], random: FloatArray, scene: NDArray[np.int_]
 ) -> tuple[FloatArray, FloatArray] | None:
-    """By how much each scene's level and rises differ from the model, and the covariance that the answers leave them.
+    """Return the deviations of each scene's level and effects from the model, and their sampling covariance.
 
-    One step of Newton's method from the fit, subjects at their most likely effects. None where some scene does not
-    show them all, or there are fewer than five.
+    The deviations are one Newton step from the fit, with the subjects at their conditional modes. Return None if some
+    scene lacks a condition, or with fewer than five scenes.
     """
     slope, curvature = derivatives
     scenes = int(scene.max()) + 1
@@ -336,10 +338,10 @@ def _scene_deviations(
 
 
 def _over_scenes(effect: Effect, deviations: tuple[FloatArray, FloatArray] | None, weights: FloatArray) -> Effect:
-    """The effect generalised to other scenes, by Cochran's Q of what the scenes' own rises (or their differences) are.
+    """Generalise the effect to other scenes, by Cochran's Q of the effects (or differences) within scenes.
 
-    Each scene weighs by the information in its answers. Q over its degrees of freedom, one less than scenes, is 1 where
-    scenes do not differ; beyond it, it is what they add to the mean's variance.
+    Each scene is weighted by the information in its answers. Q divided by its degrees of freedom, scenes - 1, is
+    expected to be 1 if scenes do not differ; the excess is their contribution to the variance of the mean.
     """
     if deviations is None:
         return effect
@@ -351,7 +353,7 @@ def _over_scenes(effect: Effect, deviations: tuple[FloatArray, FloatArray] | Non
 
 
 def _scaled(effect: Effect | NotComputed, width: float) -> Effect | NotComputed:
-    """The effect for a millimetre."""
+    """Rescale the effect to one millimetre of aperture."""
     if isinstance(effect, NotComputed):
         return effect
     ends = {name: getattr(effect, name) / width for name in ("estimate", "low", "high", "standard_error")}

@@ -1,8 +1,9 @@
-"""Each subject's own rises of answers in steps, by a penalised cumulative-link model that always has a maximum.
+"""Within-subject effects of ordinal answers from a penalised cumulative-link model, which always has a maximum.
 
-The mixed model (`focalgradient.statistics.cumulative`) has none, or a singular covariance, where most answers are the
-lowest (or highest) step: its standard error is then not that of the rises. Here every subject has a level and rises of
-their own, with weak normal penalties; thresholds are common. `RISE_SD` says what a t-test over these rises rejects.
+The mixed model (`focalgradient.statistics.cumulative`) has no maximum, or a singular covariance, if most answers are
+the lowest (or highest) step, and its standard errors are then invalid. Here each subject has a separate level and
+separate effects with weak normal penalties; the thresholds are common. `RISE_SD` states the error rates of a t-test
+over these effects.
 """
 
 from __future__ import annotations
@@ -16,34 +17,35 @@ __all__ = ["own_rises"]
 FloatArray = NDArray[np.float64]
 
 LEVEL_SD, RISE_SD = 3.0, 2.0
-"""Standard deviations of the normal penalties on a subject's level (and what fixations differ by) and rises, in log
-odds: an odds ratio of 7 is at one. Weakly informative, our choice. With them a t-test of no mean rise rejects .070,
-.018 and .072 of 400 sets of 4 normal subjects (error .011), .043, .052 and .040 of 6, where 69, 92 and 8 % of answers
-are the lowest step, and of 2,000 other sets of 4 at 69 % .058 (benchmarks/scales_error_rates.py, `--levels`; its rates
-stand in docs/statistics-measured.md)."""
+"""Standard deviations of the normal penalties on a subject's level (and on the differences between fixations) and on
+the effects, in log odds: one standard deviation is an odds ratio of 7. Weakly informative (our choice). With them a
+t-test of a zero mean effect rejects .070, .018 and .072 of 400 data sets of 4 normal subjects (standard error .011),
+and .043, .052 and .040 with 6, if 69, 92 and 8 % of answers are the lowest step; and .058 of 2,000 other data sets of 4
+subjects at 69 % (benchmarks/scales_error_rates.py, `--levels`; rates in docs/statistics-measured.md).
+"""
 
 FAR = 50.0
-"""Log odds that stand for infinity."""
+"""Log odds that represent infinity."""
 
 ROUNDS, NEWTON, LARGEST_STEP = 8, 6, 2.0
-"""Rounds of thresholds and subjects in turn; steps of the latter in each round; and their limit, in log odds."""
+"""Alternations between thresholds and subjects; Newton steps per subject in each; and maximum step, in log odds."""
 
 
 def own_rises(
     category: NDArray[np.int_], amounts: FloatArray, offsets: FloatArray, subject: NDArray[np.int_]
 ) -> FloatArray:
-    """Rises of each subject in log odds of a higher answer (subjects x fixations).
+    """Estimate each subject's effects in log odds of a higher answer (subjects x fixations).
 
     Parameters
     ----------
     category
-        0, 1, ..., each occurring, of each trial.
+        Category of each trial: 0, 1, ..., without gaps.
     amounts
-        Aperture of each trial in units of its range, a column a fixation, 0 in the others' trials.
+        Aperture of each trial divided by its range, one column per fixation; 0 in trials of the other fixations.
     offsets
-        Columns that tell fixations apart, one less than there are.
+        Indicator columns of the fixations, one fewer than their number.
     subject
-        Number of each trial's subject, from 0 up.
+        Subject index of each trial, from 0.
 
     Examples
     --------
@@ -57,7 +59,7 @@ def own_rises(
     count = offsets.shape[1]
     kind = offsets @ np.arange(1, count + 1)
     centered = amounts.astype(float).copy()
-    for who in range(people):  # within a subject and fixation: a subject with one answer only has no rise
+    for who in range(people):  # within a subject and fixation; a subject with constant answers has no effect
         for each in range(amounts.shape[1]):
             own = (subject == who) & (kind == (each if count else 0))
             if own.any():
@@ -79,7 +81,7 @@ def own_rises(
 def _fitted(
     category: NDArray[np.int_], design: FloatArray, cuts: FloatArray, penalty: FloatArray, start: FloatArray
 ) -> FloatArray:
-    """Penalised effects of one subject: Newton's method, on a function that is concave."""
+    """Maximise the penalised log likelihood of one subject by Newton's method; it is concave."""
     edges = np.concatenate([[-FAR], cuts, [FAR]])
     low, high = edges[category], edges[category + 1]
     effects = start
@@ -94,7 +96,7 @@ def _fitted(
 
 
 def _thresholds(category: NDArray[np.int_], level: FloatArray, cuts: FloatArray) -> FloatArray:
-    """Most likely thresholds for given levels, beginning from `cuts`."""
+    """Maximise the likelihood over the thresholds for given levels, starting from `cuts`."""
 
     def cost(free: FloatArray) -> float:
         edges = np.concatenate([[-FAR], free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]), [FAR]])

@@ -1,4 +1,4 @@
-"""Answers of yes and no to signal and noise from a table of one's own, with confidence where it was asked."""
+"""Import of yes/no detection data, with optional confidence ratings, from the user's own table."""
 
 from __future__ import annotations
 
@@ -41,34 +41,34 @@ ROLES = {
     "trial": (),
     "kind": (),
 }
-"""Our columns, and the names by which they are found where the caller does not give them."""
+"""Required and optional columns, each with the names recognised automatically."""
 
 OTHERS = frozenset(("rating", "percept", "aperture", "aperture_mm", "fixation", "level", "correct", "interval"))
-"""Columns of tables of another kind."""
+"""Columns that identify tables of another kind."""
 
 WORDS = {
     **dict.fromkeys(("1", "1.0", "true", "yes", "y", "t", "present", "signal", "old", "seen", "ja", "oui"), True),
     **dict.fromkeys(("0", "0.0", "false", "no", "n", "f", "absent", "noise", "new", "unseen", "nein", "non"), False),
 }
-"""Words of signal and noise, and of the answers yes and no."""
+"""Recognised words for signal and noise, and for the answers yes and no."""
 
 MOST_STEPS = 10
-"""Steps of confidence: with more each would be given too rarely for a curve."""
+"""Maximum number of confidence steps: with more, each would be used too rarely for an ROC."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnDetection:
-    """A table of one's own as `focalgradient.statistics.detection_by_person` takes it.
+    """Imported detection data, in the form that `focalgradient.statistics.detection_by_person` accepts.
 
     Parameters
     ----------
     table
-        One row a trial: participant_id, session, condition, signal, answer, catch and kind, and where it was asked
-        confidence: 1 (least) to `steps`. The index gives file and row.
+        One row per trial: participant_id, session, condition, signal, answer, catch, kind, and optionally confidence
+        from 1 (lowest) to `steps`. The index contains file and row.
     steps
-        Of confidence; 0 where it was not asked.
+        Number of confidence steps; 0 without confidence.
     notes, notices
-        As of `focalgradient.statistics.OwnThresholds`.
+        As in `focalgradient.statistics.OwnThresholds`.
     """
 
     table: pd.DataFrame
@@ -78,7 +78,7 @@ class OwnDetection:
 
 
 def holds_detection(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
-    """Whether a table is of answers to signal and noise: it has columns of both and none of another kind."""
+    """Return whether a table contains detection data: columns of signal and answer, and none of another kind."""
     columns = columns or {}
     if OTHERS & set(columns):
         return False
@@ -95,23 +95,22 @@ def read_detection(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
 ) -> OwnDetection:
-    r"""Read answers to signal and noise from a CSV, TSV or XLSX file, a row a trial.
+    r"""Read detection data from a CSV, TSV or XLSX file with one row per trial.
 
     Parameters
     ----------
     path
-        Commas, semicolons or tabs between the cells.
+        File with comma-, semicolon- or tab-separated cells, or XLSX.
     columns
-        The file's name of each of our columns: participant, signal (1 where it was there, else 0) and response (1 for
-        "yes", 0 for "no"); where there are such, confidence (whole numbers or steps in order, at most 10), condition,
-        session and catch.
+        Name in the file of each column: participant, signal (1 if present, else 0), response (1 for "yes", 0 for "no");
+        optionally confidence (integers or ordered steps, at most 10), condition, session, catch.
     conditions
-        Our word for each of the file's in signal and response: {"links": "1"}.
+        Meanings of the file's own words in signal and response: {"links": "1"}.
 
     Raises
     ------
     InputError
-        If a column is missing or a cell cannot be understood: it is named.
+        If a column is missing or a cell is invalid; the message names it.
 
     Examples
     --------
@@ -150,7 +149,7 @@ def read_detection(
 
 
 def _truth(table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Series[bool]:
-    """Cells of yes and no."""
+    """Convert a column of yes/no words to booleans."""
     cells = table[role].map(lambda cell: words.get(cell.casefold(), cell.casefold()))
     wrong = ~cells.isin(list(WORDS))
     if wrong.any():
@@ -162,7 +161,7 @@ def _truth(table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Serie
 
 
 def _steps(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str]) -> tuple[pd.DataFrame, int]:
-    """Confidence as 1, 2, ..., in the order of its values, and the number of steps."""
+    """Recode confidence as 1, 2, ... in ascending order; return the table and the number of steps."""
     if "confidence" not in table:
         return table, 0
     table = without_codes(table, "confidence", notices, signed=False)

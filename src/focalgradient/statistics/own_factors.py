@@ -1,4 +1,4 @@
-"""Factors of a laboratory's own: whether answers, and their change with blur, differ between the levels."""
+"""Effects of user-defined factors: on the answers, and on their change with blur."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ __all__ = ["FactorEffect", "factor_effects", "welch"]
 
 @dataclass(frozen=True, slots=True)
 class FactorEffect:
-    """One level of a factor against its first.
+    """Comparison of one level of a factor with the first.
 
     Parameters
     ----------
     factor, level, against
-        Which.
+        Factor, its level, and the first level.
     measure
-        "answer": the mean answer; "change with blur": that at the largest aperture less that at the smallest.
+        "answer": mean answer; "change with blur": mean answer at the largest aperture minus that at the smallest.
     effect
-        The difference between the levels, on the logarithm where answers are ratios.
+        Difference between the levels, on the logarithm if answers are ratios.
     """
 
     factor: str
@@ -44,16 +44,16 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     Parameters
     ----------
     table
-        Ratings with a column for each factor; catch trials are left out.
+        Ratings with one column per factor; catch trials are excluded.
     factors
-        As the design has them: by name, ``levels`` and ``vary`` ("within" or "between").
+        Factors as in the design: by name, with ``levels`` and ``vary`` ("within" or "between").
     ratios
-        Whether answers are ratios, and their logarithm is taken.
+        True to analyse the logarithm of the answers.
 
     Returns
     -------
     tuple
-        Probabilities of one measure of one factor are corrected by Holm's method as a family.
+        The tests of one measure of one factor are corrected by Holm's method as a family.
 
     Raises
     ------
@@ -89,13 +89,13 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
 
 
 def _means(table: pd.DataFrame, name: str) -> pd.Series[float]:
-    """Mean answer of each subject at each level, all apertures alike."""
+    """Return the mean answer of each subject at each level, over all apertures."""
     cells = table.groupby(["participant_id", name, "aperture_mm"])["answer"].mean()
     return cells.groupby(["participant_id", name]).mean()
 
 
 def _changes(table: pd.DataFrame, name: str) -> pd.Series[float]:
-    """Mean answer of each subject and level at the largest aperture, less that at the smallest."""
+    """Return each subject's mean answer at the largest aperture minus that at the smallest, by level."""
     ends = [table["aperture_mm"].max(), table["aperture_mm"].min()]
     keys = ["participant_id", name]
     large, small = (table[table["aperture_mm"] == end].groupby(keys)["answer"].mean() for end in ends)
@@ -113,7 +113,7 @@ def _between(own: pd.Series[float], level: str, first: str, *, paired: bool) -> 
 
 
 def welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | NotComputed:
-    """Difference of the means of two groups of subjects, their variances apart (Welch 1947)."""
+    """Compare the means of two groups of subjects with unequal variances (Welch 1947)."""
     if min(len(one), len(other)) < 2:
         return NotComputed(
             f"A test between groups needs two subjects in each, and there are {len(one)} and {len(other)}."

@@ -1,4 +1,4 @@
-"""Judgements by two depth cues, and of differences between differences, from tables of one's own."""
+"""Import of cue-combination judgements and of comparisons of differences from the user's own tables."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 LARGER = ("deeper", "response", "resp", "answer")
-"""Names of the answer, besides larger."""
+"""Recognised names of the answer column, besides "larger"."""
 
 CUES = {
     "participant_id": PARTICIPANT,
@@ -42,7 +42,7 @@ CUES = {
     "larger": LARGER,
     "kind": (),
 }
-"""Columns of judgements by cues, and the names by which they are found where the caller does not give them."""
+"""Columns of cue judgements, each with the names recognised automatically."""
 
 STIMULI = ("s1", "s2", "s3", "s4")
 
@@ -52,19 +52,20 @@ DIFFERENCES = {
     "larger": LARGER,
     "kind": (),
 }
-"""The same of judgements of differences."""
+"""Columns of comparisons of differences, each with the names recognised automatically."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnJudgements:
-    """A table of judgements, one row a trial: participant_id, what was shown, larger (true or false) and kind.
+    """Imported judgements.
 
     Parameters
     ----------
     table
-        Of cues: first and second, NaN where a cue was not offered. Of differences: s1, s2, s3 and for quadruples s4.
+        One row per trial: participant_id, larger (bool), kind; for cues, first and second (NaN if a cue was absent);
+        for differences, s1, s2, s3 and for quadruples s4.
     notes, notices
-        As of `focalgradient.statistics.OwnThresholds`.
+        As in `focalgradient.statistics.OwnThresholds`.
     """
 
     table: pd.DataFrame
@@ -86,12 +87,12 @@ def _holds(
 
 
 def holds_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
-    """Whether a table has columns of two cues and of an answer."""
+    """Return whether a table has columns of two cues and of an answer."""
     return _holds(path, columns, CUES, {"first", "second", "larger"})
 
 
 def holds_difference_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
-    """Whether a table has columns of three or four stimuli and of an answer."""
+    """Return whether a table has columns of three or four stimuli and of an answer."""
     return _holds(path, columns, DIFFERENCES, {"s1", "s2", "s3", "larger"})
 
 
@@ -124,21 +125,20 @@ def _read(
 
 
 def read_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> OwnJudgements:
-    r"""Read judgements by two cues from a CSV, TSV or XLSX file, a row a trial.
+    r"""Read judgements by two cues from a CSV, TSV or XLSX file with one row per trial.
 
     Parameters
     ----------
     path
-        Commas, semicolons or tabs between the cells.
+        File with comma-, semicolon- or tab-separated cells, or XLSX.
     columns
-        The file's name of each of our columns: participant, first and second (the test's difference from the standard
-        by each cue, in one unit; empty where the cue was not offered) and larger (1 where the test was judged larger or
-        deeper, else 0).
+        Name in the file of each column: participant; first and second (difference between test and standard by each
+        cue, in a common unit; empty if the cue was absent); larger (1 if the test was judged larger or deeper, else 0).
 
     Raises
     ------
     InputError
-        If a cell cannot be understood or a trial has neither cue: it is named.
+        If a cell is invalid or a trial has neither cue; the message names it.
 
     Examples
     --------
@@ -158,20 +158,20 @@ def read_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str]
 
 
 def read_difference_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> OwnJudgements:
-    r"""Read judgements of differences from a CSV, TSV or XLSX file, a row a trial.
+    r"""Read comparisons of differences from a CSV, TSV or XLSX file with one row per trial.
 
     Parameters
     ----------
     path
-        Commas, semicolons or tabs between the cells.
+        File with comma-, semicolon- or tab-separated cells, or XLSX.
     columns
-        The file's name of each of our columns: participant, s1, s2, s3 and for quadruples s4 (magnitude or number of
-        each stimulus), and larger (1 where s3 and s4, of triads s2 and s3, were judged to differ more than s1 and s2).
+        Name in the file of each column: participant; s1, s2, s3 and for quadruples s4 (magnitude or number of each
+        stimulus); larger (1 if s3 and s4, or for triads s2 and s3, were judged to differ more than s1 and s2).
 
     Raises
     ------
     InputError
-        If a cell cannot be understood: it is named.
+        If a cell is invalid; the message names it.
 
     Examples
     --------
@@ -189,6 +189,6 @@ def read_difference_judgements(path: str | os.PathLike[str], columns: Mapping[st
     if alike.any():
         raise InputError(
             f"{place(own.table, pd.Series(alike, index=own.table.index))}: s1 and s2 are the same stimulus in "
-            f"{printable(Path(path))}: their difference is none."
+            f"{printable(Path(path))}, so that they do not differ: leave the trial out."
         )
     return own

@@ -1,9 +1,9 @@
-"""Names in a table of one's own: spellings of one name are united, and rows that name nobody are found.
+"""Names in the user's own table: spelling variants are merged, and summary rows are detected.
 
-Two spellings are one name where they differ only in case, in spaces (also unbreakable and invisible ones), hyphens and
-underscores between a letter and a digit, in leading zeros, in a prefix "sub-", in a final ".0", or in letters of other
-alphabets that look alike. "S1" and "S10", "1-1" and "11" stay two. Where it is wrong, uniting makes tests less
-powerful; keeping the spellings apart would count one subject twice.
+Two spellings are the same name if they differ only in case, in spaces (including non-breaking and invisible ones), in
+hyphens or underscores between a letter and a digit, in leading zeros, in the prefix "sub-", in a final ".0", or in
+look-alike letters of other alphabets. "S1" and "S10", and "1-1" and "11", remain distinct. A wrong merge makes tests
+less powerful; missing one would count a subject twice.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ LOOKALIKES = str.maketrans(
     "аеорсухіјѕԁһԛԝвкмнт" + "αβεικνορτυχ" + "ıℓ",
     "aeopcyxijsdhqwbkmht" + "abeikvoptux" + "il",
 )
-"""Small Cyrillic, Greek and other letters that look like Latin ones (Unicode Technical Standard 39, confusables)."""
+"""Lower-case Cyrillic, Greek and other letters that look like Latin ones (Unicode Technical Standard 39, confusables).
+"""
 
 DASHES = str.maketrans(dict.fromkeys("‐‑‒–—―−﹣－", "-"))
 
@@ -41,16 +42,16 @@ _SUMMARIES = (
     "المتوسط|المجموع|ממוצע|סך הכל"
 )
 SUMMARIES = frozenset(unicodedata.normalize("NFKC", one).casefold() for one in _SUMMARIES.split("|"))
-"""Names that spreadsheets and people give to rows of means, sums and spreads."""
+"""Names of summary rows (means, sums, standard deviations), in lower case, in several languages."""
 
 MAYBE = frozenset(
     ("sum", "som", "min", "max", "n", "m", "sd", "se", "sem", "std", "count", "all", "var", "mode", "med")
 )
-"""The same, but that people may be called so, or have such initials."""
+"""Summary labels that may also be a person's name or initials."""
 
 
 def clean(text: str) -> str:
-    r"""Text in Unicode's compatible form, without invisible characters, each run of spaces as one.
+    r"""Return text in Unicode's compatibility form, without invisible characters, and with single spaces.
 
     >>> clean("\u200bＰ０１\u00a0 "), clean("\u22121,5")
     ('P01', '-1,5')
@@ -63,7 +64,7 @@ def clean(text: str) -> str:
 
 
 def same_name(name: str) -> str:
-    """What all spellings of a name have in common.
+    """Return a canonical form that all spelling variants of a name share.
 
     >>> {same_name(one) for one in ("SUB-01 ", "sub-01", "1", "01", "1.0", "Sub_1")}
     {'1'}
@@ -79,12 +80,12 @@ def same_name(name: str) -> str:
 
 
 def _bare(name: str) -> str:
-    """A name in small letters, without brackets, colons and equals signs about it."""
+    """Return a name in lower case without surrounding brackets, colons and equals signs."""
     return re.sub(r"\(.*?\)|[:=.,*]", " ", clean(name).casefold()).strip()
 
 
 def is_summary(name: str, others: Iterable[str] = ()) -> bool:
-    """Whether a name is that of a row of means or sums, alone or with one of the `others` (bare) as its subject.
+    """Return whether a name denotes a summary row, alone or combined with one of the bare names `others`.
 
     >>> is_summary("Mittelwert:"), is_summary("01 Total", ["01", "02"]), is_summary("Max"), is_summary("Total recall")
     (True, True, False, False)
@@ -99,7 +100,7 @@ def is_summary(name: str, others: Iterable[str] = ()) -> bool:
 
 
 def maybe_summary(name: str) -> bool:
-    """Whether a name is that of a summary, or of somebody called so.
+    """Return whether a name denotes a summary row but may also be a person's.
 
     >>> maybe_summary("SD"), maybe_summary("Max"), maybe_summary("Mia")
     (True, True, False)
@@ -108,7 +109,7 @@ def maybe_summary(name: str) -> bool:
 
 
 def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
-    """Rows of the file, for a sentence: "row 3", "rows 2 to 9", "rows 2, 5, 8 and 4 more".
+    """Format the row numbers for a message: "row 3", "rows 2 to 9", "rows 2, 5, 8 and 4 more".
 
     >>> index = pd.MultiIndex.from_tuples([("a.csv", row) for row in range(2, 9)])
     >>> rows_named(pd.DataFrame(index=index), pd.Series([True] * 3 + [False] * 4))
@@ -124,7 +125,7 @@ def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
 
 
 def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.DataFrame:
-    """The table with each name in its most frequent spelling; what was united is noted with its rows."""
+    """Replace each name by its most frequent spelling; report the merged spellings in `notices`."""
     names = table[role]
     spelt = names.map({one: clean(one) for one in names.unique()})
     by_name: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Depth ratings from a table of one's own, wide or long, with any names; what had to be assumed is noted."""
+"""Import of depth ratings from the user's own table, wide or long, with any column names; assumptions are noted."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from focalgradient.statistics.tables import PINHOLE, rating_table
 __all__ = ["OwnRatings", "read_ratings"]
 
 FOCAL_LENGTH_MM = 50.0
-"""Of the lens, where neither a column aperture_mm nor the caller gives it: that of the paper's pictures."""
+"""Default focal length in mm, that of the paper's pictures, without a column aperture_mm or a value from the caller."""
 
 ROLES = {
     "participant_id": PARTICIPANT,
@@ -54,32 +54,32 @@ ROLES = {
     "dropped_frames": (),
     "kind": (),
 }
-"""Our columns, and the names by which they are found where the caller does not give them."""
+"""Required and optional columns, each with the names recognised automatically."""
 
 PARTS = re.compile(r"[\s_,;.:()\-]+")
 WITHIN = re.compile(r"pinhole|f/?(?:(?:1_[248]|2_[58]|3_[25]|4_5|5_6|6_3|7_1)(?!\d)|\d+(?:[.,]\d+)?)", re.IGNORECASE)
-"""An aperture within a column's name; "f5_6" where names may not hold a point."""
+"""Aperture within a column name; "f5_6" for programs that allow no point in names."""
 
 BARE = re.compile(r"(?<![^\s_,;:()\-])\d+(?:[.,]\d+)?(?![^\s_,;:()\-])")
-"""A number alone between the parts of a column's name: an aperture where a fixation stands beside it."""
+"""Isolated number in a column name, read as an aperture if the name also contains a fixation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnRatings:
-    """A table of one's own as `depth_rating` takes it.
+    """Imported ratings, in the form that `depth_rating` accepts.
 
     Parameters
     ----------
     table
-        One row a trial: see `focalgradient.statistics.tables.rating_table`. The index gives file and row.
+        One row per trial: see `focalgradient.statistics.tables.rating_table`. The index contains file and row.
     notes
-        What was assumed, left out or changed, a sentence each.
+        Assumptions, omissions and changes, one sentence each.
     problems
-        What was left out though it may be ratings, a sentence each.
+        Omitted data that may be ratings, one sentence each.
     notices
-        What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
+        Interpretations that change the results, one sentence each, shown at the top of a report.
     choices
-        Whether ratings are choices between a picture and a reference: 1 where the picture was chosen, else 0.
+        True if ratings are choices between a picture and a reference: 1 if the picture was chosen, else 0.
     """
 
     table: pd.DataFrame
@@ -97,29 +97,29 @@ def read_ratings(
     focal_length_mm: float | None = None,
     steps: bool = False,
 ) -> OwnRatings:
-    r"""Read depth ratings from a CSV, TSV or XLSX file, a row a trial (long) or a column a condition (wide).
+    r"""Read depth ratings from a CSV, TSV or XLSX file, one row per trial (long) or column per condition (wide).
 
     Parameters
     ----------
     path
-        Commas, semicolons or tabs between the cells; decimal points or commas.
+        File with comma-, semicolon- or tab-separated cells (decimal points or commas), or XLSX.
     columns
-        The file's name of each of our columns: participant, aperture, fixation, rating, and, where there are such,
-        scene, trial, catch, session, response_time, aperture_mm; and interval, the one of two in which the picture
-        was shown, where ratings are the interval chosen. Without a column of ratings, every column whose name
-        holds an aperture ("near_f5.6", "pinhole, far") is one: what else stands in the name is fixation and scene.
+        Name in the file of each column: participant, aperture, fixation, rating; optionally scene, trial, catch,
+        session, response_time, aperture_mm; and interval (1 or 2, in which the picture was shown) if the ratings are
+        the chosen interval. Without a column of ratings, every column whose name contains an aperture ("near_f5.6",
+        "pinhole, far") is read as ratings; the rest of its name gives fixation and scene.
     conditions
-        Our name of each of the file's conditions: {"vorn": "nearest", "weit offen": "f/5.6", "scharf": "pinhole"}.
-        "near", "far", "f5.6", "5.6", "0" are understood without.
+        Meanings of the file's own words: {"vorn": "nearest", "weit offen": "f/5.6", "scharf": "pinhole"}. "near",
+        "far", "f5.6", "5.6" and "0" are recognised automatically.
     focal_length_mm
-        Of the lens in millimetres: the aperture's diameter is this over the f-number. 50 without, and a note states it.
+        Focal length in millimetres, from which diameters follow by the f-number; None: 50, which is noted.
     steps
-        Whether ratings are known to be steps of a scale: else whole numbers from 1 to few are noted.
+        True if the ratings are known to be ordinal steps; otherwise small integers from 1 are noted.
 
     Raises
     ------
     InputError
-        If a column is missing or a cell cannot be understood: it is named.
+        If a column is missing or a cell is invalid; the message names it.
 
     Examples
     --------
@@ -179,7 +179,7 @@ def _renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
 def _long(
     path: Path, table: pd.DataFrame, theirs: Mapping[str, str], conditions: Mapping[str, str], notes: list[str]
 ) -> pd.DataFrame:
-    """A wide table with a row for each of its ratings; the index is (file, row, column)."""
+    """Convert a wide table to one row per rating; the index is (file, row, column)."""
     others = [str(name) for name in table if name not in theirs.values()]
     wide = [name for name in others if _aperture_within(name, conditions)]
     if not wide:
@@ -217,7 +217,7 @@ def _aperture_within(name: str, conditions: Mapping[str, str]) -> str | None:
 
 
 def _without_aperture(names: Sequence[str], conditions: Mapping[str, str]) -> list[str]:
-    """A problem of columns that name a fixation, as columns of ratings do, and no aperture that is understood."""
+    """Report columns that name a fixation, as rating columns do, but no recognised aperture."""
     lost = [
         printable(one) for one in names if _fixation_within(one, conditions) and not _aperture_within(one, conditions)
     ]
@@ -235,7 +235,7 @@ def _fixation_within(name: str, conditions: Mapping[str, str]) -> bool:
 
 
 def _named(name: str, conditions: Mapping[str, str]) -> tuple[str | None, str, str]:
-    """Fixation, aperture and scene that a column's name holds."""
+    """Return the fixation, aperture and scene given by a column name."""
     aperture = str(_aperture_within(name, conditions))
     rest = " ".join(name.rsplit(aperture, 1))
     fixation, scene = None, []
@@ -257,7 +257,7 @@ def _checked_cells(
     lens: float | None,
     notes: list[str],
 ) -> pd.DataFrame:
-    """The table with a column of apertures and one of fixations; what was assumed goes into the notes."""
+    """Return the table with apertures and fixations; append assumptions to the notes."""
     if "aperture" not in table and "aperture_mm" in table:
         diameters = numbers(table, "aperture_mm", table["aperture_mm"].str.strip())
         table["aperture"] = [f"{(lens or FOCAL_LENGTH_MM) / mm:.3g}" if mm > 0 else PINHOLE for mm in diameters]
@@ -269,7 +269,7 @@ def _checked_cells(
 
 
 def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
-    """The table with 1 where the interval of the picture was chosen, and 0 else, where ratings are intervals chosen."""
+    """Convert chosen intervals to 1 if the picture was chosen, else 0; other answers are unchanged."""
     if "interval" not in table:
         return table
     shown, chosen = (table[role].str.strip().str.casefold() for role in ("interval", "rating"))
@@ -283,13 +283,13 @@ def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
 
 
 LONGEST_RESPONSE_S = 60.0
-"""Median response time (s) from which times are not in seconds: the longest that `Rules` keep."""
+"""Maximum median response time in seconds, as in `Rules`; larger values indicate another unit."""
 
 
 def _answers(
     path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
 ) -> pd.DataFrame:
-    """The rows with a rating, numbers as numbers and times in seconds."""
+    """Return the rows with a rating, with numbers parsed and times in seconds."""
     table = without_codes(table, "rating", notices)
     table = answered(path, table, "rating", "rating", notes)
     table["rating"] = numbers(table, "rating", table["rating"])
@@ -301,11 +301,11 @@ def _answers(
 
 
 RENUMBERED = 0.3
-"""Share of trials with the number of another from which numbers count within blocks; below, some trial stands twice."""
+"""Fraction of repeated trial numbers above which they count within blocks; below it, trials are duplicates."""
 
 
 def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
-    """Trial numbers, supplied where they are missing."""
+    """Return the table with valid trial numbers, numbering the trials if necessary."""
     by = [name for name in ("participant_id", "session") if name in table]
     if "trial" in table:
         again, same = table.duplicated([*by, "trial"]), table.duplicated()

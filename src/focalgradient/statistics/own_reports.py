@@ -1,4 +1,4 @@
-"""Reports on the turning cube from a table of one's own, a row a report; what had to be assumed is noted."""
+"""Import of reports on the rotating Necker cube from the user's own table; assumptions are noted."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ ROLES = {
     "kind": (),
     "dropped_frames": (),
 }
-"""Our columns, and the names by which they are found where the caller does not give them."""
+"""Required and optional columns, each with the names recognised automatically."""
 
 WORDS = {
     **{name: name for name in (*GRADIENTS, *PERCEPTS)},
@@ -62,21 +62,21 @@ WORDS = {
     "0": "none",
 }
 ONE_STRENGTH = 1.0
-"""Millimetres that stand in tables for the strength of gradients where none is given: a note says so."""
+"""Placeholder strength in mm of all gradients if the table gives none; this is noted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnReports:
-    """A table of one's own as `necker` takes it.
+    """Imported reports, in the form that `necker` accepts.
 
     Parameters
     ----------
     table
-        One row a report: see `focalgradient.statistics.tables.report_table`. The index gives file and row.
+        One row per report: see `focalgradient.statistics.tables.report_table`. The index contains file and row.
     notes
-        What was assumed, left out or changed, a sentence each.
+        Assumptions, omissions and changes, one sentence each.
     notices
-        What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
+        Interpretations that change the results, one sentence each, shown at the top of a report.
     """
 
     table: pd.DataFrame
@@ -85,7 +85,7 @@ class OwnReports:
 
 
 def holds_reports(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
-    """Whether a table is of reports on the cube: it has a column of percepts, and none of ratings is named."""
+    """Return whether a table contains reports on the cube: a column of percepts, and no ratings."""
     columns = columns or {}
     if "percept" in columns or "rating" in columns:
         return "percept" in columns
@@ -98,23 +98,23 @@ def read_reports(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
 ) -> OwnReports:
-    r"""Read reports on the turning cube from a CSV or TSV file, a row a report.
+    r"""Read reports on the rotating Necker cube from a CSV or TSV file with one row per report.
 
     Parameters
     ----------
     path
-        Commas, semicolons or tabs between the cells; decimal points or commas; times in seconds.
+        File with comma-, semicolon- or tab-separated cells; decimal points or commas; times in seconds.
     columns
-        The file's name of each of our columns: participant, gradient, percept, duration (or onset and end), and, where
-        there are such, onset, trial, strength, trial_duration, censored, catch, session. Without trials, a new one
-        begins where the onset falls or the condition changes; without onsets, reports follow one another.
+        Name in the file of each column: participant, gradient, percept, duration (or onset and end); optionally onset,
+        trial, strength, trial_duration, censored, catch, session. Without a trial column, a new trial starts when the
+        onset decreases or the condition changes; without onsets, reports are consecutive.
     conditions
-        Our name of each of the file's words: {"starr": "rigid", "weich": "nonrigid", "ohne": "none"}.
+        Meanings of the file's own words: {"starr": "rigid", "weich": "nonrigid", "ohne": "none"}.
 
     Raises
     ------
     InputError
-        If a column is missing or a cell cannot be understood: it is named.
+        If a column is missing or a cell is invalid; the message names it.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def read_reports(
 
 
 def _meant(table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
-    """The table with percepts and gradients as we name them; all words that are not understood are one error."""
+    """Translate percepts and gradients to the standard names; report all unknown words in one error."""
     wrong: list[str] = []
     for role, known in (("percept", PERCEPTS), ("gradient", GRADIENTS)):
         texts = table[role].map(lambda cell: words.get(cell.casefold(), cell)).str.casefold()
@@ -166,7 +166,7 @@ def _meant(table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
 
 
 def _strengths(table: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
-    """Strength in millimetres of aperture; 0 without a gradient, where the cell may be empty."""
+    """Return the strengths in mm of aperture; 0 without a gradient, where the cell may be empty."""
     plain = table["gradient"] == "none"
     if "strength" not in table:
         if not plain.all():
@@ -180,13 +180,13 @@ def _strengths(table: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
 
 
 LONGEST_REPORT_S = 200.0
-"""Median time (s) from which times are not in seconds: readings last some 5 s, and trials of one reading a minute."""
+"""Maximum median duration in seconds; larger values indicate another unit: percepts last some 5 s."""
 
 
 def _timed(
     path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
 ) -> pd.DataFrame:
-    """Trials, onsets and durations, each from the others where it is missing."""
+    """Complete trials, onsets and durations from one another."""
     if "duration" not in table and not {"onset", "end"} <= set(table):
         raise no_column(path, "duration", ", or give onset and end")
     if "onset" not in table and "trial" not in table:
@@ -224,7 +224,7 @@ def _timed(
 
 
 def _lasting(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
-    """Without the reports of no duration: two changes of the keys in one moment."""
+    """Remove reports of zero duration, which simultaneous key changes produce."""
     momentary = table["duration"] == 0
     if momentary.all():
         raise InputError(f"{printable(path)} holds no report that lasted: durations are all 0.")
@@ -234,7 +234,7 @@ def _lasting(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
 
 
 def _ended(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
-    """How long trials lasted, and which reports their end cut off."""
+    """Add trial durations, and mark the reports that the end of the trial cut off."""
     ends = table["onset"] + table["duration"]
     if "trial_duration" not in table:
         table["trial_duration"] = float(np.max(ends))

@@ -1,6 +1,6 @@
-"""Rows of a table of one's own that are no answers: headers, summaries, missing values by code, copies.
+"""Removal of rows that are not answers from the user's own table: headers, summaries, missing-value codes, copies.
 
-What is certain is left out, and each is noted with its rows for the top of the report; what is not certain stays.
+Unambiguous cases are removed and noted with their rows at the top of the report; ambiguous ones are kept.
 """
 
 from __future__ import annotations
@@ -17,23 +17,24 @@ from focalgradient.statistics.own_names import clean, is_summary, maybe_summary,
 __all__ = ["in_seconds", "without_codes", "without_copies", "without_headers", "without_summaries"]
 
 CODE = re.compile(r"-?9{2,}|-9|-?8{3,}")
-"""Values that stand for a missing answer: 99, 999, -9, -99, -999, 888, ..."""
+"""Codes of missing answers: 99, 999, -9, -99, -999, 888, ..."""
 
 BEYOND = 10.0
-"""Factor by which a positive code must exceed all other answers to be one: 99 among answers up to 98 is an answer."""
+"""Minimum ratio of a positive code to all other answers: 99 among answers up to 98 is an answer."""
 
 ALIKE = 0.7
-"""Share of answers that two different subjects may have in common for the answers of a third to be known as a copy."""
+"""Maximum fraction of identical answers between different subjects for which identical subjects count as copies."""
 
-FEW = 4
+MIN_BLOCK_ROWS = 4
 """Minimum number of rows of a copied block."""
 
 CHANCE = 1e-6
-"""Probability of the same answers by chance, by how steady a subject is, below which they are a copy: our choice."""
+"""Maximum probability of identical answers by chance, given a subject's variability, to count as a copy (our choice).
+"""
 
 
 def without_headers(table: pd.DataFrame, theirs: Mapping[str, str], notices: list[str]) -> pd.DataFrame:
-    """The table, its columns by role, without rows that repeat the header."""
+    """Rename the columns by role and remove repeated header rows."""
     if table.empty:
         return table
     again = pd.Series(True, index=table.index)
@@ -45,7 +46,7 @@ def without_headers(table: pd.DataFrame, theirs: Mapping[str, str], notices: lis
 
 
 def without_summaries(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
-    """The table without rows whose participant or scene is called Mean, Total, ... in one of several languages."""
+    """Remove rows whose participant or scene is a summary label such as Mean or Total, in one of several languages."""
     for role, noun in (("participant_id", "participant"), ("scene", "scene")):
         if role not in table:
             continue
@@ -70,9 +71,9 @@ def without_summaries(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
 
 
 def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed: bool = False) -> pd.DataFrame:
-    """The table with an empty cell wherever the column of a role holds a code for a missing value.
+    """Replace missing-value codes in the column of a role by empty cells.
 
-    A code is negative where no value can be (`signed` is false), or far beyond all others.
+    A code is a negative number where answers are positive (`signed` is False), or one far above all other answers.
     """
     if role not in table:
         return table
@@ -92,12 +93,12 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
 
 
 def in_seconds(table: pd.DataFrame, role: str, header: str, longest: float, notices: list[str]) -> pd.DataFrame:
-    """The table with times in seconds: in milliseconds only where the header states them.
+    """Convert times to seconds; milliseconds are accepted only if the header states them.
 
     Raises
     ------
     InputError
-        If the median is above the `longest` that can be meant, in seconds.
+        If the median exceeds `longest`, in seconds.
     """
     if role not in table:
         return table
@@ -114,7 +115,7 @@ def in_seconds(table: pd.DataFrame, role: str, header: str, longest: float, noti
 
 
 def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) -> pd.DataFrame:
-    """The table without blocks of rows that repeat another block of the same subject, or all answers of another one."""
+    """Remove blocks of rows that repeat a block of the same subject, or all answers of another subject."""
     of = [name for name in ("participant_id", "session") if name in table]
     conditions = [name for name in ("session", "scene", "aperture", "fixation", "catch") if name in table]
     about = [name for name in (*conditions, "rating", "response_time") if name in table]
@@ -124,7 +125,7 @@ def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) ->
     sizes = [len(rows) for rows in groups.values()]
     for key, rows in groups.items():
         half = len(rows) // 2
-        if len(rows) % 2 or half < FEW or not (cells[rows[:half]] == cells[rows[half:]]).all():
+        if len(rows) % 2 or half < MIN_BLOCK_ROWS or not (cells[rows[:half]] == cells[rows[half:]]).all():
             continue
         if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]]) < CHANCE:
             left_out[rows[half:]] = True
@@ -136,10 +137,10 @@ def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) ->
 
 
 def _by_chance(rows: pd.DataFrame) -> float:
-    """Probability that another with the same impressions gives the same answers in all rows of a subject.
+    """Return the probability that another subject with the same percepts gives the same answers in all rows.
 
-    Estimated by how often the subject's answers to one picture differ; without repetitions, those to one condition. A
-    steady subject who rounds may well be like another.
+    It is estimated from the variability of the subject's answers to the same picture, or without repetitions to the
+    same condition. Subjects with little variability who round their answers may well coincide.
     """
     for about in (["scene", "aperture", "fixation"], ["aperture", "fixation"]):
         same = pairs = 0.0
@@ -147,7 +148,7 @@ def _by_chance(rows: pd.DataFrame) -> float:
             counts = answers.value_counts().to_numpy(float)
             same += float((counts * (counts - 1)).sum())
             pairs += float(counts.sum() * (counts.sum() - 1))
-        if pairs >= 2 * FEW:
+        if pairs >= 2 * MIN_BLOCK_ROWS:
             return (same / pairs) ** len(rows)
     return 1.0
 
@@ -155,13 +156,13 @@ def _by_chance(rows: pd.DataFrame) -> float:
 def _without_other_names(
     table: pd.DataFrame, conditions: list[str], notices: list[str], notes: list[str]
 ) -> pd.DataFrame:
-    """The table without subjects whose every answer is that of another, where different subjects agree much less."""
+    """Remove subjects whose answers all equal those of another, if other pairs of subjects agree much less."""
     ordered = table.sort_values(conditions, kind="stable")
     codes = pd.DataFrame({name: pd.factorize(ordered[name])[0] for name in conditions}).to_numpy()
     given = ordered[[name for name in ("rating", "response_time") if name in ordered]].fillna(-1.0).to_numpy(float)
     shown: dict[bytes, dict[str, np.ndarray]] = {}
     for who, rows in ordered.groupby("participant_id", sort=False).indices.items():
-        if len(rows) >= FEW:
+        if len(rows) >= MIN_BLOCK_ROWS:
             shown.setdefault(codes[rows].tobytes(), {})[str(who)] = given[rows].ravel()
     for answers in shown.values():
         names, values = list(answers), np.array(list(answers.values()))
