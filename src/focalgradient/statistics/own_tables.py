@@ -1,4 +1,4 @@
-"""Tables of one's own as text: found columns, cells as numbers, and the place of what cannot be understood."""
+"""Parsing of the user's own tables: column lookup, conversion of cells, and location of invalid cells for messages."""
 
 from __future__ import annotations
 
@@ -38,32 +38,32 @@ __all__ = [
 ]
 
 ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"})
-"""Cells that hold nothing."""
+"""Cells that count as empty."""
 
 TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False, "": False, "n/a": False}
 
 PARTICIPANT = ("participant", "subject", "subj", "id", "observer")
-"""Names by which the column of participants is found."""
+"""Recognised names of the participant column."""
 
 
 MOST_ROWS = 200_000
-"""Rows of a table: 200 participants x 1,000 trials, which take half a minute; 900,000 rows took three."""
+"""Maximum number of rows: 200 participants x 1,000 trials take half a minute, 900,000 rows take three."""
 
 LARGEST_TABLE = 256 * 2**20
-"""Bytes of a table: those rows with 1,300 letters each."""
+"""Maximum file size in bytes: the maximum number of rows at 1,300 characters each."""
 
 
 LISTED = 12
-"""Columns that a refusal lists: more make it unreadable."""
+"""Maximum number of columns listed in an error message."""
 
 
 def columns_like(role: str) -> str:
-    """How to name the column of a role, in the words of `read_ratings` and `read_reports`."""
+    """Return the remedy that names the column of a role, in terms of `read_ratings` and `read_reports`."""
     return f'name it with columns={{"{role}": "NAME"}}'
 
 
 def no_column(path: Path, role: str, otherwise: str = "") -> InputError:
-    """Return the refusal of a table that lacks a role's column: lists its columns; `otherwise` is another remedy."""
+    """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
     there = ", ".join(str(name)[:40] for name in read_table(path).columns[:LISTED])
     return InputError(
         f"{printable(path)} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
@@ -71,16 +71,16 @@ def no_column(path: Path, role: str, otherwise: str = "") -> InputError:
 
 
 def conditions_like(meaning: str) -> str:
-    """How to give the meaning of a word."""
+    """Return the remedy that gives the meaning of a word."""
     return f'give its meaning with conditions={{"NAME": "{meaning}"}}'
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """The cells of a CSV, TSV or XLSX file as text, blank rows left out; the index is (file, row).
+    """Read the cells of a CSV, TSV or XLSX file as text, without blank rows; the index is (file, row).
 
-    The delimiter is the one that the header has most of: comma, semicolon or tab. Lines before the header that are
-    blank or begin with # are skipped. What is wider than 4,096 columns, longer than `MOST_ROWS` or larger than
-    `LARGEST_TABLE` is refused before its cells are read.
+    The delimiter is the most frequent one of the header: comma, semicolon or tab. Blank lines and lines beginning with
+    # before the header are skipped. Files with more than 4,096 columns or `MOST_ROWS` rows, or larger than
+    `LARGEST_TABLE`, raise `InputError` before their cells are parsed.
     """
     text = _text(path)
     lines = text.splitlines()
@@ -118,7 +118,7 @@ def _text(path: Path) -> str:
     data = read_bytes(path, "a table", LARGEST_TABLE)
     if is_workbook(data):
         return sheet_text(data, printable(path))
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as a spreadsheet saves "Unicode text"
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # "Unicode text" of spreadsheet programs
         return data.decode("utf-16", "replace")
     try:
         text = data.decode("utf-8-sig")
@@ -132,7 +132,7 @@ def _text(path: Path) -> str:
 def found_columns(
     path: Path, table: pd.DataFrame, roles: Mapping[str, tuple[str, ...]], columns: Mapping[str, str]
 ) -> dict[str, str]:
-    """The file's column for each of ours: as `columns` gives it, else by our name or one of `roles`."""
+    """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
     header = [str(name) for name in table.columns]
     by_name = {clean(name).casefold(): name for name in header} | {name: name for name in header}
     found: dict[str, str] = {}
@@ -160,13 +160,13 @@ def found_columns(
 
 
 NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"}
-"""Roles that hold names, whose spellings are united, and what is named."""
+"""Roles whose spellings are merged, with the noun used in messages."""
 
 
 def with_participants(
     path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
 ) -> pd.DataFrame:
-    """The rows of participants, each in one spelling, and all cells cleaned; a missing column or name is an error."""
+    """Return the rows with cleaned cells and merged spellings; a missing participant column or name is an error."""
     if "participant_id" not in table:
         raise no_column(path, "participant")
     table = without_summaries(without_headers(table, theirs, notices), notices)
@@ -186,7 +186,7 @@ def with_participants(
 def answered(
     path: Path, table: pd.DataFrame, role: str, record: str, notes: list[str], absent: frozenset[str] = ABSENT
 ) -> pd.DataFrame:
-    """The rows that hold something in the column `role` of a `record`; those left out are noted."""
+    """Return the rows with a value in the column `role`; note the others."""
     missing = table[role].str.strip().str.lower().isin(absent)
     if missing.all():
         raise InputError(f"{printable(path)} holds no {record}: the column given for {role}s is empty.")
@@ -198,7 +198,7 @@ def answered(
 
 
 def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
-    """The table with `catch` as truth; without such a column no trial is one, and a note says so."""
+    """Add the boolean column `catch`; without such a column no trial is a catch trial, which is noted."""
     if "catch" in table:
         return table.assign(catch=truths(table, "catch"))
     notes.append("There is no column of catch trials: no trial counts as one.")
@@ -206,31 +206,31 @@ def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
 
 
 def rows_of(left_out: pd.Series[bool]) -> str:
-    """How many rows, for a note: "1 row was", "3 rows were"."""
+    """Format a number of rows for a note: "1 row was", "3 rows were"."""
     count = int(left_out.sum())
     return "1 row was" if count == 1 else f"{count:,} rows were"
 
 
 def few(names: list[str]) -> str:
-    """Up to ten of the names, each once."""
+    """Join up to ten distinct names."""
     several = list(dict.fromkeys(names))
     return ", ".join(several[:10]) + (f" and {len(several) - 10} more" if len(several) > 10 else "")
 
 
 def unused(names: list[str]) -> list[str]:
-    """A note of columns that were not used."""
+    """Return a note that lists unused columns, if any."""
     named = [printable(name) for name in names if name]
     return [f"Columns that were not used: {few(named)}."] if named else []
 
 
 def place(table: pd.DataFrame, wrong: pd.Series[bool]) -> str:
-    """File, row, and in a wide table column, of the first row that is wrong."""
+    """Return file, row, and in a wide table column, of the first invalid row."""
     file, row, *column = table.index[int(wrong.to_numpy().argmax())]
     return f"{file}, row {row}" + (f", column {printable(column[0])}" if column else "")
 
 
 def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
-    """Cells that say yes or no."""
+    """Convert yes/no cells to booleans."""
     texts = table[role].str.strip().str.lower()
     wrong = ~texts.isin(list(TRUTH))
     if wrong.any():
@@ -239,7 +239,7 @@ def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
 
 
 def numbers(table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: bool = False) -> pd.Series[float]:
-    """Numbers with a decimal point or comma; empty cells are NaN where they may be."""
+    """Parse numbers with a decimal point or comma; empty cells become NaN if `empty` is True, else an error."""
     absent = texts.str.lower().isin(ABSENT)
     values = pd.to_numeric(texts.str.replace(",", ".", regex=False), errors="coerce").astype(float)
     wrong = ~values.map(math.isfinite).astype(bool)
@@ -254,6 +254,6 @@ def numbers(table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: boo
 
 
 def others(cells: pd.Series[str]) -> str:
-    """What else is wrong, for the end of a sentence about the first of some cells."""
+    """Return a parenthesis that lists further invalid cells, after a sentence about the first."""
     more = [repr(printable(one)) for one in cells.unique()[1:]]
     return f" (and so are {few(more)}, {len(cells):,} cells)" if more else ""

@@ -1,4 +1,4 @@
-"""Answers at levels from a table of one's own, right or wrong, or in one of two intervals; for thresholds."""
+"""Import of threshold data, correct or incorrect answers at stimulus levels, from the user's own table."""
 
 from __future__ import annotations
 
@@ -48,45 +48,46 @@ ROLES = {
     "trial": (),
     "kind": (),
 }
-"""Our columns, and the names by which they are found where the caller does not give them."""
+"""Required and optional columns, each with the names recognised automatically."""
 
 WORDS = {
     **dict.fromkeys(("1", "true", "yes", "y", "t", "correct", "right", "hit", "1.0", "richtig", "juste"), True),
     **dict.fromkeys(("0", "false", "no", "n", "f", "incorrect", "wrong", "error", "miss", "0.0", "falsch"), False),
 }
-"""Words of right and wrong answers."""
+"""Recognised words for correct and incorrect answers."""
 
 UNIT = re.compile(r"(?:[\s_(\[]|^)(dioptres?|diopters?|D|mm|deg|arcmin|arcsec|px|pixels?|%|cpd|ms|s)[\s)\]]*$")
-"""A unit at the end of a column's name."""
+"""Unit at the end of a column name."""
 
 IMPROBABLE = 0.001
-"""Probability, times the number of levels, of as few right answers by guessing among two; below, the rate is another.
-Our choice: one table in a thousand of two alternatives is refused."""
+"""p value (times the number of levels) of so few correct answers with two alternatives, below which a guess rate of one
+half is rejected; 1 in 1,000 tables with two alternatives is rejected wrongly (our choice).
+"""
 
 RATE_NEAR = 0.005
-"""Difference between a guess rate and 1 / m that rounding explains: 0.33 for a third."""
+"""Tolerance for rounding in a guess rate of 1 / m, such as 0.33 for a third."""
 
 MOST_TRIALS = 1_000_000
-"""Trials that counts may stand for."""
+"""Maximum number of trials that the counts may represent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnThresholds:
-    """A table of one's own as `focalgradient.statistics.blur_thresholds` takes it.
+    """Imported threshold data, in the form that `focalgradient.statistics.blur_thresholds` accepts.
 
     Parameters
     ----------
     table
-        One row a trial: participant_id, session, condition, level, correct, catch and kind. The index gives file and
+        One row per trial: participant_id, session, condition, level, correct, catch, kind. The index contains file and
         row.
     unit
-        Of the levels, as the column's name has it; "" where it has none.
+        Unit of the levels from the column name; "" without one.
     notes
-        What was assumed, left out or changed, a sentence each.
+        Assumptions, omissions and changes, one sentence each.
     notices
-        What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
+        Interpretations that change the results, one sentence each, shown at the top of a report.
     guess
-        Share of right answers without a stimulus.
+        Guess rate: proportion of correct answers without a stimulus.
     """
 
     table: pd.DataFrame
@@ -97,7 +98,7 @@ class OwnThresholds:
 
 
 def holds_thresholds(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
-    """Whether a table is of answers at levels: right or wrong, or of two intervals, and none of ratings is named."""
+    """Return whether a table contains answers at levels (correct/incorrect, or chosen intervals), and no ratings."""
     columns = columns or {}
     if {"rating", "percept", "aperture", "fixation"} & set(columns):
         return False
@@ -117,26 +118,26 @@ def read_thresholds(
     conditions: Mapping[str, str] | None = None,
     guess: float | None = None,
 ) -> OwnThresholds:
-    r"""Read answers at levels from a CSV, TSV or XLSX file, a row a trial or a row for each level's counts.
+    r"""Read threshold data from a CSV, TSV or XLSX file, with one row per trial or one row per level with counts.
 
     Parameters
     ----------
     path
-        Commas, semicolons or tabs between the cells; decimal points or commas.
+        File with comma-, semicolon- or tab-separated cells (decimal points or commas), or XLSX.
     columns
-        The file's name of each of our columns: participant, level (above 0), and correct (0 or 1); or, of two
-        intervals, interval (which was right) and response (which was chosen). Where there are such, condition,
-        session and catch; and trials, the number of trials of which `correct` counts the right ones.
+        Name in the file of each column: participant, level (above 0), and correct (0 or 1); or for two intervals,
+        interval (the correct one) and response (the chosen one). Optionally condition, session, catch; and trials, the
+        number of trials of which `correct` is the number of correct ones.
     conditions
-        Our word for each of the file's in correct, interval and response: {"richtig": "1", "links": "first"}.
+        Meanings of the file's own words in correct, interval and response: {"richtig": "1", "links": "first"}.
     guess
-        Share of right answers without a stimulus, from 0 to below 1. None: 1 / m of a column `alternatives` with m in
-        each row, else one half, unless the answers contradict it.
+        Guess rate, from 0 to below 1. None: 1 / m from a column `alternatives` with m in each row, else one half,
+        unless the answers contradict it.
 
     Raises
     ------
     InputError
-        If a column is missing or a cell cannot be understood: it is named. Or if the guess rate is not known.
+        If a column is missing or a cell is invalid (the message names it), or the guess rate cannot be determined.
 
     Examples
     --------
@@ -167,7 +168,7 @@ def read_thresholds(
 
 
 def _guess(path: Path, table: pd.DataFrame, given: float | None, notes: list[str]) -> float:
-    """The guess rate that was given, that of the alternatives, or one half where the answers allow it."""
+    """Return the given guess rate, that of the alternatives, or one half if the answers are consistent with it."""
     if given is not None and not 0 <= given < 1:
         raise InputError(f"guess is {given:g}, but must be a rate from 0 to below 1, like 0.25 for four alternatives.")
     stated = 0.5 if "interval" in table and "response" in table else None
@@ -198,7 +199,7 @@ def _guess(path: Path, table: pd.DataFrame, given: float | None, notes: list[str
 
 
 def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
-    """Level, right answers and answers where guessing among two is improbable; None where it is nowhere."""
+    """Return level, correct answers and trials if two alternatives are improbable at some level, else None."""
     counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
     p = np.atleast_1d(binom.cdf(counted["sum"].to_numpy(), counted["count"].to_numpy(), 0.5)) * len(counted)
     at = int(np.argmin(p)) if len(p) else 0
@@ -208,7 +209,7 @@ def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
 
 
 def _columns(path: Path, table: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, str]:
-    """The file's column for each of ours; that of levels is found with a unit at its end, too."""
+    """Return the file's column for each role; the level column may end with a unit."""
     theirs = found_columns(path, table, ROLES, columns)
     if "level" not in theirs:
         bare = {_bare(str(name)): str(name) for name in table if str(name) not in theirs.values()}
@@ -219,7 +220,7 @@ def _columns(path: Path, table: pd.DataFrame, columns: Mapping[str, str]) -> dic
 
 
 def _bare(header: str) -> str:
-    """A column's name without its unit.
+    """Remove the unit from a column name.
 
     >>> _bare("Level (D)"), _bare("blur_mm"), _bare("defocus")
     ('level', 'blur', 'defocus')
@@ -239,7 +240,7 @@ def _meanings(conditions: Mapping[str, str]) -> dict[str, str]:
 
 
 def _levels(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str]) -> pd.DataFrame:
-    """The rows with a level above 0, as numbers."""
+    """Return the rows with a level above 0, parsed as numbers."""
     if "level" not in table:
         raise no_column(path, "level")
     table = without_codes(table, "level", notices, signed=True)
@@ -255,7 +256,7 @@ def _levels(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str
     if none.all():
         raise InputError(f"{printable(path)} holds no level above 0: give the amounts that were shown.")
     if none.any():
-        notices.append(f"Trials of level 0 were left out ({rows_named(table, none)}): without a stimulus all guess.")
+        notices.append(f"Trials of level 0 were excluded ({rows_named(table, none)}): without a stimulus all guess.")
     table = table[~none].copy()
     if table["level"].nunique() < 2:
         raise InputError(
@@ -266,7 +267,7 @@ def _levels(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str
 
 
 def _right(path: Path, table: pd.DataFrame, words: Mapping[str, str], notes: list[str]) -> pd.DataFrame:
-    """The rows with an answer, as `correct`, one a trial."""
+    """Return the answered rows, one per trial, with `correct` as a boolean."""
     if "correct" not in table:
         return _of_intervals(path, table, words, notes)
     table = answered(path, table, "correct", "answer", notes)
@@ -284,7 +285,7 @@ def _right(path: Path, table: pd.DataFrame, words: Mapping[str, str], notes: lis
 
 
 def _of_counts(table: pd.DataFrame, cells: pd.Series[str], notes: list[str]) -> pd.DataFrame:
-    """One row a trial of a table with the number of trials and of right ones."""
+    """Expand counts of trials and of correct answers to one row per trial."""
     right = numbers(table, "correct", cells)
     shown = numbers(table, "trials", table["trials"].str.strip())
     wrong = (shown < 0) | (right < 0) | (right > shown) | (right % 1 != 0) | (shown % 1 != 0)
@@ -303,7 +304,7 @@ def _of_counts(table: pd.DataFrame, cells: pd.Series[str], notes: list[str]) -> 
 
 
 def _of_intervals(path: Path, table: pd.DataFrame, words: Mapping[str, str], notes: list[str]) -> pd.DataFrame:
-    """Right where the interval that was chosen is the one that was right."""
+    """Set `correct` if the chosen interval is the correct one."""
     for role in ("interval", "response"):
         if role not in table:
             other = f", or the right one of two intervals and the one chosen ({columns_like(role)})"

@@ -1,4 +1,4 @@
-"""Words of conditions in a table of one's own: apertures and fixations, as the table or the caller gives them."""
+"""Interpretation of aperture and fixation words in the user's own table."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ FIXED = {
     "background": "farthest",
 }
 FASTEST = 0.5
-"""Least f-number of a lens in air, by Abbe's sine condition."""
+"""Minimum f-number of a lens in air, by Abbe's sine condition."""
 
 OWN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-"""Name of a fixation of one's own."""
+"""Name of a user-defined fixation."""
 
 SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
 F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
@@ -89,7 +89,7 @@ STOPS = frozenset(
         *(18.0, 19.0, 20.0, 22.0, 25.0, 27.0, 29.0, 32.0, 36.0, 38.0, 40.0, 45.0, 50.0, 54.0, 57.0, 64.0, 90.0, 128.0),
     )
 )
-"""f-numbers as lenses name them: full, half and third stops, and the openest of lenses."""
+"""Common f-numbers of lenses: full, half and third stops, and the largest apertures."""
 
 STEPS = 21
 """Maximum number of steps of a scale, as in designs."""
@@ -102,12 +102,12 @@ def _fold(word: str) -> str:
 
 
 def given_words(conditions: Mapping[str, str]) -> dict[str, tuple[str, str]]:
-    """The caller's words by how they are compared: case and spaces do not count.
+    """Return the caller's words by their normalised form, ignoring case and spaces.
 
     Returns
     -------
     dict
-        Of each folded word the word itself and its meaning.
+        For each normalised word, the original word and its meaning.
 
     Raises
     ------
@@ -140,23 +140,23 @@ def _known(meaning: str) -> bool:
 
 
 def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -> pd.DataFrame:
-    """The table with apertures and fixations as we name them.
+    """Translate apertures and fixations to the standard names.
 
     Parameters
     ----------
     table
-        Its cells as text.
+        Table with text cells.
     words
-        What the caller gave: see `given_words`.
+        Words given by the caller: see `given_words`.
     headers
-        Names of all columns: of a wide table they hold the words.
+        Names of all columns; in a wide table they contain the words.
     notices
-        Fixations of one's own, and words that were given but do not occur, are noted.
+        List to which user-defined fixations, and given words that do not occur, are appended.
 
     Raises
     ------
     InputError
-        For all words that are not understood, at once.
+        If words are unknown; the message lists all of them.
     """
     wrong: list[tuple[str, str, str]] = []
     used: set[str] = set()
@@ -186,7 +186,7 @@ def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -
 
 
 def _not_understood(table: pd.DataFrame, wrong: list[tuple[str, str, str]]) -> str:
-    """All words that were not understood in one sentence, with the first row of each."""
+    """Return one message for all unknown words, with the first row of each."""
     parts = [
         f"{place(table, table[role] == cell) if number == 0 else rows_named(table, table[role] == cell)}: "
         f"{role} is {printable(cell)!r}"
@@ -198,7 +198,7 @@ def _not_understood(table: pd.DataFrame, wrong: list[tuple[str, str, str]]) -> s
 
 
 def _aperture(text: str, given: bool) -> tuple[str | None, str]:
-    """Our name of an aperture, and what is expected where there is none."""
+    """Return the standard name of an aperture, or None and the expected form."""
     if _fold(text) in SHARP or _is_zero(text):
         return PINHOLE, ""
     found = F_NUMBER.fullmatch(text)
@@ -214,7 +214,7 @@ def _aperture(text: str, given: bool) -> tuple[str | None, str]:
 
 
 def _fixation(text: str, given: bool) -> tuple[str | None, str]:
-    """Our name of a fixation, and what is expected where there is none."""
+    """Return the standard name of a fixation, or None and the expected form."""
     fixed = FIXED.get(_fold(text))
     if fixed is None and given and OWN.fullmatch(text):
         return text, ""
@@ -222,10 +222,10 @@ def _fixation(text: str, given: bool) -> tuple[str | None, str]:
 
 
 def with_diameters(table: pd.DataFrame, header: str, words: Words, notices: list[str]) -> pd.DataFrame:
-    """The table with diameters in a column of their own, where the cells or the header state millimetres.
+    """Move diameters to a column of their own if the cells or the header state millimetres.
 
-    The `header` is that of the column in the file. Bare numbers that no lens names, and cells that state millimetres
-    beside others, are refused; other bare numbers are taken for f-numbers, and noted.
+    `header` is the name of the column in the file. Bare numbers that are not f-numbers of any lens, and a mixture of
+    cells with and without millimetres, raise `InputError`; other bare numbers are taken as f-numbers, which is noted.
     """
     folded = _fold(header)
     cells = {cell: _fold(cell) for cell in table["aperture"].unique() if _fold(cell) not in words}
@@ -264,7 +264,7 @@ def _is_zero(text: str) -> bool:
 
 
 def whole_steps(ratings: pd.Series[float]) -> list[str]:
-    """A notice where ratings look like steps of a scale: whole numbers, three or more of them, from 1 to few.
+    """Return a notice if ratings look like ordinal steps: at least three small integers from 1.
 
     >>> whole_steps(pd.Series([1.0, 4.0, 7.0]))[0].split(":")[0]
     'All ratings are whole numbers from 1 to 7, as answers in steps are'

@@ -1,4 +1,4 @@
-"""Priors of the rises, and what Bayes' rule makes of them with the answers."""
+"""Prior and posterior distributions of the depth effects."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Prior distribution of a parameter: normal about 0, or the half of it above 0.
+    """Prior distribution of a parameter: normal with mean 0, or half-normal.
 
     Parameters
     ----------
     sd
         Standard deviation of the normal distribution.
     half
-        Whether only values above 0 are possible: of standard deviations.
+        True for a half-normal distribution (standard deviations).
     why
-        Where the number comes from.
+        Source of the value.
     """
 
     sd: float
@@ -37,7 +37,7 @@ class Prior:
     why: str
 
     def __str__(self) -> str:
-        """As papers write it.
+        """Return the distribution in mathematical notation.
 
         >>> str(RATIO_PRIORS["rise"])
         'Normal(0, 0.5)'
@@ -45,61 +45,61 @@ class Prior:
         return f"HalfNormal({self.sd:g})" if self.half else f"Normal(0, {self.sd:g})"
 
     def density(self, values: FloatArray) -> FloatArray:
-        """Density at `values`."""
+        """Return the density at `values`."""
         law = stats.halfnorm(scale=self.sd) if self.half else stats.norm(scale=self.sd)
         return np.asarray(law.pdf(values))
 
     def draw(self, rng: np.random.Generator) -> float:
-        """One value."""
+        """Draw one value."""
         value = float(rng.normal(0, self.sd))
         return abs(value) if self.half else value
 
 
 RATIO_PRIORS: Final[Mapping[str, Prior]] = {
-    "rise": Prior(0.5, False, "no rise most likely; 95 % between ratios of 0.38 and 2.7, the paper's axis ends at 3"),
+    "rise": Prior(0.5, False, "no effect most likely; 95 % between ratios of 0.38 and 2.7; the paper's axis ends at 3"),
     "subjects": Prior(0.3, True, "twice the 0.15 that a power analysis assumes"),
     "scenes": Prior(0.2, True, "scenes differ less than subjects: four times the 0.05 of a power analysis"),
-    "residual": Prior(0.5, True, "of a log ratio of single answers that scatter by 0.3: 0.42"),
+    "residual": Prior(0.5, True, "0.42 for a log ratio of single answers with SD 0.3"),
 }
-"""Of the logarithm of ratios: weakly informative, our choice."""
+"""Priors of log ratios: weakly informative (our choice)."""
 
 ORDINAL_PRIORS: Final[Mapping[str, Prior]] = {
-    "rise": Prior(1.5, False, "no rise most likely; 95 % between odds ratios of 0.05 and 19"),
-    "fixation": Prior(1.5, False, "as the rise"),
-    "subjects": Prior(1.0, True, "the logistic distribution's own standard deviation is 1.8"),
+    "rise": Prior(1.5, False, "no effect most likely; 95 % between odds ratios of 0.05 and 19"),
+    "fixation": Prior(1.5, False, "as the effect"),
+    "subjects": Prior(1.0, True, "the SD of the logistic distribution itself is 1.8"),
     "scenes": Prior(1.0, True, "as the subjects"),
-    "thresholds": Prior(3.0, False, "in order; even shares of all steps most likely"),
+    "thresholds": Prior(3.0, False, "ordered; equal proportions of all steps most likely"),
 }
-"""Of the latent scale in log odds: weakly informative, our choice."""
+"""Priors of the latent scale, in log odds: weakly informative (our choice)."""
 
 Name = Literal["nearest", "farthest", "difference"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posterior:
-    """Posterior distribution of one rise.
+    """Posterior distribution of one depth effect.
 
     Parameters
     ----------
     name
-        The object in focus, or "difference": the rise with the nearest in focus less that with the farthest.
+        Object in focus, or "difference": effect with the nearest in focus minus effect with the farthest.
     median, low, high
-        Of the logarithm (of the ratio, or of the odds ratio): median and central 95 %.
+        Median and central 95 % interval of the log ratio (or log odds ratio).
     above
-        Probability of a rise above none.
+        Probability of an effect above zero.
     within
-        Probability that it lies within the bound, on both sides.
+        Probability that the effect lies within the bound on both sides.
     subjects, scenes
-        Medians of the standard deviations over subjects and over scenes; None for scenes where there is one only, and
-        for the difference of answers in steps, which comes from the two rises.
+        Posterior medians of the standard deviations over subjects and over scenes; None for a single scene, and for the
+        difference of ordinal effects, which is derived from the two effects.
     draws
-        Of the rise, from all chains.
+        Draws of the effect from all chains.
     spread
-        Draws of the standard deviations by the name of their prior.
+        Draws of the standard deviations, by the name of their prior.
     r_hat, effective
-        Largest R-hat, and least effective number of draws (bulk and tails), over the model's parameters.
+        Largest R-hat, and smallest effective sample size (bulk and tail), over all parameters.
     divergences
-        Transitions that diverged.
+        Number of divergent transitions.
     """
 
     name: Name
@@ -118,30 +118,30 @@ class Posterior:
 
     @property
     def sound(self) -> bool:
-        """Whether the chains agree: R-hat below 1.01, 400 effective draws (Vehtari et al. 2021), no divergences."""
+        """True if R-hat < 1.01 and effective sample size >= 400 (Vehtari et al. 2021), without divergences."""
         return self.r_hat < 1.01 and self.effective >= 400 and self.divergences == 0
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BayesResult:
-    """The rises of both fixations and their difference, by Bayes' rule.
+    """Bayesian estimates of the depth effects at both fixations and of their difference.
 
     Parameters
     ----------
     analysis
-        That of the ratings: `focalgradient.scales.Ratios` or `OrdinalSteps`.
+        Analysis of the ratings: `focalgradient.scales.Ratios` or `OrdinalSteps`.
     bound
-        Ratio, or odds ratio, within which a rise counts as none.
+        Equivalence bound: ratio, or odds ratio, within which an effect counts as none.
     formula
-        Of the model, as bambi writes it.
+        Model formula in the notation of bambi.
     priors
-        By the name of what they are of.
+        Priors by parameter name.
     posteriors
-        Nearest, farthest, difference; what could not be computed is a `NotComputed`.
+        Posteriors by name: nearest, farthest, difference; `NotComputed` if not available.
     sampler
-        Chains and draws, in words.
+        Chains and draws in words.
     versions
-        Of the software.
+        Versions of the packages.
 
     Examples
     --------
@@ -161,11 +161,11 @@ class BayesResult:
     versions: Mapping[str, str]
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<BayesResult: {self.formula}>"
 
     def summary(self) -> str:
-        """The rises and their difference, in logarithms, a line each."""
+        """Return the log effects and their difference as text, one per line."""
         lines = []
         for name, one in self.posteriors.items():
             if isinstance(one, NotComputed):

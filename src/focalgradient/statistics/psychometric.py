@@ -1,8 +1,8 @@
-"""Psychometric functions of several people at once, by condition: hierarchical, so that people inform each other.
+"""Hierarchical psychometric functions of several people and conditions.
 
-Each person's threshold, slope and lapse rate is drawn towards the mean of all by as much as their own answers leave
-open (partial pooling), and the means are of people, not of trials. `fit_psychometric_groups` fits by restricted maximum
-likelihood; `focalgradient.statistics.bayes_psychometric_groups` samples the same model.
+Each person's threshold, slope and lapse rate is partially pooled: shrunk towards the population mean according to its
+uncertainty. Means are over people, not over trials. `fit_psychometric_groups` fits by restricted maximum likelihood;
+`focalgradient.statistics.bayes_psychometric_groups` samples the same model.
 """
 
 from __future__ import annotations
@@ -43,24 +43,25 @@ __all__ = ["PsychometricData", "Rate", "fit_psychometric_groups", "psychometric_
 FloatArray = NDArray[np.float64]
 
 Rate = float | Literal["common", "people"]
-"""A lapse or guess rate: a known number, one estimated for all, or estimated with people partially pooled."""
+"""Lapse or guess rate: a fixed number, "common" (one estimated rate), or "people" (estimated and partially pooled)."""
 
 LARGEST_RATE = 0.5
-"""Upper limit on a known lapse rate: beyond it most answers would be lapses."""
+"""Maximum fixed lapse rate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PsychometricData:
-    """Answers as the models take them, from `psychometric_data`.
+    """Input of the hierarchical models, as prepared by `psychometric_data`.
 
     Parameters
     ----------
     counts, layout, shape
-        What is fitted; levels are standardised to (x - center) / scale, x the level or its logarithm.
+        Counted answers, parameter layout and sigmoid; levels are standardised to (x - center) / scale, x the level or
+        its log.
     center, scale
-        Of x.
+        Mean and standard deviation of x.
     participants, conditions
-        Names of the numbers in `counts`.
+        Names, by the indices in `counts`.
     levels
         Level of each entry of `counts`.
     """
@@ -83,7 +84,7 @@ def psychometric_data(
     lapse: Rate = "people",
     overdispersed: bool = False,
 ) -> PsychometricData:
-    """Check and count the answers of a table; parameters and errors are those of `fit_psychometric_groups`.
+    """Validate and count the answers of a table; parameters and errors are those of `fit_psychometric_groups`.
 
     Examples
     --------
@@ -102,7 +103,7 @@ def psychometric_data(
         raise InputError("The table has no rows, but must have one for each trial.")
     known = {name: _known(name, rate) for name, rate in (("guess", guess), ("lapse", lapse))}
     if (known["guess"] or 0.0) + (known["lapse"] or 0.0) >= 1:
-        raise InputError("guess and lapse must be less than 1 together: nothing else is left of the function.")
+        raise InputError("guess and lapse must add up to less than 1: otherwise the function cannot rise.")
     try:
         level = rows["level"].to_numpy(dtype=float)
         given = rows["correct"].to_numpy(dtype=float)
@@ -155,7 +156,7 @@ def psychometric_data(
 
 
 def _known(name: str, rate: Any) -> float | None:
-    """The rate where it is known, None where it is estimated."""
+    """Return a fixed rate; None if it is estimated."""
     if isinstance(rate, str) and rate in ("common", "people"):
         return None
     if isinstance(rate, int | float) and not isinstance(rate, bool) and 0 <= rate < (1 if name == "guess" else 0.5):
@@ -177,48 +178,49 @@ def fit_psychometric_groups(
     unit: str = "",
     progress: Progress | None = None,
 ) -> PsychometricGroups | NotComputed:
-    """Fit psychometric functions of all people and conditions by one hierarchical model.
+    """Fit psychometric functions of all people and conditions in one hierarchical model.
 
     Parameters
     ----------
     table
-        One row a trial, or arrays by name: `participant_id`, `level`, `correct` (true or false, 1 or 0; the answer
-        "yes" or "more" where it is not a matter of right or wrong). If there, `condition` (each has its own mean
-        threshold and slope) and `block` (answers of one block may go together: see `overdispersed`).
+        One row per trial, or arrays by name: `participant_id`, `level`, `correct` (True or False, 1 or 0; for
+        subjective judgements, the answer "yes" or "more"). Optional: `condition`, each with its own mean threshold and
+        slope, and `block`, within which answers may be correlated (see `overdispersed`).
     shape
-        "weibull" or "lognormal" of the logarithm of the level, "logistic" or "normal" of the level itself, which may
-        then be negative; or a `Shape` of one's own.
+        "weibull" or "lognormal" for the logarithm of the level; "logistic" or "normal" for the level itself, which may
+        be negative; or a custom `Shape`.
     guess
-        Rate of right answers without a stimulus: 1 / alternatives where a choice is forced; 0, or estimated ("common",
-        "people"), where answers are yes and no.
+        Probability of a correct answer without a stimulus: 1 / alternatives in forced choice; 0, or estimated ("common"
+        or "people"), for yes/no answers.
     lapse
-        Share of trials answered without looking. Estimated ones have a beta (1, 20) prior.
+        Lapse rate; an estimated rate has a beta(1, 20) prior.
     overdispersed
-        Whether the correlation of answers of one person at one level (within a block) is estimated, beta-binomially:
-        it widens intervals where people change during a session.
+        True to estimate the correlation of a person's answers at one level (within a block) by a beta-binomial model,
+        which widens the intervals if people change during a session.
     unit
-        Of the levels, for words.
+        Unit of the levels, for texts.
     progress
-        Called with the share done.
+        Function called with the completed fraction.
 
     Returns
     -------
     PsychometricGroups
-        Or a `NotComputed`, where the search ends without a maximum or answers do not depend on the level.
+        `NotComputed` if the search has no maximum or the answers do not depend on the level.
 
     Raises
     ------
     InputError
-        If a column is missing, or a level, an answer or an option is wrong.
+        If a column is missing, or a level, an answer or an option is invalid.
 
     Notes
     -----
-    Intervals of means and differences use Student's t with one degree of freedom less than people (or than people less
-    conditions, where each person took part in one), those of persons, too; these include what the mean leaves open.
+    Intervals of means and differences use Student's t with people - 1 degrees of freedom (people - conditions if each
+    person took part in one condition), as do those of individuals, which include the uncertainty of the mean.
 
-    Measured with 60 sets of 6 people and 60 trials each in each of 2 conditions (benchmarks/psychometric_recovery.py):
-    intervals of persons' thresholds cover .93, of the mean threshold .96, of the mean slope .98, of the difference of
-    conditions 1.00. The mean slope is 1.6 +- 2.8 % too low, the mean threshold 0.3 +- 0.8 %.
+    Measured in 60 data sets of 6 people with 60 trials in each of 2 conditions (benchmarks/psychometric_recovery.py):
+    coverage is .93 for individual thresholds, .96 for the mean threshold, .98 for the mean slope, and 1.00 for the
+    difference between conditions. The bias is -1.6 +- 2.8 % for the mean slope and -0.3 +- 0.8 % for the mean
+    threshold.
 
     Examples
     --------
@@ -333,9 +335,9 @@ def _result(fit: ModelFit, data: PsychometricData, unit: str) -> PsychometricGro
 def _people(
     fit: ModelFit, data: PsychometricData, shape: str, half: float, level: Any, slope: Any
 ) -> list[PersonFunction]:
-    """Each person's function in each condition: conditional modes, with `half` standard errors on either side.
+    """Return each person's function in each condition: conditional modes, with intervals of `half` standard errors.
 
-    Student's, as the standard deviations over people are known no better than by as many as there are.
+    `half` is a quantile of Student's t, as the standard deviations over people are estimated from few people.
     """
     columns, random, _ = data.layout.columns(np.arange(data.layout.conditions))
     found = []

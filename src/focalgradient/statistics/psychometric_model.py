@@ -1,11 +1,11 @@
-"""A psychometric function with effects of people, fitted by restricted maximum likelihood with Laplace's approximation.
+"""Hierarchical psychometric function, fitted by restricted maximum likelihood with Laplace's approximation.
 
-P(right) = guess + (1 - guess - lapse) F(exp(w) (x - t)). The threshold t, the log slope w and the log odds of lapse and
-guess are each a mean (fixed effects b, one a condition) plus a normal deviation of the person (standard deviation times
-v, v standard normal). Fixed effects and deviations are integrated out together about their joint mode, as REML does it
-for normal answers (Laplace's approximation; Tierney & Kadane 1986); the standard deviations maximise what is left. The
-fixed effects maximise the integral over the deviations alone: in their joint mode slopes are too steep, as every person
-has a threshold fitted to their answers (Neyman & Scott 1948).
+P(correct) = guess + (1 - guess - lapse) F(exp(w) (x - t)). Threshold t, log slope w and the log odds of lapse and guess
+rate each consist of a mean (fixed effects b, one per condition) and a normal deviation of the person (standard
+deviation times v, v standard normal). Fixed effects and deviations are integrated out together around their joint mode,
+as in REML for normal data (Laplace's approximation; Tierney & Kadane 1986), and the standard deviations maximise the
+result. The fixed effects maximise the integral over the deviations alone: at the joint mode the slopes would be too
+steep, as each person's threshold is fitted to the same answers (Neyman & Scott 1948).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["Counts", "Layout", "ModelFit", "fit_model"]
 FloatArray = NDArray[np.float64]
 
 PARAMETERS = 4
-"""Threshold, log slope, log odds of the lapse rate and of the guess rate, in this order."""
+"""Number of parameters: threshold, log slope, log odds of lapse rate and of guess rate, in this order."""
 
 PLACES = {
     "threshold": 0,
@@ -34,49 +34,51 @@ PLACES = {
     "log odds of lapse": 2,
     "log odds of guess": 3,
 }
-"""Parameter that each standard deviation over people is of."""
+"""Index of the parameter to which each standard deviation over people belongs."""
 
 LAPSE_PRIOR = (1.0, 20.0)
-"""Beta prior of a lapse rate that is estimated, and of a guess rate: mean 5 %, Wichmann & Hill's (2001) upper end for
-trained people."""
+"""Parameters of the beta prior of an estimated lapse or guess rate: mean 5 %, the upper end for trained people in
+Wichmann & Hill (2001).
+"""
 
 SLOPE_PRIOR = (math.log(2), 1.0)
-"""Mean and standard deviation of the normal prior of a log slope, levels in units of their standard deviation: two
-thirds of all functions rise from 27 to 73 % of the way over 0.4 to 2.7 of these (logistic). It bounds the slope where
-answers are separated."""
+"""Mean and SD of the normal prior of the log slope, with standardised levels: two thirds of all functions rise from 27
+to 73 % of their range within 0.4 to 2.7 level SDs (logistic). The prior bounds the slope of separated answers.
+"""
 
 LEAST_PROBABILITY = 1e-9
-"""Of an answer: keeps logarithms finite where neither guess nor lapse is possible."""
+"""Minimum probability of an answer, which keeps logarithms finite if neither guesses nor lapses are possible."""
 
 LEAST_SD, LARGEST_SD = 1e-3, 5.0
-"""Limits on the standard deviations over people, of standardised levels, log slopes and log odds."""
+"""Limits of the standard deviations over people, of standardised levels, log slopes and log odds."""
 
 LEAST_CORRELATION, LARGEST_CORRELATION = 1e-4, 0.9
-"""Limits on the correlation of the answers of one block (overdispersion)."""
+"""Limits of the correlation between answers of one block (overdispersion)."""
 
 RATE_SD_PRIOR = 0.5
-"""Scale of the half-normal penalty on the standard deviation of log odds of lapses (and guesses) over people: a handful
-of lapses says next to nothing of it. 95 % of all people then differ by less than a factor of 7."""
+"""Scale of the half-normal penalty on the SD over people of the log odds of lapse (and guess) rates, which few lapses
+hardly constrain: 95 % of people then lie within a factor of 7.
+"""
 
 NEWTON_STEPS = 100
-"""Steps of the search for the joint mode, of which 4 to 10 are usual."""
+"""Maximum number of Newton steps to the joint mode; 4 to 10 are usual."""
 
 NEWTON_END = 1e-9
-"""Newton decrement (in units of log probability) at which that search ends."""
+"""Newton decrement (in log probability) at which the search for the joint mode ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Counts:
-    """Answers counted: an entry for each person, condition and level (and block).
+    """Answer counts, one entry per person, condition and level (and block).
 
     Parameters
     ----------
     x
-        Level, or its logarithm, standardised.
+        Standardised level, or its logarithm.
     right, shown
-        How many were right, of how many.
+        Number of correct answers, and number of trials.
     person, condition
-        Numbers from 0 up; sorted by person.
+        Indices from 0; sorted by person.
     """
 
     x: FloatArray
@@ -88,22 +90,22 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Which parameters are estimated, and which differ over people.
+    """Layout of the parameters: which are estimated, and which vary over people.
 
     Parameters
     ----------
     conditions
-        How many.
+        Number of conditions.
     within
-        Whether people took part in several conditions, so that their thresholds differ by condition, too.
+        True if people took part in several conditions, so that their thresholds also vary by condition.
     people
-        Whether there are several people.
+        True if there are several people.
     guess, lapse
-        The known rate, or None where it is estimated.
+        Fixed rate; None if estimated.
     own_guess, own_lapse
-        Whether an estimated rate differs over people.
+        True if an estimated rate varies over people.
     overdispersed
-        Whether answers of one block may go together (beta-binomial).
+        True if answers of one block may be correlated (beta-binomial).
     """
 
     conditions: int
@@ -117,7 +119,7 @@ class Layout:
 
     @property
     def fixed(self) -> int:
-        """Number of fixed effects: thresholds, log slopes by condition, then lapse and guess where estimated."""
+        """Number of fixed effects: thresholds and log slopes by condition, then estimated lapse and guess rates."""
         return 2 * self.conditions + (self.lapse is None) + (self.guess is None)
 
     @property
@@ -135,7 +137,7 @@ class Layout:
         return tuple(name for name, there in wanted.items() if there)
 
     def columns(self, condition: NDArray[np.int_]) -> tuple[FloatArray, FloatArray, NDArray[np.int_]]:
-        """Columns of the fixed effects and of the deviations in conditions (size x 4 x each), and the SD each has."""
+        """Return design matrices of fixed effects and deviations (size x 4 x columns), and SD indices of the latter."""
         size, c = len(condition), self.conditions
         place = np.arange(size)
         fixed = np.zeros((size, PARAMETERS, self.fixed))
@@ -157,23 +159,22 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelFit:
-    """A fitted model.
+    """Fitted hierarchical model.
 
     Parameters
     ----------
     fixed, covariance
         Fixed effects as in `Layout.fixed`, and their covariance.
     sds, sd_errors
-        Standard deviations over people as in `Layout.sds`, and the standard errors of their logarithms (NaN at a
-        limit).
+        Standard deviations over people as in `Layout.sds`, and standard errors of their logarithms (NaN at a limit).
     deviations
-        Each person's deviations (people x columns of `Layout.columns`).
+        Deviations of each person (people x columns of `Layout.columns`).
     person_covariance
-        Joint covariance of fixed effects and deviations of each person (people x both x both).
+        Joint covariance of fixed effects and deviations, for each person (people x both x both).
     correlation, correlation_error
-        Of answers of one block, None where not estimated; and the standard error of its log odds.
+        Correlation between answers of one block (None if not estimated), and standard error of its log odds.
     log_likelihood
-        Restricted, at the maximum.
+        Maximum of the restricted log likelihood.
     """
 
     fixed: FloatArray
@@ -190,7 +191,7 @@ class ModelFit:
 def fit_model(
     counts: Counts, layout: Layout, shape: Shape, watch: Callable[[int], None] = lambda step: None
 ) -> ModelFit | None:
-    """Fit by restricted maximum likelihood; None where the search ends without a maximum."""
+    """Fit the model by restricted maximum likelihood; return None without a maximum."""
     model = _Model(counts, layout, shape)
     sds = len(layout.sds)
     start = np.zeros(sds)
@@ -210,7 +211,7 @@ def fit_model(
     bounds = list(zip(low, high, strict=True))
     for spread in STARTS if len(start) else ():
         at = np.concatenate([np.log(np.full(sds, spread)), start[sds:]])
-        for _ in range(2):  # again from the mode that belongs to where the first search ended
+        for _ in range(2):  # repeated from the joint mode of the first result
             model.anchor_at(at)
             found = optimize.minimize(cost, at, method="L-BFGS-B", bounds=bounds, options={"eps": 1e-3, "ftol": 1e-8})
             at = np.asarray(found.x, float)
@@ -239,21 +240,22 @@ def fit_model(
 
 
 IMPOSSIBLE = 1e10
-"""Cost where the joint mode does not exist."""
+"""Cost if the joint mode does not exist."""
 
 STARTS = (0.3, 1.0)
-"""Standard deviations that the search begins from: the joint density can have two modes of nearly the same height, as
-where a function rises between two levels, and what is left of the integral then a maximum for each."""
+"""Start values of the standard deviations: the joint density can have two modes of similar height (for functions that
+rise between two levels), each with its own maximum of the integral.
+"""
 
 MARGINAL_REACH = 2.0
-"""Standard errors between the joint mode and where the fixed effects are searched."""
+"""Maximum distance of the fixed effects from the joint mode, in standard errors."""
 
 OUTER_STEP = 0.05
-"""Step of the second differences by the logarithms of standard deviations."""
+"""Step of the second differences, in log standard deviations."""
 
 
 def _outer_errors(cost: Callable[[FloatArray], float], at: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Standard errors of the logarithms of the standard deviations; NaN for those at a limit."""
+    """Return the standard errors of the log standard deviations; NaN at a limit."""
     errors = np.full(len(at), math.nan)
     inner = np.flatnonzero((at > low + 2 * OUTER_STEP) & (at < high - 2 * OUTER_STEP))
     if not inner.size:
@@ -274,13 +276,13 @@ def _outer_errors(cost: Callable[[FloatArray], float], at: FloatArray, low: Floa
 
 
 class _Model:
-    """The joint density of answers, fixed effects and deviations, and its integral over both."""
+    """Joint density of answers, fixed effects and deviations, and its Laplace integral over both."""
 
     def __init__(self, counts: Counts, layout: Layout, shape: Shape):
         self.counts, self.layout, self.shape = counts, layout, shape
         key = counts.person * layout.conditions + counts.condition
         groups, self.entries, self.group = np.unique(key, return_index=True, return_inverse=True)
-        self.owner = groups // layout.conditions  # the person of each group: answers of one person in one condition
+        self.owner = groups // layout.conditions  # person of each group (one person in one condition)
         self.columns, self.random, self.which = layout.columns(groups % layout.conditions)
         self.people = int(counts.person.max()) + 1
         self.first = np.searchsorted(self.owner, np.arange(self.people))
@@ -290,7 +292,7 @@ class _Model:
         self._curvature: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
     def _start(self) -> FloatArray:
-        """Thresholds where three answers in four above the guess rate are right, by a line through all answers."""
+        """Return start thresholds at 75 % correct above guessing, by linear regression over all answers."""
         c = self.counts
         guess = 0.0 if self.layout.guess is None else self.layout.guess
         b = np.zeros(self.layout.fixed)
@@ -311,7 +313,7 @@ class _Model:
         return np.asarray(own[self.group])
 
     def _answers(self, p: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Log probability of each entry, its first derivative by p, the negative second, and its expectation."""
+        """Return log probability, gradient by p, negative second derivative and its expectation for each entry."""
         k, n = self.counts.right, self.counts.shown
         if not self.layout.overdispersed:
             value = k * np.log(p) + (n - k) * np.log1p(-p)
@@ -331,7 +333,7 @@ class _Model:
         return float(self._answers(p, free)[0].sum() - (v**2).sum() / 2 + self._prior(b)[0])
 
     def _prior(self, b: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Log prior of the rates (beta, on their log odds), and its first and negative second derivatives."""
+        """Return the log prior of the log odds of the rates, and its first and negative second derivatives."""
         value, first, second = 0.0, np.zeros(len(b)), np.zeros(len(b))
         own = np.arange(2 * self.layout.conditions, len(b))
         one, other = LAPSE_PRIOR
@@ -346,7 +348,7 @@ class _Model:
         return value, first, second
 
     def _probability(self, eta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Probability of a right answer, and its first and second derivatives by the four parameters."""
+        """Return the probability of a correct answer, with first and second derivatives by the four parameters."""
         lapse = special.expit(eta[:, 2]) if self.layout.lapse is None else np.full(len(eta), self.layout.lapse)
         guess = special.expit(eta[:, 3]) if self.layout.guess is None else np.full(len(eta), self.layout.guess)
         slope = np.exp(np.clip(eta[:, 1], -20, 20))
@@ -371,9 +373,9 @@ class _Model:
     def _derivatives(
         self, sd: FloatArray, free: FloatArray, exact: bool
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Gradients by b and v; negative second derivatives by b, by b and v, and by v, of each person.
+        """Return gradients by b and v, and negative second derivatives by b, by b and v, and by v, for each person.
 
-        Without `exact` their expectation, Fisher's information, which is positive anywhere.
+        With `exact` False, return their expectation instead (Fisher information), which is always positive definite.
         """
         p, first, second = self._probability(self._eta(self.b, self.v, sd))
         _, slope, curve, expected = self._answers(p, free)
@@ -396,19 +398,19 @@ class _Model:
         )
 
     def anchor_at(self, free: FloatArray) -> None:
-        """Begin all searches for the mode from that at `free`."""
+        """Start all later searches from the mode at `free`."""
         self.anchor = self._start(), np.zeros_like(self.v)
         if self.integrated(free) > -IMPOSSIBLE:
             self.anchor = self.b, self.v
 
     def integrated(self, free: FloatArray) -> float:
-        """Log of the integral of the joint density over fixed effects and deviations, with penalties on SDs of rates.
+        """Return the log of the integral over fixed effects and deviations, including penalties on the SDs of rates.
 
-        `free`: the logarithms of the standard deviations, and the log odds of the correlation where there is one.
+        `free` contains the log standard deviations and, if estimated, the log odds of the correlation.
         """
         sds = np.exp(free[: len(self.layout.sds)])
         sd = sds[self.which] if len(self.which) else np.zeros(0)
-        self.b, self.v = self.anchor  # the same everywhere, so that the value depends on nothing but `free`
+        self.b, self.v = self.anchor  # always the same start, so that the value depends on `free` only
         if not self._find_mode(sd, free):
             return -IMPOSSIBLE
         _, _, bb, bv, vv = self._derivatives(sd, free, exact=False)
@@ -425,7 +427,7 @@ class _Model:
         return height - float(own.sum() + np.linalg.slogdet(schur)[1] - size * math.log(2 * math.pi)) / 2 + penalty
 
     def _find_mode(self, sd: FloatArray, free: FloatArray, *, people_only: bool = False) -> bool:
-        """Newton's method with halved steps, from where the last search ended; `people_only`: fixed effects stay."""
+        """Find the mode by damped Newton steps from the previous one; `people_only` keeps the fixed effects."""
         best = self._height(self.b, self.v, sd, free)
         for _ in range(NEWTON_STEPS):
             for exact in (True, False):
@@ -460,8 +462,8 @@ class _Model:
     def move_to_marginal_mode(self, sd: FloatArray, free: FloatArray) -> None:
         """Move fixed effects to the maximum of the integral over deviations, and deviations to their mode there.
 
-        The integral is Laplace's, about the deviations' own mode for given fixed effects, with the answers' own second
-        derivatives. Searched within `MARGINAL_REACH` standard errors of the joint mode, where `integrated` ended.
+        The integral is Laplace's, around the mode of the deviations for given fixed effects, with observed second
+        derivatives. The search is limited to `MARGINAL_REACH` standard errors around the joint mode.
         """
         assert self._curvature is not None
         joint = self.b, self.v
@@ -479,7 +481,7 @@ class _Model:
         lost(found.x)
 
     def covariances(self) -> tuple[FloatArray, FloatArray]:
-        """Covariance of the fixed effects, and jointly with each person's v."""
+        """Return the covariance of the fixed effects, and the joint covariance with each person's v."""
         assert self._curvature is not None
         schur, bv, vv = self._curvature
         covariance = np.linalg.inv(schur)

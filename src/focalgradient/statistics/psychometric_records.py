@@ -1,4 +1,4 @@
-"""Results of hierarchical psychometric functions: by person, by condition, and of the thresholds' differences."""
+"""Result records of hierarchical psychometric functions: by person, by condition, and differences of thresholds."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class PersonFunction:
-    """One person's psychometric function in one condition.
+    """Psychometric function of one person in one condition.
 
     Parameters
     ----------
     participant_id, condition
-        Whose; "" where there are no conditions.
+        Participant and condition; "" without conditions.
     threshold
-        Level half-way between the guess rate and 1 - lapse, with its 95 % interval: in the unit of the levels.
+        Level halfway between the guess rate and 1 - lapse, with a 95 % interval, in the unit of the levels.
     slope
-        Exponent of Weibull's function, or 1 / scale of the others (1 / unit, or 1 / log unit).
+        Exponent of the Weibull function, or 1 / scale of the other sigmoids (1 / unit, or 1 / log unit).
     lapse, guess
-        Rates.
+        Lapse and guess rate.
     levels, right, shown
-        The levels, how often each was answered rightly, and how often shown.
+        Levels, with the number of correct answers and of trials at each.
     shape
         Name of the sigmoid.
     """
@@ -48,7 +48,7 @@ class PersonFunction:
     shape: str
 
     def correct(self, level: ArrayLike) -> FloatArray:
-        """Probability of a right answer at levels (any shape).
+        """Return the probability of a correct answer at levels of any shape.
 
         >>> at = Interval(0.2, 0.1, 0.3)
         >>> one = PersonFunction("01", "", at, Interval(3.5, 3.0, 4.0), 0.0, 0.5, (0.2,), (8,), (10,), "weibull")
@@ -60,19 +60,18 @@ class PersonFunction:
 
 @dataclass(frozen=True, slots=True)
 class GroupFunction:
-    """The psychometric function of a condition: mean over people.
+    """Mean psychometric function of one condition.
 
     Parameters
     ----------
     condition
-        "" where there are none.
+        Condition; "" without conditions.
     subjects
         Number of people.
     threshold, slope
-        Means over people (geometric ones of slopes, and of thresholds where levels are logarithmic), with 95 %
-        intervals.
+        Means over people (geometric for slopes, and for thresholds of logarithmic levels), with 95 % intervals.
     lapse, guess
-        Rates of the mean person.
+        Rates of the average person.
     shape
         Name of the sigmoid.
     """
@@ -86,7 +85,7 @@ class GroupFunction:
     shape: str
 
     def correct(self, level: ArrayLike) -> FloatArray:
-        """Probability of a right answer at levels (any shape) of the mean person.
+        """Return the probability of a correct answer of the average person at levels of any shape.
 
         >>> at, slope = Interval(0.0, None, None), Interval(1.0, None, None)
         >>> GroupFunction("", 6, at, slope, 0.0, 0.0, "logistic").correct(0.0).item()
@@ -97,7 +96,7 @@ class GroupFunction:
 
 @dataclass(frozen=True, slots=True)
 class ThresholdDifference:
-    """Threshold of one condition less that of another: of their logarithms where levels are logarithmic."""
+    """Difference between the thresholds of two conditions; of log thresholds if levels are logarithmic."""
 
     condition: str
     other: str
@@ -106,38 +105,38 @@ class ThresholdDifference:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class PsychometricGroups:
-    """Hierarchical psychometric functions.
+    """Results of the hierarchical psychometric functions.
 
     Parameters
     ----------
     shape
         Name of the sigmoid.
     unit
-        Of the levels; "" where not given.
+        Unit of the levels; "" if not given.
     groups
-        A function for each condition.
+        One function per condition.
     people
-        A function for each person and condition.
+        One function per person and condition.
     differences
-        Of the thresholds of each pair of conditions, corrected by Holm as one family.
+        Differences of the thresholds of each pair of conditions, corrected by Holm as one family.
     lapse, guess
-        Rates of the mean person with 95 % intervals; without ends where they are known.
+        Rates of the average person with 95 % intervals; without interval if fixed.
     sd
-        Standard deviations over people, by name: of thresholds (of their logarithm where levels are logarithmic), of
-        log slopes, of the log odds of lapse and guess.
+        Standard deviations over people, by name: of thresholds (log thresholds if levels are logarithmic), log slopes,
+        and the log odds of lapse and guess rate.
     overdispersion
-        Correlation of the answers of one person at one level (and block) beyond the function: 0 where answers are
-        independent. None where it is not estimated.
+        Correlation between a person's answers at one level (and in one block) beyond the function: 0 for independent
+        answers; None if not estimated.
     trials
         Number of answers.
     log_likelihood
-        Restricted; None of a sample of a posterior.
+        Maximum of the restricted log likelihood; None for a posterior sample.
     method
-        How it was fitted, for a report.
+        Description of the fit for the report.
     remarks
-        What did not go as planned, a sentence each.
+        Deviations from the planned analysis, one sentence each.
     diagnostics
-        Of a sampler: `r_hat` (largest), `effective` (least number of draws), `diverging`.
+        Diagnostics of a sampler: `r_hat` (largest), `effective` (smallest effective sample size), `diverging`.
     """
 
     shape: str
@@ -162,15 +161,15 @@ class PsychometricGroups:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether levels are taken on their logarithm."""
+        """True if the function is one of the logarithm of the level."""
         return SHAPES[self.shape].logarithmic
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<PsychometricGroups: {len(self.participants)} people, {len(self.groups)} conditions, {self.shape}>"
 
     def summary(self) -> str:
-        """Mean threshold and slope of each condition, differences, and rates, a line each."""
+        """Return mean threshold and slope of each condition, differences, and rates as text, one per line."""
         unit = f" {self.unit}" if self.unit else ""
         lines = [
             f"{one.condition or 'threshold'}: {_ends(one.threshold)}{unit}; slope {_ends(one.slope)}"

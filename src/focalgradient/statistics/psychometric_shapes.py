@@ -1,4 +1,4 @@
-"""Sigmoids of psychometric functions: their values and derivatives, each with the value 1/2 at the threshold."""
+"""Sigmoids of psychometric functions, with derivatives; each equals 1/2 at the threshold."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ FloatArray = NDArray[np.float64]
 
 
 class Shape(ABC):
-    """A sigmoid F with F(0) = 1/2, of the standardised level z = slope x (level - threshold)."""
+    """Sigmoid F with F(0) = 1/2, as a function of the standardised level z = slope x (level - threshold)."""
 
     logarithmic: ClassVar[bool]
-    """Whether levels are taken on their natural logarithm: they are then above 0, and thresholds are multiplied."""
+    """True for functions of the natural logarithm of the level: levels are positive, and thresholds are ratios."""
     words: ClassVar[str]
 
     @abstractmethod
     def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """F and its first and second derivatives."""
+        """Return F and its first and second derivatives."""
 
 
 class Weibull(Shape):
-    """1 - 2^-(level / threshold)^slope."""
+    """Weibull function, 1 - 2^-(level / threshold)^slope."""
 
     logarithmic: ClassVar[bool] = True
     words: ClassVar[str] = "Weibull function"
@@ -42,7 +42,7 @@ class Weibull(Shape):
 
 
 class Logistic(Shape):
-    """1 / (1 + exp(-z)) of the level itself."""
+    """Logistic function 1 / (1 + exp(-z)) of the level."""
 
     logarithmic: ClassVar[bool] = False
     words: ClassVar[str] = "logistic function"
@@ -53,7 +53,7 @@ class Logistic(Shape):
 
 
 class Normal(Shape):
-    """Cumulative normal of the level itself."""
+    """Cumulative normal function of the level."""
 
     logarithmic: ClassVar[bool] = False
     words: ClassVar[str] = "cumulative normal"
@@ -64,23 +64,23 @@ class Normal(Shape):
 
 
 class LogNormal(Normal):
-    """Cumulative normal of the logarithm of the level."""
+    """Cumulative normal function of the log level."""
 
     logarithmic: ClassVar[bool] = True
     words: ClassVar[str] = "cumulative normal of the logarithm"
 
 
 SHAPES: dict[str, Shape] = {"weibull": Weibull(), "lognormal": LogNormal(), "logistic": Logistic(), "normal": Normal()}
-"""By the name that `fit_psychometric_groups` takes."""
+"""Sigmoids by the name that `fit_psychometric_groups` accepts."""
 
 
 def shape_named(shape: Shape | str) -> Shape:
-    """Return the sigmoid of a name; a `Shape` is returned as it is.
+    """Return the sigmoid with a name; a `Shape` is returned unchanged.
 
     Raises
     ------
     InputError
-        If there is none of that name.
+        If the name is unknown.
 
     Examples
     --------

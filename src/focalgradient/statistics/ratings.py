@@ -1,7 +1,7 @@
-"""Experiment 1: whether a scene looks deeper with more blur, the nearest object in focus or the farthest.
+"""Experiment 1: effect of blur on rated depth, with the nearest or the farthest object in focus.
 
-Ratings are ratios to a standard, so everything is done on their logarithm and given as ratios. Results are meant to
-hold for other subjects and other scenes: both are random in the headline test; one for these scenes stands beside it.
+Ratings are ratios to a standard and are analysed on their logarithm; results are reported as ratios. The main test has
+random subjects and scenes, so that it generalises over both; a test for these scenes only is reported next to it.
 """
 
 from __future__ import annotations
@@ -32,24 +32,23 @@ __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneM
 FloatArray = NDArray[np.float64]
 
 Scale = Literal["ratio", "ordinal"]
-"""Names of the analyses of `depth_rating`."""
-"""What the ratings are: ratios to the standard, or steps in order (whole numbers)."""
+"""Names of the analyses of `depth_rating`: ratios to the standard, or ordinal steps (integers)."""
 
 
 @dataclass(frozen=True, slots=True)
 class SubjectMean:
-    """One subject's answers to one aperture with one fixation.
+    """Answers of one subject at one aperture and fixation.
 
     Parameters
     ----------
     participant_id, fixation, aperture, aperture_mm
-        Whose and which.
+        Subject and condition.
     trials
-        How many answers.
+        Number of answers.
     rating
-        Their geometric mean.
+        Geometric mean of the answers.
     ratio
-        Over the subject's own with the pinhole; None where there is none.
+        Ratio to the subject's own mean at the pinhole; None without pinhole answers.
     """
 
     participant_id: str
@@ -63,22 +62,22 @@ class SubjectMean:
 
 @dataclass(frozen=True, slots=True)
 class RatingMean:
-    """One aperture with one fixation, over subjects.
+    """Mean over subjects at one aperture and fixation.
 
     Parameters
     ----------
     fixation, aperture, aperture_mm
-        Which.
+        Condition.
     subjects
-        With answers to it.
+        Number of subjects with answers.
     rating
-        Geometric mean over subjects, with the within-subject interval (Cousineau and Morey).
+        Geometric mean over subjects, with a within-subject interval (Cousineau-Morey).
     ratio
-        Geometric mean of the subjects' own ratios to the pinhole, with the interval of `against_pinhole`.
+        Geometric mean of the within-subject ratios to the pinhole, with the interval of `against_pinhole`.
     against_pinhole
-        The logarithm of that ratio over subjects and scenes, corrected by Holm over all apertures and fixations.
+        Test of the log ratio over subjects and scenes, corrected by Holm over all apertures and fixations.
     these_scenes
-        The same over subjects, for these scenes only.
+        The same test over subjects only, for these scenes.
     """
 
     fixation: str
@@ -93,7 +92,7 @@ class RatingMean:
 
 @dataclass(frozen=True, slots=True)
 class SceneMean:
-    """One scene with one aperture and fixation: geometric mean of the ratios to the pinhole, interval by t."""
+    """Geometric mean of the ratios to the pinhole for one scene, aperture and fixation, with an interval by t."""
 
     scene: str
     fixation: str
@@ -104,29 +103,29 @@ class SceneMean:
 
 @dataclass(frozen=True, slots=True)
 class FixationResult:
-    """How ratings change with blur, with one object in focus.
+    """Effect of blur on the ratings at one fixation.
 
     Parameters
     ----------
     fixation
-        The object in focus.
+        Object in focus.
     rise
-        Log ratio of the rating at the largest aperture to that at the pinhole, as each subject gave it for each scene;
-        subjects and scenes random (`Effect.ratio` is the ratio).
+        Depth effect: log ratio of the ratings at the largest aperture to those at the pinhole within subject and scene;
+        subjects and scenes are random (`Effect.ratio` is the ratio).
     rise_these_scenes
-        The same over subjects, for these scenes only.
+        The same effect over subjects only, for these scenes.
     slope
-        Trend: the logarithm of the rating for a millimetre of aperture, least squares within each subject and scene.
+        Linear trend of the log rating per millimetre of aperture, by least squares within subject and scene.
     curvature
-        Lack of fit of that straight line: the parabola at half the largest aperture, less the line.
+        Lack of fit of the linear trend: departure of a parabola from the line at half the largest aperture.
     equivalence
-        Whether the rise is equivalent to zero, within the bound stated in advance.
+        Equivalence test of the depth effect, with the bound stated in advance.
     components
-        Variance components of the rise, and a check of its residuals.
+        Variance components of the depth effect, with a check of the residuals.
 
     Notes
     -----
-    Slopes are corrected by Holm as one family, lack of fit as another.
+    Holm's correction treats the slopes as one family and the tests of lack of fit as another.
     """
 
     fixation: str
@@ -145,41 +144,41 @@ class DepthRatingResult:
     Parameters
     ----------
     participants
-        Who gave them, in order.
+        Participant names, sorted.
     trials
-        How many ratings were analysed; catch trials are not.
+        Number of ratings analysed, without catch trials.
     analysis
-        Statistic of the ratings: `focalgradient.scales.Ratios` or `OrdinalSteps`.
+        Analysis of the ratings: `focalgradient.scales.Ratios` or `OrdinalSteps`.
     scenes
-        Their names.
+        Scene names.
     largest_mm
-        The largest aperture.
+        Diameter of the largest aperture in mm.
     subject_means
-        Every subject's geometric means.
+        Geometric means of each subject.
     scene_means
-        Every scene's ratios to the pinhole: on the ratio scale only.
+        Ratios to the pinhole of each scene (ratio scale only).
     means
-        Those over subjects: on the ratio scale only.
+        Means over subjects (ratio scale only).
     fixations
-        The results of each fixation present.
+        Results of each fixation in the data.
     interaction
-        The rise with the nearest object in focus less that with the farthest, where there are no others.
+        Depth effect with the nearest object in focus minus that with the farthest, without other fixations.
     interaction_these_scenes
-        The same over subjects, for these scenes only.
+        The same test over subjects only, for these scenes.
     differences
-        Where there are other fixations: the difference of the rises of each pair, by their names, over subjects and
-        scenes, and for these scenes only.
+        With other fixations: difference of the depth effects of each pair, by their names, over subjects and scenes,
+        and for these scenes only.
     ordinal
-        The analysis of answers in steps, where the scale is ordinal.
+        Analysis of ordinal answers, on an ordinal scale.
     remarks
-        What was left out of which result and why, a sentence each.
+        Omissions and their reasons, one sentence each.
 
     Notes
     -----
-    Each of these families is corrected by Holm: the rises with their difference (subjects and scenes random; and again
-    for these scenes), the comparisons of the other apertures with the pinhole, the slopes, the tests of lack of fit.
-    At the largest aperture the comparison with the pinhole is the rise, in its family. Each equivalence test is one
-    question of its own and is not corrected.
+    Holm's correction is applied separately to these families: the depth effects with their difference (subjects and
+    scenes random; and again for these scenes), the comparisons of the other apertures with the pinhole, the slopes, and
+    the tests of lack of fit. At the largest aperture the comparison with the pinhole is the depth effect, in its
+    family. Each equivalence test addresses a separate question and is not corrected.
     """
 
     participants: tuple[str, ...]
@@ -205,11 +204,11 @@ class DepthRatingResult:
         return self.analysis.name
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<DepthRatingResult: {len(self.participants)} subjects, {self.trials} ratings, scale {self.scale!r}>"
 
     def summary(self) -> str:
-        """The rises and their difference, a line each."""
+        """Return the depth effects and their difference as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
         tests = [(f"log rise, {each.fixation} in focus", each.rise) for each in self.fixations]
         differences = {pair: test for pair, (test, _) in self.differences.items()}
@@ -237,28 +236,28 @@ def depth_rating(
     Parameters
     ----------
     table
-        One row a trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are left out.
+        One row per trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are excluded.
     equivalence_bound
-        The smallest increase at the largest aperture that would matter, as a ratio above 1 and stated before the data
-        were seen: at 1.2, a rise between 1 / 1.2 and 1.2 is equivalent to none.
+        Smallest increase at the largest aperture that matters, as a ratio above 1, stated before the data are seen:
+        with 1.2, an effect between 1 / 1.2 and 1.2 is equivalent to none.
     scale
-        "ordinal" for answers in steps: then ratios mean nothing, and the cumulative-link model is the analysis.
+        "ordinal" for ordinal steps, which have no ratios and are analysed by the cumulative-link model.
     deciding_test
-        Of ratios, the test that decides, stated before the data were seen: "robust" to skewed subjects, or Student's
-        "t"; the other stands beside it.
+        Deciding test of ratios, stated before the data are seen: "robust" (to skewed subjects) or Student's "t"; the
+        other is reported next to it.
     progress
-        Called with the share done, while the cumulative-link model is fitted.
+        Function called with the completed fraction of the fit of the cumulative-link model.
 
     Returns
     -------
     DepthRatingResult
-        Where something could not be computed, a `NotComputed` says why.
+        Results that cannot be computed are `NotComputed`, with the reason.
 
     Raises
     ------
     InputError
-        If the table cannot be read without guessing, naming the row, or the bound is not above 1 and at most 10, or
-        `deciding_test` is another.
+        If the table is invalid (the message states the row), the bound is not above 1 and at most 10, or
+        `deciding_test` is invalid.
 
     Examples
     --------
@@ -275,7 +274,7 @@ def depth_rating(
     decides = robust_decides(deciding_test)
     analysis = analysis_named(scale)
     if not isinstance(analysis, Ratios | OrdinalSteps):
-        raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': take compare_pictures.")
+        raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': use compare_pictures instead.")
     table = rating_table(table)
     table = table[~table["catch"]]
     if table.empty:
@@ -330,7 +329,7 @@ def _fixation(
     if not analysis.ratios:
         return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
     if not own.scenes:
-        remarks.append("Scenes and apertures cannot be separated: nothing is corrected for scenes.")
+        remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
     missing = _no_ratio(own, fixation)
     rise: Effect | NotComputed = missing
     fixed: Effect | NotComputed = missing
@@ -344,7 +343,7 @@ def _fixation(
         if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
             left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
             remarks.append(
-                f"The rise ({fixation}) leaves out {left}: no answers to the largest aperture or the pinhole."
+                f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
             )
     trends = [
         weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights), robust_decides=decides)
@@ -354,22 +353,22 @@ def _fixation(
 
 
 def _no_ratio(own: Cells, fixation: str) -> NotComputed:
-    """Why there is no ratio to the pinhole; no reason where there is one."""
+    """Return the reason why there is no ratio to the pinhole; an empty reason if there is one."""
     if own.amounts[0] != 0:
-        return NotComputed(f"No pinhole trials have the {fixation} object fixated: there is no ratio to them.")
-    return NotComputed("There is the pinhole only: there is no larger aperture." if len(own.amounts) < 2 else "")
+        return NotComputed(f"The {fixation} object is fixated in no pinhole trial: there is no ratio to the pinhole.")
+    return NotComputed("The pinhole is the only aperture." if len(own.amounts) < 2 else "")
 
 
 def _difference(
     of: Mapping[str, Cells], one: str, other: str, analysis: Analysis, decides: bool
 ) -> tuple[Effect | NotComputed, Effect | NotComputed]:
-    """The difference of two rises of each subject and scene, over both; and for these scenes."""
+    """Test the difference of two depth effects within subject and scene: over both, and for these scenes."""
     if not analysis.ratios:
         return ORDINAL, ORDINAL
     rises = []
     for fixation in (one, other):
         if fixation not in of:
-            missing = NotComputed(f"No trials have the {fixation} object fixated: there is nothing to compare.")
+            missing = NotComputed(f"The {fixation} object is fixated in no trial: nothing can be compared.")
             return missing, missing
         if (missing := _no_ratio(of[fixation], fixation)).reason:
             return missing, missing
@@ -428,7 +427,7 @@ def _means(
     remarks: list[str],
     decides: bool,
 ) -> tuple[RatingMean, ...]:
-    """Means of all conditions; at the largest aperture the test is that of the rise, in its family."""
+    """Return the means of all conditions; at the largest aperture the test is that of the depth effect."""
     logs = table.pivot_table(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
@@ -437,7 +436,7 @@ def _means(
     whole = logs.dropna()
     if len(whole) < len(logs):
         left = _names(logs.index.difference(whole.index))
-        remarks.append(f"The within-subject intervals leave out {left}: no answers to some aperture.")
+        remarks.append(f"The within-subject intervals exclude {left}: no answers to some aperture.")
     widths = within_half_widths(whole[keys]) if len(whole) else np.full(len(keys), np.nan)
     means = []
     for (fixation, mm), width in zip(keys, widths, strict=True):
@@ -447,7 +446,7 @@ def _means(
         fixed: Effect | NotComputed
         ratio: Interval | NotComputed
         if mm == 0:
-            test = fixed = NotComputed("The pinhole is what the others are compared with.")
+            test = fixed = NotComputed("The pinhole is the reference of the comparisons.")
             ratio = Interval(1.0, 1.0, 1.0)
         elif (missing := _no_ratio(own, fixation)).reason:
             ratio = test = fixed = missing
@@ -471,7 +470,7 @@ def _means(
 
 
 def _untested(rises: FloatArray, aperture: str) -> Interval | NotComputed:
-    """The mean ratio where there is no test of it: one subject, or subjects who are all alike."""
+    """Return the mean ratio if it cannot be tested: with one subject, or identical subjects."""
     own = np.array([row[np.isfinite(row)].mean() for row in rises if np.isfinite(row).any()])
     if not len(own):
         return NotComputed(f"No subject has both {aperture} and pinhole trials.")

@@ -1,4 +1,4 @@
-"""Results of an analysis: an effect with its interval and test, or why there is none."""
+"""Result records: effects with intervals and tests, and reasons for results that were not computed."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ import pandas as pd
 __all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "Robust", "as_table", "line"]
 
 ALPHA = 0.05
-"""Error rate that tests are held against."""
+"""Significance level of all tests."""
 
 CONFIDENCE = 0.95
-"""Of every interval, unless its field says otherwise."""
+"""Coverage of intervals, unless their field states otherwise."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class NotComputed:
-    """Stands where a result would stand: what kept it from being computed, in one sentence."""
+    """Placeholder of a result that could not be computed, with the reason in one sentence."""
 
     reason: str
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Interval:
-    """An estimate and the ends of its 95 % interval: None where too few subjects give it one."""
+    """Estimate with its 95 % interval; the ends are None with too few subjects."""
 
     estimate: float
     low: float | None
@@ -35,7 +35,7 @@ class Interval:
 
     @property
     def ratio(self) -> Interval:
-        """The exponential of estimate and ends: for an interval of a logarithm.
+        """Exponential of estimate and ends, for an interval of a logarithm.
 
         >>> Interval(0.0, None, None).ratio
         Interval(estimate=1.0, low=None, high=None)
@@ -46,20 +46,20 @@ class Interval:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Robust:
-    """The interval and the two-sided test of an effect that stay valid where the people's own effects are skewed.
+    """Interval and two-sided test of an effect that remain valid for skewed subjects.
 
     Parameters
     ----------
     skewness
-        Of the estimate's error: see `focalgradient.statistics.skewness.error_skewness`.
+        Skewness of the error of the estimate: see `focalgradient.statistics.skewness.error_skewness`.
     noise
-        Share of the variance of the subjects' own effects that the noise of their answers explains, 0 to 1.
+        Fraction (0 to 1) of the variance of subject means that is due to noise of the answers.
     low, high
-        The 95 % interval.
+        95 % interval.
     p, p_holm
-        Probability, and after Holm's correction over its family of tests.
+        p value, and p value after Holm's correction over its family of tests.
     decides
-        Whether this test decides; else Student's t does, and this one stands beside it.
+        True if this test decides; otherwise Student's t decides.
     """
 
     skewness: float
@@ -72,38 +72,38 @@ class Robust:
 
     @property
     def corrected_p(self) -> float:
-        """The probability, by Holm where the test is one of a family."""
+        """P value, after Holm's correction if the test is in a family."""
         return self.p if self.p_holm is None else self.p_holm
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Effect:
-    """An estimate over subjects, with its interval and two-sided test.
+    """Estimate over subjects, with its interval and two-sided test.
 
     Parameters
     ----------
     estimate, low, high
-        The estimate and its 95 % interval, in the unit that the field holding it states.
+        Estimate and 95 % interval, in the unit that the containing field states.
     standard_error
-        Of the estimate.
+        Standard error of the estimate.
     statistic, df, p
-        Student's t of the estimate against zero, its degrees of freedom and probability.
+        Student's t of the estimate against zero, its degrees of freedom and p value.
     dz
-        Cohen's d_z: the mean over the standard deviation of the subjects' own effects; None where the test is another
-        than a paired t-test of these.
+        Cohen's d_z: mean divided by standard deviation of the within-subject effects; None unless the test is a paired
+        t-test of these.
     subjects
-        How many the estimate rests on.
+        Number of subjects.
     method
-        How it was computed, in words for a report.
+        Description of the method, for the report.
     remarks
-        What did not go as planned, a sentence each.
+        Deviations from the planned analysis, one sentence each.
     p_holm
-        Probability after Holm's correction over its family of tests; None outside a family.
+        p value after Holm's correction over its family of tests; None outside a family.
     d
-        Of a test over subjects and scenes, Westfall, Kenny and Judd's (2014) d with its interval: the mean over the
-        root of the sum of the variances of subjects, scenes and residuals.
+        For tests over subjects and scenes, d of Westfall, Kenny and Judd (2014) with its interval: the mean divided by
+        the root of the summed variances of subjects, scenes and residuals.
     robust
-        The interval and test robust to skewed people, which say whether they decide; without them Student's t decides.
+        Interval and test robust to skewed subjects, which state whether they decide; None if Student's t decides.
     """
 
     estimate: float
@@ -123,37 +123,37 @@ class Effect:
 
     @property
     def deciding(self) -> Effect | Robust:
-        """The test that decides: the robust one where there is one that decides, else Student's t."""
+        """Deciding test: the robust one if it decides, else Student's t."""
         return self.robust if self.robust is not None and self.robust.decides else self
 
     @property
     def corrected_p(self) -> float:
-        """The probability by Student's t, by Holm where the test is one of a family."""
+        """P value by Student's t, after Holm's correction if the test is in a family."""
         return self.p if self.p_holm is None else self.p_holm
 
     @property
     def deciding_p(self) -> float:
-        """The probability of the test that decides, by Holm where it is one of a family."""
+        """P value of the deciding test, after Holm's correction if it is in a family."""
         return self.deciding.corrected_p
 
     @property
     def significant(self) -> bool:
-        """Whether the test that decides rejects at .05: the rule everywhere."""
+        """True if the deciding test rejects at .05."""
         return self.deciding_p < ALPHA
 
     @property
     def interval(self) -> Interval:
-        """The estimate with the 95 % interval of the test that decides."""
+        """Estimate with the 95 % interval of the deciding test."""
         return Interval(self.estimate, self.deciding.low, self.deciding.high)
 
     @property
     def ratio(self) -> Interval:
-        """The exponential of `interval`: for an effect on a logarithm."""
+        """Exponential of `interval`, for effects on a logarithm."""
         return self.interval.ratio
 
     @property
     def dz_interval(self) -> Interval | None:
-        """d_z with its 95 % interval: those d_z whose noncentral t has the one found at its 2.5 and 97.5 %.
+        """d_z with its 95 % interval, whose ends have the observed t as 97.5 and 2.5 % quantile of the noncentral t.
 
         Examples
         --------
@@ -167,18 +167,18 @@ class Effect:
 
         df, root = self.subjects - 1, math.sqrt(self.subjects)
         t = self.dz * root
-        reach = 12 * math.sqrt(1 + t**2 / (2 * df))  # standard errors of t: far beyond both ends
+        reach = 12 * math.sqrt(1 + t**2 / (2 * df))  # 12 standard errors of t, beyond both ends
 
         def beyond(center: float, share: float) -> float:
             found = float(stats.nct.cdf(t, df, center))
-            return (found if math.isfinite(found) else float(center < t)) - share  # NaN far off in the tails
+            return (found if math.isfinite(found) else float(center < t)) - share  # NaN in the extreme tails
 
         shares = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
         low, high = (optimize.brentq(beyond, t - reach, t + reach, args=(share,)) / root for share in shares)
         return Interval(self.dz, low, high)
 
     def summary(self) -> str:
-        """The effect in a line, as a paper gives it.
+        """Return the effect as one line of text in the style of a paper.
 
         Examples
         --------
@@ -198,7 +198,7 @@ def _stated(p: float) -> str:
 
 
 def line(name: str, found: Effect | NotComputed) -> str:
-    """A line of a summary: what was tested, and the effect or why there is none.
+    """Format a line of a summary: the name, and the effect or the reason why there is none.
 
     >>> line("log rise", NotComputed("one subject only"))
     'log rise: one subject only'
@@ -207,7 +207,7 @@ def line(name: str, found: Effect | NotComputed) -> str:
 
 
 def as_table(records: Iterable[Any]) -> pd.DataFrame:
-    """Records of one kind as a table, one a row: for CSV and for reports. A record inside gives a column a field.
+    """Convert records of one kind to a table, one row each; fields of nested records become columns.
 
     Examples
     --------
@@ -218,7 +218,7 @@ def as_table(records: Iterable[Any]) -> pd.DataFrame:
 
 
 def _fields(record: Any) -> dict[str, Any]:
-    """Fields by name, records within as dicts; an effect has the ends of d_z's interval, too."""
+    """Return the fields by name, nested records as dicts; effects include the ends of the d_z interval."""
     found: dict[str, Any] = {}
     for field in dataclasses.fields(record):
         value = getattr(record, field.name)

@@ -1,10 +1,10 @@
-"""Mean of an incomplete table of subjects by scenes, both random, by restricted maximum likelihood (REML).
+"""Mean of an incomplete table of subjects x scenes, both random, by restricted maximum likelihood (REML).
 
-One number a cell: value = mean + subject + scene + residual. A complete table has a closed form
-(`focalgradient.statistics.crossed.moments`); one with gaps does not: cells weigh by what their subject and scene
-contribute elsewhere. The deviance is that of Bates et al. (2015, doi:10.18637/jss.v067.i01), in the relative standard
-deviations of subjects and scenes; degrees of freedom are Satterthwaite's, from the deviance's Hessian, as in lmerTest
-(Kuznetsova et al. 2017, doi:10.18637/jss.v082.i13).
+The model of one value per cell is value = mean + subject + scene + residual. Complete tables have a closed form
+(`focalgradient.statistics.crossed.moments`); in incomplete ones the weight of a cell depends on the other cells of its
+subject and scene. The deviance is that of Bates et al. (2015, doi:10.18637/jss.v067.i01), as a function of the relative
+standard deviations of subjects and scenes; the degrees of freedom are Satterthwaite's, from the Hessian of the
+deviance, as in lmerTest (Kuznetsova et al. 2017, doi:10.18637/jss.v082.i13).
 """
 
 from __future__ import annotations
@@ -21,29 +21,30 @@ __all__ = ["Fit", "fit"]
 FloatArray = NDArray[np.float64]
 
 LARGEST = 1e3
-"""Upper limit on the standard deviation of subjects or scenes relative to the residual's: beyond it a table without
-residuals, which has no maximum, is flat to rounding."""
+"""Maximum standard deviation of subjects or scenes, relative to the residuals; without residuals the deviance has no
+minimum, and beyond this limit it is flat to rounding.
+"""
 
 STEP = 1e-3
-"""Relative step of the finite differences: second differences of a deviance known to 1e-12 are then right to 1e-5."""
+"""Relative step of finite differences: with a deviance accurate to 1e-12, second differences are accurate to 1e-5."""
 
 STARTS = ((1.0, 1.0), (0.2, 1.0), (1.0, 0.2), (0.1, 0.1))
-"""Relative standard deviations of subjects and scenes that the search begins from: the deviance may have two minima."""
+"""Start values of the relative standard deviations of subjects and scenes: the deviance may have two minima."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """The mean and the variance components of a table.
+    """Fitted mean and variance components of a table.
 
     Parameters
     ----------
     mean, standard_error, df
-        The mean, its standard error, and Satterthwaite's degrees of freedom.
+        Mean, its standard error, and Satterthwaite's degrees of freedom.
     subjects, scenes, residual
-        Standard deviations. That of scenes is 0 where each scene has one cell (as where scenes are nested in subjects),
-        and that of subjects where each subject has: either is then part of the residual's.
+        Standard deviations. That of scenes is 0 if each scene has one cell (as with scenes nested in subjects), and
+        that of subjects if each subject has one cell; it is then part of the residual.
     residuals
-        Values less the mean and the conditional modes of subject and scene (subjects x scenes), NaN in gaps.
+        Values minus the mean and the conditional modes of subject and scene (subjects x scenes); NaN in gaps.
     """
 
     mean: float
@@ -57,10 +58,10 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class _Solved:
-    """The generalised least squares of a table, for given relative standard deviations."""
+    """Generalised least-squares solution of a table, for given relative standard deviations."""
 
-    log_determinant: float  # of the covariance over the residual variance
-    information: float  # about the mean, over the residual variance
+    log_determinant: float  # of the covariance divided by the residual variance
+    information: float  # about the mean, multiplied by the residual variance
     mean: float
     square: float  # residual quadratic form
     residuals: FloatArray
@@ -68,7 +69,7 @@ class _Solved:
 
 @dataclass(frozen=True, slots=True)
 class _Table:
-    """A table as what its likelihood needs; NaN cells are 0 in `values` and False in `filled`."""
+    """Table for the likelihood; empty cells are 0 in `values` and False in `filled`."""
 
     values: FloatArray
     filled: NDArray[np.bool_]
@@ -81,7 +82,7 @@ class _Table:
         system = np.eye(len(of_scenes)) + scenes**2 * of_scenes
 
         def within(values: FloatArray) -> FloatArray:
-            """Apply the inverse for subjects alone, in the shape of the table."""
+            """Apply the inverse covariance of subjects alone."""
             return counts * (values - (shrink * (counts * values).sum(axis=1))[:, None])
 
         def inverse(values: FloatArray) -> FloatArray:
@@ -98,28 +99,28 @@ class _Table:
         return _Solved(log_determinant, information, mean, float((away * left).sum()), left)
 
     def deviance(self, subjects: float, scenes: float, residual: float) -> float:
-        """Minus twice the restricted log likelihood, without its constant."""
+        """Return minus twice the restricted log likelihood, without its constant."""
         solved, free = self.solve(subjects, scenes), int(self.filled.sum()) - 1
         spread = 2 * free * math.log(residual) + solved.square / residual**2
         return spread + solved.log_determinant + math.log(solved.information)
 
     def profiled(self, subjects: float, scenes: float) -> float:
-        """The same at the residual variance that minimises it."""
+        """Return the deviance at the residual variance that minimises it."""
         solved, free = self.solve(subjects, scenes), int(self.filled.sum()) - 1
         square = max(solved.square, np.finfo(float).tiny)
         return free * math.log(square / free) + solved.log_determinant + math.log(solved.information)
 
 
 def fit(cells: ArrayLike, *, quick: bool = False) -> Fit:
-    """Fit the mean and the variance components of a table with gaps.
+    """Fit the mean and the variance components of an incomplete table.
 
     Parameters
     ----------
     cells
-        A row a subject, a column a scene; NaN where there is no value. Each row and each column has a value, and there
-        are three values or more.
+        One row per subject, one column per scene; NaN without a value. Each row and column has at least one value, and
+        the table at least three.
     quick
-        Whether the search has one start instead of all, and stops at a relative change of the deviance of 1e-9.
+        True to search from one start only, ending at a relative change of the deviance of 1e-9.
 
     Examples
     --------
@@ -131,7 +132,7 @@ def fit(cells: ArrayLike, *, quick: bool = False) -> Fit:
     """
     table = np.atleast_2d(np.asarray(cells, dtype=float))
     filled = np.isfinite(table)
-    unit = float(table[filled].std()) or 1.0  # the search has no unit
+    unit = float(table[filled].std()) or 1.0  # the search is scale-free
     one = _Table(np.where(filled, table, 0.0) / unit, filled)
     # A term with one cell a level cannot be distinguished from the residual.
     free = np.array([filled.sum(axis=1).max() > 1, filled.sum(axis=0).max() > 1])
@@ -146,7 +147,7 @@ def fit(cells: ArrayLike, *, quick: bool = False) -> Fit:
 
 
 def _minimum(table: _Table, free: NDArray[np.bool_], quick: bool) -> FloatArray:
-    """Find the relative standard deviations of subjects and scenes of least deviance; 0 for one that is not `free`."""
+    """Minimise the deviance over the relative SDs of subjects and scenes; those not `free` are 0."""
     if not free.any():
         return np.zeros(2)
 
@@ -174,9 +175,9 @@ def _minimum(table: _Table, free: NDArray[np.bool_], quick: bool) -> FloatArray:
 
 
 def _satterthwaite(table: _Table, point: FloatArray, free: NDArray[np.bool_]) -> float:
-    """Degrees of freedom of the mean's variance at (subjects, scenes, residual), by finite differences.
+    """Return the degrees of freedom of the mean's variance at (subjects, scenes, residual), by finite differences.
 
-    A standard deviation enters by its square, so that differences across 0 are those of an even function.
+    Standard deviations enter as squares, so that differences across 0 are those of an even function.
     """
 
     def variance(at: FloatArray) -> float:
@@ -192,7 +193,7 @@ def _satterthwaite(table: _Table, point: FloatArray, free: NDArray[np.bool_]) ->
             ends = [table.deviance(*(point + a * h + b * k)) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
             hessian[i, j] = (ends[0] - ends[1] - ends[2] + ends[3]) / (4 * np.abs(h).sum() * np.abs(k).sum())
     values, vectors = np.linalg.eigh((hessian + hessian.T) / 2)
-    kept = values > 1e-8 * max(values.max(), 1.0)  # a flat direction says nothing, as in lmerTest
+    kept = values > 1e-8 * max(values.max(), 1.0)  # directions without curvature are ignored, as in lmerTest
     along = vectors[:, kept].T @ gradient
     uncertainty = float((2 * along**2 / values[kept]).sum())
     return 2 * variance(point) ** 2 / uncertainty if uncertainty > 0 else math.inf

@@ -1,4 +1,4 @@
-"""Effects of subjects and their residuals, for figures that check the assumptions of the tests."""
+"""Subject effects and residuals, for diagnostic plots of the assumptions of the tests."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Residuals:
-    """Effects of one fixation.
+    """Effects and residuals of one fixation.
 
     Parameters
     ----------
     fixation
-        Which.
+        Object in focus.
     subjects
-        Each subject's own mean effect, over scenes.
+        Mean effect of each subject over scenes.
     fitted, residual
-        Of each subject and scene: mean of all and what subject and scene differ from it, and what is left; in one array
-        each. Empty with one scene.
+        Fitted value (mean + subject + scene) and residual of each subject and scene, one array each. Empty with one
+        scene.
     what
-        What the effect is, in words.
+        Description of the effect.
     """
 
     fixation: str
@@ -43,14 +43,14 @@ class Residuals:
 
 
 def rating_residuals(table: pd.DataFrame, analysis: Analysis) -> tuple[Residuals, ...]:
-    """Return the effects that the tests rest on: log ratios of the largest aperture to the smallest, or slopes.
+    """Return the effects that are tested: log ratios of the largest to the smallest aperture, or slopes.
 
     Parameters
     ----------
     table
-        Ratings as `focalgradient.statistics.analyse` takes them; catch trials are left out.
+        Ratings as for `focalgradient.statistics.analyse`; catch trials are excluded.
     analysis
-        The statistic of the answers.
+        Analysis of the answers.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Response times with answers as a covariate, and the diffusion model's parameters by the EZ method.
+"""Response times with the answer as a covariate, and parameters of the diffusion model by the EZ method.
 
-Slow and fast answers differ in which answer they are, so that a condition that changes answers changes the mean time,
-too. Regression of each person's log times on condition and answer takes this apart.
+Fast and slow trials differ in their answers; a condition that changes the answers therefore changes the mean response
+time. Regressing each person's log response time on condition and answer separates the two effects.
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ __all__ = ["EzDiffusion", "ResponseTimes", "response_times"]
 FloatArray = NDArray[np.float64]
 
 LEAST_CORRECT = 10
-"""Right answers of a person in a condition from which the variance of their times is taken: its standard error is then
-half of itself or less (normal times; times are skewed, so take 40 or more)."""
+"""Minimum number of correct answers of a person in a condition for the variance of response times; for normal times its
+relative standard error is then at most one half (times are skewed: 40 or more are recommended).
+"""
 
 NEAR_CHANCE = 1e-3
-"""Log odds of a right answer below which the EZ equations' limit at chance is taken: they are 0 / 0 there."""
+"""Log odds of a correct answer below which the limit of the EZ equations at chance is used, where they are 0 / 0."""
 
 METHOD = "log response time, each person's least squares on condition and answer, t-test over people"
 METHOD_ALONE = "log response time, each person's means, paired t-test over people"
@@ -37,18 +38,18 @@ METHOD_DRIFT = "EZ diffusion, each person's drift rates, paired t-test over peop
 
 @dataclass(frozen=True, slots=True)
 class EzDiffusion:
-    """Diffusion model of a condition: means over people with 95 % intervals (Student's t).
+    """Diffusion-model parameters of one condition: means over people with 95 % intervals (Student's t).
 
     Parameters
     ----------
     drift
-        Drift rate in units of the noise within a trial, whose variance grows by 1 in a second (1 / sqrt(s)).
+        Drift rate, for within-trial noise with variance 1 per second (1 / sqrt(s)).
     boundary
-        Distance of the two boundaries, in the same unit (sqrt(s)); the start is half-way.
+        Boundary separation in the same scaling (sqrt(s)); the starting point is halfway.
     non_decision
-        Time for seeing and pressing, in seconds.
+        Non-decision time (encoding and motor response), in seconds.
     people
-        Each person's drift, boundary and non-decision time.
+        Drift, boundary separation and non-decision time of each person.
     """
 
     drift: Interval
@@ -59,23 +60,23 @@ class EzDiffusion:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class ResponseTimes:
-    """Response times of several people, in seconds.
+    """Results of the analysis of response times, in seconds.
 
     Parameters
     ----------
     times
-        Geometric mean over people of each condition, with a 95 % interval.
+        Geometric mean over people in each condition, with a 95 % interval.
     effects
-        Differences of log time, of conditions at the same answer and of answers in the same condition, corrected by
-        Holm as one family; `Effect.ratio` is the ratio of times.
+        Differences of log time, between conditions at the same answer and between answers in the same condition,
+        corrected by Holm as one family; `Effect.ratio` is the ratio of times.
     unadjusted
-        The same differences of conditions whatever was answered.
+        Differences between conditions regardless of the answer.
     diffusion
-        Of each condition, where it is known which answers were right.
+        Diffusion model of each condition, if the data state which answers were correct.
     drifts
-        Differences of the drift rates of conditions, corrected by Holm.
+        Differences of drift rate between conditions, corrected by Holm.
     trials, left_out
-        Number of trials taken, and of those without a time.
+        Number of trials analysed, and number without a response time.
     """
 
     times: Mapping[str, Interval]
@@ -87,11 +88,11 @@ class ResponseTimes:
     left_out: int
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<ResponseTimes: {self.trials} trials, {len(self.times)} conditions>"
 
     def summary(self) -> str:
-        """Times, differences of log time, and drift rates, a line each."""
+        """Return times, differences of log time, and drift rates as text, one per line."""
         lines = [f"{name or 'time'}: {_ends(one)} s" for name, one in self.times.items()]
         lines += [line(f"log time, {name}", one) for name, one in self.effects.items()]
         lines += [line(f"log time whatever the answer, {name}", one) for name, one in self.unadjusted.items()]
@@ -113,25 +114,25 @@ def _ends(found: Interval) -> str:
 
 
 def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTimes:
-    """Analyse response times with answers as a covariate, and estimate the diffusion model's parameters.
+    """Analyse response times with the answer as a covariate, and estimate the parameters of the diffusion model.
 
-    Each person's log times are regressed on condition and answer, and the coefficients tested over people. Where a
-    person gave one answer only, their conditions are compared without it. The diffusion model is estimated from each
-    person's share of right answers and the mean and variance of their right answers' times (EZ: Wagenmakers, van der
-    Maas & Grasman 2007, Psychon. Bull. Rev. 14:3); it assumes a start half-way and the same difficulty in all trials of
-    a condition.
+    Each person's log response times are regressed on condition and answer, and the coefficients are tested over people.
+    Conditions of people who gave only one answer are compared without it. The diffusion model is estimated from each
+    person's proportion correct and the mean and variance of correct response times (EZ: Wagenmakers, van der Maas &
+    Grasman 2007, Psychon. Bull. Rev. 14:3); it assumes an unbiased starting point and constant difficulty within a
+    condition.
 
     Parameters
     ----------
     table
-        One row a trial, or arrays by name: `participant_id`, `response_time` (s; NaN where there was no answer),
-        and `answer` (which one; two or more different ones), `correct` (whether it was right), or both; `condition` if
-        there. Without `answer`, right and wrong ones are the covariate.
+        One row per trial, or arrays by name: `participant_id`, `response_time` (s; NaN without an answer), and `answer`
+        (at least two different ones), `correct` (True or False), or both; `condition` is optional. Without `answer`,
+        the covariate is `correct`.
 
     Raises
     ------
     InputError
-        If a column is missing, a time is not above 0, or `correct` is not true or false.
+        If a column is missing, a time is not positive, or `correct` is not True or False.
 
     Examples
     --------
@@ -175,7 +176,7 @@ def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTim
 
 
 def _checked(rows: pd.DataFrame) -> pd.DataFrame:
-    """The columns that are used, with a condition and an answer as text."""
+    """Return the columns used, with condition and answer as text."""
     if not {"participant_id", "response_time"} <= set(rows) or not {"answer", "correct"} & set(rows):
         raise InputError(
             f"The table has the columns {', '.join(map(str, rows))}, but needs participant_id, response_time (s), and "
@@ -193,7 +194,7 @@ def _checked(rows: pd.DataFrame) -> pd.DataFrame:
     covariate = "answer" if "answer" in rows else "correct"
     given = rows[covariate]
     found["answer"] = given.astype(str) if covariate == "answer" else np.where(given == 1, "right", "wrong")
-    if given.isna().any():  # no answer: nothing was timed
+    if given.isna().any():  # trials without an answer have no response time
         found.loc[given.isna().to_numpy(), "response_time"] = np.nan
     if "correct" in rows:
         known = rows["correct"].isin([True, False]).to_numpy()
@@ -209,15 +210,15 @@ Coefficients = Mapping[str, float]
 def _coefficients(
     trials: pd.DataFrame, conditions: Sequence[str], answers: Sequence[str]
 ) -> tuple[Coefficients, Coefficients]:
-    """One person's log time in each condition (at equal answers) and with each answer (in equal conditions).
+    """Return one person's log times by condition (adjusted for answer) and by answer (adjusted for condition).
 
-    Only differences within either count. NaN, or absent, where the person's trials do not determine them.
+    Only differences within either are meaningful. NaN or absent if the person's trials do not determine them.
     """
     where = [name for name in conditions if (trials["condition"] == name).any()]
     which = [name for name in answers if (trials["answer"] == name).any()]
     columns = [trials["condition"] == name for name in where] + [trials["answer"] == name for name in which[1:]]
     design = np.column_stack(columns).astype(float)
-    if np.linalg.matrix_rank(design) < design.shape[1]:  # an answer that stands for a condition
+    if np.linalg.matrix_rank(design) < design.shape[1]:  # answer and condition are confounded
         return dict.fromkeys(where, math.nan), dict.fromkeys(which, math.nan)
     found = np.linalg.lstsq(design, np.log(trials["response_time"].to_numpy()), rcond=None)[0]
     levels = [0.0, *found[len(where) :].tolist()]
@@ -243,19 +244,19 @@ def _diffusion(trials: pd.DataFrame) -> EzDiffusion | NotComputed:
         right = own["correct"].to_numpy()
         times = own["response_time"].to_numpy()[right]
         if len(times) >= LEAST_CORRECT and np.ptp(times) > 0:
-            edge = 0.5 / len(right)  # shares of 0 and 1 have no log odds
+            edge = 0.5 / len(right)  # keeps the log odds of proportions 0 and 1 finite
             share = min(max(float(right.mean()), edge), 1 - edge)
             people[str(name)] = _ez(share, float(times.var(ddof=1)), float(times.mean()))
     if not people:
-        return NotComputed(f"Nobody has {LEAST_CORRECT} right answers whose times differ.")
+        return NotComputed(f"Nobody has {LEAST_CORRECT} correct answers with different response times.")
     drift, boundary, non_decision = (t_interval(values) for values in np.array(list(people.values())).T)
     return EzDiffusion(drift, boundary, non_decision, people)
 
 
 def _ez(share: float, variance: float, mean: float) -> tuple[float, float, float]:
-    """Drift, boundary and non-decision time; Wagenmakers et al. (2007), Eqs. 5, 7 to 9, with s = 1.
+    """Return drift, boundary separation and non-decision time (Wagenmakers et al. 2007, Eqs. 5, 7 to 9, s = 1).
 
-    Their example has s = 0.1: drift 0.09994, boundary 0.13997.
+    Their example has s = 0.1: drift 0.09994, boundary separation 0.13997.
 
     >>> [round(one, 4) for one in _ez(0.802, 0.112, 0.723)]
     [0.9994, 1.3997, 0.3]

@@ -1,7 +1,7 @@
-"""Re-analyse ratings under other exclusion rules, transformations and tests, and without each person.
+"""Multiverse analysis: re-analysis under other exclusion rules, transformations and tests, and without each person.
 
-It shows how far a result depends on choices that could have been made otherwise (Steegen, Tuerlinckx, Gelman and
-Vanpaemel 2016; Simonsohn, Simmons and Nelson 2020). The variants share their data: they are no independent evidence.
+It shows how much a result depends on arbitrary choices (Steegen, Tuerlinckx, Gelman and Vanpaemel 2016; Simonsohn,
+Simmons and Nelson 2020). The variants share their data and are not independent evidence.
 """
 
 from __future__ import annotations
@@ -35,43 +35,43 @@ STUDENT, ROBUST, FLIPS = "Student's t", "robust", "sign flips"
 TESTS = (STUDENT, ROBUST, FLIPS)
 
 JUDGING = ("catch_factor", "lapse_factor", "deciding_test")
-"""Fields of `Rules` that leave nobody out by themselves."""
+"""Fields of `Rules` that exclude nobody by themselves."""
 
 EXACT = 12
-"""Largest number of subjects all of whose sign flips (4096) are tried."""
+"""Maximum number of subjects for which all sign flips (4096) are enumerated."""
 
 DRAWS = 4095
-"""Random sign flips of more subjects, beside the one found: p is known to 0.003 at .05."""
+"""Number of random sign flips with more subjects, in addition to the identity: p = .05 is accurate to 0.003."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """One re-analysis.
+    """Result of one re-analysis.
 
     Parameters
     ----------
     fixation
         Object in focus.
     rules
-        `ALL_RULES`, `NO_RULES`, or the field of `Rules` that alone was left out.
+        `ALL_RULES`, `NO_RULES`, or the field of `Rules` that was switched off.
     transformation
-        Of the answers: one of `Analysis.transformations`.
+        Transformation of the answers, one of `Analysis.transformations`.
     test
-        One of `TESTS`. That by sign flips is over subjects, for these scenes; the others over subjects and scenes.
+        One of `TESTS`. The sign-flip test is over subjects, for these scenes; the others are over subjects and scenes.
     without
-        Participant who was left out; empty with everybody.
+        Participant excluded from this variant; empty with everybody.
     estimate, low, high, p
-        Effect with its 95 % interval and two-sided probability, not corrected for several tests; None where it was not
-        computed. The effect is the largest aperture less the pinhole, or the slope for a millimetre where the analysis
-        is by slopes, of the transformed answers. Infinite ends: too few subjects for any test at .05.
+        Effect with its 95 % interval and two-sided p value, not corrected for multiple tests; None if not computed. The
+        effect is the largest aperture minus the pinhole, or the slope per millimetre in analyses by slopes, of the
+        transformed answers. Infinite ends: too few subjects for any test at .05.
     subjects, trials
-        How many it rests on; trials without catch trials.
+        Number of subjects and of trials, without catch trials.
     main
-        Whether it is the main analysis: all rules, its transformation, and its test.
+        True for the main analysis: all rules, its transformation, and its test.
     distinct
-        False where a set of rules before it leaves the same data.
+        False if an earlier set of rules keeps the same data.
     reason
-        Why it was not computed.
+        Reason why the effect was not computed.
     """
 
     fixation: str
@@ -91,12 +91,12 @@ class Variant:
 
     @property
     def significant(self) -> bool:
-        """Whether p is below .05."""
+        """True if p is below .05."""
         return self.p is not None and self.p < ALPHA
 
 
 def _ranks(rows: pd.DataFrame) -> FloatArray:
-    """Each subject's answers as midranks, over their number."""
+    """Return midranks of the answers within each subject, divided by their number."""
     own = rows["rating"].groupby(rows["participant_id"].to_numpy())
     return own.rank(pct=True).to_numpy(float)
 
@@ -114,22 +114,23 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     Parameters
     ----------
     table
-        One row a trial: see `focalgradient.statistics.tables.rating_table`.
+        One row per trial: see `focalgradient.statistics.tables.rating_table`.
     rules
-        Of exclusion; None: the usual.
+        Exclusion rules; None: the defaults.
     scale
-        Analysis of the ratings, or its name. The model of ordinal steps is not fitted again: mean steps are compared,
-        and no variant is the main analysis.
+        Analysis of the ratings, or its name. The ordinal model is not refitted: mean steps are compared, and no variant
+        is the main analysis.
 
     Returns
     -------
     tuple
-        By fixation: every set of rules with every transformation and test, then the main analysis without each person.
+        For each fixation: every set of rules with every transformation and test, then the main analysis without each
+        person.
 
     Raises
     ------
     InputError
-        If the table cannot be read without guessing.
+        If the table is invalid.
 
     Examples
     --------
@@ -165,13 +166,13 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
             found += [
                 replace(each, rules=name, distinct=distinct, main=each.main and whole)
                 for each in done[key]
-                if whole or not each.without  # a set of rules that changes nothing has all of these, too
+                if whole or not each.without  # rule sets that change nothing share these variants
             ]
     return tuple(found)
 
 
 def _off(rules: Rules, names: Iterable[str]) -> Rules:
-    """Rules without some of them."""
+    """Switch some rules off."""
     off: dict[str, Any] = dict.fromkeys(names)
     return replace(rules, **off)
 
@@ -179,7 +180,7 @@ def _off(rules: Rules, names: Iterable[str]) -> Rules:
 def _analysed(
     rows: pd.DataFrame, own: NDArray[np.bool_], fixation: str, analysis: Analysis, main_test: str | None
 ) -> Iterator[Variant]:
-    """All transformations and tests of some rows; of the `whole` also the first without each person."""
+    """Yield all transformations and tests of the rows; with `whole`, also the main one without each person."""
     whole = main_test is not None
     deciding = main_test or ""
     used = rows[own]
@@ -204,7 +205,7 @@ def _analysed(
 
 
 def _contrast(own: Cells, analysis: Analysis) -> FloatArray | NotComputed:
-    """The effect of each subject and scene: a slope, or the largest aperture less the pinhole."""
+    """Return the effect in each subject and scene: a slope, or the largest aperture minus the pinhole."""
     if isinstance(analysis, Slopes | Choices):
         return own_slopes(own)
     if own.amounts[0] != 0 or len(own.amounts) < 2:
@@ -215,7 +216,7 @@ def _contrast(own: Cells, analysis: Analysis) -> FloatArray | NotComputed:
 def _tested(
     label: Variant, table: FloatArray | NotComputed, tests: Sequence[str], exact: bool = False
 ) -> Iterator[Variant]:
-    """Each test of a table of subjects by scenes; an `exact` one as the main analysis makes it."""
+    """Apply each test to a table of subjects x scenes; with `exact`, in the same way as the main analysis."""
     effect = table if isinstance(table, NotComputed) else crossed_effect(table, quick=not exact)
     for test in tests:
         if isinstance(effect, NotComputed) or isinstance(table, NotComputed):
@@ -228,7 +229,7 @@ def _tested(
 
 
 def _ends(effect: Effect, table: FloatArray, test: str) -> tuple[float, float, float]:
-    """The interval and probability of one test."""
+    """Return the interval and p value of one test."""
     if test == FLIPS:
         people = table[np.isfinite(table).any(axis=1)]
         return sign_flips(own_means(people[:, np.isfinite(people).any(axis=0)]))
@@ -237,18 +238,18 @@ def _ends(effect: Effect, table: FloatArray, test: str) -> tuple[float, float, f
 
 
 def sign_flips(values: ArrayLike) -> tuple[float, float, float]:
-    """Test a mean by flipping the signs of the values, which is exact where they are symmetric.
+    """Test a mean by flipping the signs of the values; the test is exact for symmetric distributions.
 
     Parameters
     ----------
     values
-        One a subject. All flips are tried of up to 12 values, else 4095 random ones, always the same.
+        One value per subject. All flips are enumerated for up to 12 values, else 4095 random ones with a fixed seed.
 
     Returns
     -------
     tuple
-        Ends of the 95 % interval, which are those means that are not rejected, and the two-sided probability of 0.
-        Infinite ends with fewer than six values, of which no probability is below .05.
+        Ends of the 95 % interval, which contains the means that are not rejected, and the two-sided p value of a zero
+        mean. The ends are infinite with fewer than six values, for which no p value is below .05.
 
     Examples
     --------
@@ -264,7 +265,7 @@ def sign_flips(values: ArrayLike) -> tuple[float, float, float]:
         signs = np.vstack([np.ones(count), signs])
     mean, flipped, balance = own.mean(), signs @ own / count, signs.mean(axis=1)
     reached = np.abs(flipped) >= abs(mean) - 1e-12 * np.abs(own).max(initial=0)
-    # A flip reaches the distance of the mean from m, |flipped - balance m| >= |mean - m|, between two values of m.
+    # A flipped sample is as extreme as the observed one, |flipped - balance m| >= |mean - m|, for m between two values.
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.array([(mean - flipped) / (1 - balance), (mean + flipped) / (1 + balance)])
     always = np.abs(balance) > 1 - 1e-12
@@ -276,7 +277,7 @@ def sign_flips(values: ArrayLike) -> tuple[float, float, float]:
 
 
 def most_influential(variants: Sequence[Variant], fixation: str) -> Variant | None:
-    """Return the variant without the person whose leaving-out changes the effect of a fixation most; None without any.
+    """Return the variant without the most influential person at a fixation; None if there is none.
 
     Examples
     --------

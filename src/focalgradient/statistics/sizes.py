@@ -1,8 +1,9 @@
-"""Effect size of a mean over subjects and scenes: Westfall, Kenny and Judd's (2014) d, with its interval.
+"""Effect size d of Westfall, Kenny and Judd (2014) for a mean over subjects and scenes, with its interval.
 
-d is the mean over the root of the sum of the variance components of the model that the test rests on. Its interval is
-that of a generalised pivotal quantity (Weerahandi 1993): each mean square is its expectation times chi-squared over its
-degrees of freedom, so each draw of chi-squared gives components, and with a draw of the mean's error a d.
+d is the mean divided by the root of the summed variance components of the tested model. The interval is that of a
+generalised pivotal quantity (Weerahandi 1993): each mean square is its expectation times chi-squared over its degrees
+of freedom, so that each draw of chi-squared values gives variance components, and with a draw of the error of the mean
+a value of d.
 """
 
 from __future__ import annotations
@@ -22,24 +23,24 @@ __all__ = ["crossed_size"]
 FloatArray = NDArray[np.float64]
 
 DRAWS = 4096
-"""Points of a scrambled Sobol sequence: the ends are then known to 1 % of the interval's width."""
+"""Number of points of a scrambled Sobol sequence: the ends are accurate to 1 % of the width of the interval."""
 
 
 def crossed_size(
     mean: float, squares: tuple[float, float, float], subjects: float, scenes: float, cells: int
 ) -> Interval:
-    """D of the mean of a table of subjects by scenes.
+    """Compute d of the mean of a table of subjects x scenes.
 
     Parameters
     ----------
     mean
-        The mean over subjects and scenes.
+        Mean over subjects and scenes.
     squares
         Mean squares of subjects, scenes and residuals.
     subjects, scenes
-        How many subjects a scene has, and scenes a subject; harmonic means where cells are empty.
+        Number of subjects per scene, and of scenes per subject; harmonic means in incomplete tables.
     cells
-        How many cells have a value.
+        Number of non-empty cells.
 
     Examples
     --------
@@ -63,7 +64,7 @@ def crossed_size(
 def _components(
     of_subjects: FloatArray, of_scenes: FloatArray, residual: FloatArray, subjects: float, scenes: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Variances of subjects, scenes and residuals, not below zero."""
+    """Return the variances of subjects, scenes and residuals, bounded from below by zero."""
     return (
         np.maximum(of_subjects - residual, 0.0) / scenes,
         np.maximum(of_scenes - residual, 0.0) / subjects,
@@ -77,11 +78,11 @@ def _total(parts: tuple[FloatArray, FloatArray, FloatArray]) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def _scaled(column: int, df: int) -> FloatArray:
-    """Chi-squared over its degrees of freedom."""
+    """Return quantiles of chi-squared over its degrees of freedom."""
     return np.asarray(stats.chi2.ppf(_uniform()[:, column], df) / df)
 
 
 @cache
 def _uniform() -> FloatArray:
-    """The points, of four dimensions, always the same."""
+    """Return the four-dimensional quasi-random points, with a fixed seed."""
     return np.clip(qmc.Sobol(4, seed=1).random(DRAWS), 1e-9, 1 - 1e-9)

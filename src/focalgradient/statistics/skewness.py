@@ -1,9 +1,9 @@
-"""Tests and intervals of a mean that stay valid where the people's own effects are skewed.
+"""Tests and intervals of a mean that remain valid for skewed distributions of subjects.
 
-Few skewed people mislead Student's t: a sample without the rare large effects has too small a mean and too small a
-standard deviation. Two things show it. The sample is skewed against the effect; or the people scatter hardly more than
-the noise of their own answers does, as they do where the rare large effect is not among them. So p of Student's t is
-multiplied by a factor of 1 or more that rises with both.
+Few skewed subjects mislead Student's t: a sample without the rare large effects underestimates both mean and standard
+deviation. There are two signs of this: the sample is skewed against the effect, or the subjects scatter hardly more
+than the noise of their answers, as they do if the rare large effect is missing. The p value of Student's t is therefore
+multiplied by a factor of at least 1 that increases with both.
 """
 
 from __future__ import annotations
@@ -30,39 +30,40 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 BASE, BASE_OF_FEW = -1.0, 9.0
-"""Logarithm of the factor, per subject's reciprocal number in the second: BASE + BASE_OF_FEW / subjects.
+"""Intercept of the log factor: BASE + BASE_OF_FEW / subjects.
 
-This and the next two were fitted by simulation (benchmarks/robust_tests.py): the smallest factors with which people of
-symmetric, gamma, log-normal and mixed distributions are tested at .06 or less, 6 to 40 of them: up to a skewness of 2
-with and without noise of their answers, up to 4 where that noise is .4 or more of their standard deviation."""
+These five constants were fitted by simulation (benchmarks/robust_tests.py) as the smallest factors with which
+symmetric, gamma, log-normal and mixture distributions of 6 to 40 subjects are tested at .06 or less: for a skewness up
+to 2 with and without noise of the answers, and up to 4 if that noise is at least .4 of their standard deviation.
+"""
 
 NOISE, NOISE_OF_FEW = 3.2, -13.0
-"""Rise of that logarithm with the share of noise: NOISE + NOISE_OF_FEW / subjects."""
+"""Increase of the log factor with the noise fraction: NOISE + NOISE_OF_FEW / subjects."""
 
 SKEW = 2.0
-"""Fall of that logarithm with the subjects' skewness towards the effect."""
+"""Decrease of the log factor with the skewness of the subjects towards the effect."""
 
 FEWEST = 5
-"""Number of subjects below which the constants are those of this number: calibrated are 5 to 40."""
+"""Minimum number of subjects in the constants' formulas: the calibration covers 5 to 40 subjects."""
 
 WORST_LEVEL_OF_T = 0.105
-"""Largest false positive rate of Student's t at .05, of the rise over subjects and scenes: 10 subjects whose rises have
-a skewness of 4 (benchmarks/statistics_error_rates.py, the table in docs/statistics-measured.md)."""
+"""Largest false-positive rate of Student's t at .05, for the depth effect over subjects and scenes: 10 subjects whose
+effects have a skewness of 4 (benchmarks/statistics_error_rates.py, table in docs/statistics-measured.md).
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """How the subjects' own means scatter, of one mean or of many.
+    """Scatter of the subject means, for one or many means.
 
     Parameters
     ----------
     subjects
         Number of subjects.
     skewness
-        Of the mean's error: see `error_skewness`.
+        Skewness of the error of the mean: see `error_skewness`.
     noise
-        Share of the variance of the subjects' own means that the noise of their answers explains, 0 to 1; 1 where it is
-        not known.
+        Fraction (0 to 1) of the variance of subject means that is due to noise of the answers; 1 if unknown.
     """
 
     subjects: int
@@ -71,25 +72,25 @@ class Scatter:
 
     @property
     def mirrored(self) -> Scatter:
-        """The same of the negative values."""
+        """Scatter of the negated values."""
         return replace(self, skewness=-np.asarray(self.skewness, dtype=float))
 
 
 def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
-    """Skewness of the error of the mean of each table, as the subjects' own means show it.
+    """Return the skewness of the error of each table's mean, estimated from the subject means.
 
     Parameters
     ----------
     cells
-        Shape (..., subjects, scenes); NaN where there is no value.
+        Shape (..., subjects, scenes); NaN without a value.
     standard_error
-        Of each table's mean. What scenes add to it is taken as symmetric.
+        Standard error of each table's mean; the contribution of scenes is taken as symmetric.
 
     Returns
     -------
     ndarray
-        Shape (...). The subjects' third moment (unbiased) over their number squared, which is that of a mean, over the
-        cube of the standard error; 0 with two subjects.
+        Shape (...). Unbiased third moment of the subjects, divided by the squared number of subjects (giving that of
+        the mean) and by the cubed standard error; 0 with two subjects.
 
     Examples
     --------
@@ -108,10 +109,11 @@ def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
 
 
 def robust_factor(scatter: Scatter) -> FloatArray:
-    """Factor of Student's p of a positive effect, 1 or more.
+    """Return the factor (at least 1) that multiplies Student's p value of a positive effect.
 
-    exp(max(0, b + n r - 2 g)): r is the share of noise and g the skewness of the subjects, that of the mean's error
-    times the root of their number; b = 9 / N - 1 and n = 3.2 - 13 / N, N the number of subjects, at least 5.
+    exp(max(0, b + n r - 2 g)), where r is the noise fraction and g the skewness of the subjects (skewness of the error
+    of the mean times the root of their number); b = 9 / N - 1 and n = 3.2 - 13 / N, with N the number of subjects, at
+    least 5.
 
     Examples
     --------
@@ -127,14 +129,14 @@ def robust_factor(scatter: Scatter) -> FloatArray:
 
 
 def one_sided_p(t: ArrayLike, df: ArrayLike, scatter: Scatter) -> FloatArray:
-    """Probability of a `t` as large; arrays are done at once.
+    """Return the one-sided p value of `t`; arrays are broadcast.
 
     Parameters
     ----------
     t, df
         Student's t, positive in favour of the effect, and its degrees of freedom.
     scatter
-        Of the subjects, its skewness positive towards the side of the effect.
+        Scatter of the subjects, with positive skewness towards the effect.
 
     Examples
     --------
@@ -146,7 +148,7 @@ def one_sided_p(t: ArrayLike, df: ArrayLike, scatter: Scatter) -> FloatArray:
 
 
 def two_sided_p(t: ArrayLike, df: ArrayLike, scatter: Scatter) -> FloatArray:
-    """Two-sided probability of `t`; arrays are done at once.
+    """Return the two-sided p value of `t`; arrays are broadcast.
 
     Examples
     --------
@@ -159,7 +161,7 @@ def two_sided_p(t: ArrayLike, df: ArrayLike, scatter: Scatter) -> FloatArray:
 
 
 def half_widths(df: ArrayLike, scatter: Scatter, level: float = ALPHA) -> tuple[FloatArray, FloatArray]:
-    """Distances of the ends of the interval of 1 - `level` below and above the mean, in standard errors.
+    """Return the distances of the ends of the interval of 1 - `level` below and above the mean, in standard errors.
 
     Examples
     --------
@@ -174,7 +176,7 @@ def half_widths(df: ArrayLike, scatter: Scatter, level: float = ALPHA) -> tuple[
 
 
 def robust(estimate: float, standard_error: float, df: float, scatter: Scatter, *, decides: bool = True) -> Robust:
-    """The interval and the two-sided test of a mean of subjects who scatter so.
+    """Return the robust interval and two-sided test of a mean.
 
     Examples
     --------

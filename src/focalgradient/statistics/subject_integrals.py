@@ -1,7 +1,8 @@
-"""Loops over the answers of each subject, for the integral over that subject's random effects; compiled by Numba.
+"""Loops over the answers of each subject for the integral over the random effects, compiled by Numba.
 
-Arrays: `low`, `high` (trials) bound each answer on the latent scale less its fixed effects; `random` (trials x q) holds
-the random effects' columns times their spread; `first` (subjects + 1) the first trial of each subject, and the end.
+Arrays: `low` and `high` (trials) bound each answer on the latent scale, relative to the fixed effects; `random` (trials
+x q) contains the columns of the random effects times their Cholesky factor; `first` (subjects + 1) contains the first
+trial of each subject, and the number of trials.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ FloatArray = NDArray[np.float64]
 _compiled = njit(nogil=True, cache=True, error_model="numpy")
 
 NEWTON, HALVINGS = 50, 60
-"""Steps of the search for a subject's most likely effects, and how often a step is halved."""
+"""Maximum number of Newton steps to a subject's conditional modes, and maximum number of halvings of a step."""
 
 NEAR = 1e-8
-"""Step at which that search ends: what it still leaves is its square."""
+"""Step length at which the search ends; the remaining error is its square."""
 
 
 @_compiled
@@ -35,7 +36,7 @@ def _logistic(x: float) -> float:
 
 @_compiled
 def _interval_probability(low: float, high: float) -> tuple[float, float, float]:
-    """logistic(high) - logistic(low), taken in the tail that has digits, and both logistics: of low, of high."""
+    """Return logistic(high) - logistic(low), computed in the more accurate tail, and both logistic values."""
     if low + high > 0:
         one, two = _logistic(-high), _logistic(-low)
         return two - one, 1 - two, 1 - one
@@ -45,7 +46,7 @@ def _interval_probability(low: float, high: float) -> tuple[float, float, float]
 
 @_compiled
 def _solved(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:
-    """Write what `matrix`, symmetric and positive, makes `right` into `found`: Cholesky's factors, in loops."""
+    """Solve `matrix` x = `right` by Cholesky decomposition for a positive definite matrix; write x to `found`."""
     q = len(right)
     factor = np.zeros((q, q))
     for j in range(q):
@@ -67,7 +68,7 @@ def _solved(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:
 
 @_compiled
 def _height(low: FloatArray, high: FloatArray, random: FloatArray, start: int, end: int, effects: FloatArray) -> float:
-    """Log density of one subject's answers and effects, but for a constant."""
+    """Return the log density of one subject's answers and effects, up to a constant."""
     height = 0.0
     for j in range(len(effects)):
         height -= effects[j] ** 2 / 2
@@ -89,7 +90,7 @@ def _rise(
     gradient: FloatArray,
     curvature: FloatArray,
 ) -> None:
-    """Write the gradient of that density and its curvature (the negative second derivatives)."""
+    """Compute the gradient of that density and its curvature (negative second derivatives) in place."""
     q = len(effects)
     for j in range(q):
         gradient[j] = -effects[j]
@@ -111,10 +112,10 @@ def _rise(
 def conditional_modes(
     low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], mode: FloatArray
 ) -> tuple[FloatArray, bool]:
-    """Each subject's most likely effects, written into `mode` (subjects x q), and the curvature there.
+    """Write each subject's conditional modes to `mode` (subjects x q), and return the curvature there.
 
-    Newton's method: the joint density is log-concave in the effects, yet whole steps may swing about, and are halved
-    then. False where a step leaves all bounds.
+    Newton's method with step halving, as full steps may oscillate although the joint density is log-concave. The second
+    value is False if a step diverges.
     """
     subjects, q = mode.shape
     curvature = np.zeros((subjects, q, q))
@@ -151,7 +152,7 @@ def conditional_modes(
 def joint_densities(
     low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], v: FloatArray
 ) -> FloatArray:
-    """Log probability of each subject's answers at the effects `v` (subjects x q x nodes): subjects x nodes."""
+    """Return log probabilities (subjects x nodes) of each subject's answers at effects `v` (subjects x q x nodes)."""
     subjects, q, nodes = v.shape
     joint = np.zeros((subjects, nodes))
     for s in range(subjects):
@@ -168,9 +169,9 @@ def joint_densities(
 def mean_derivatives(
     low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], v: FloatArray, share: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Derivatives of the log probability of each answer, averaged over nodes by their `share` (subjects x nodes).
+    """Return derivatives of each answer's log probability, averaged over nodes with weights `share` (subjects x nodes).
 
-    By the level, by the upper and by the lower bound (trials each), and by the effects (trials x q).
+    The derivatives are by the level, by the upper and the lower bound (trials each), and by the effects (trials x q).
     """
     subjects, q, nodes = v.shape
     trials = len(low)

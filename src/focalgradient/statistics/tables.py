@@ -1,4 +1,4 @@
-"""Tables as they come, checked: the first thing wrong is named with its row, and nothing is mended in silence."""
+"""Validation of tables of ratings and reports: the first invalid row is named, and nothing is corrected silently."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from focalgradient.scales import Analysis, analysis_named
 __all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "rating_table", "report_table"]
 
 PINHOLE: Final = "pinhole"
-"""The aperture that leaves no blur: what the others are compared with."""
+"""Aperture without blur, the reference of all comparisons."""
 
 FIXATIONS: Final = ("nearest", "farthest")
-"""Which object is fixated, and in focus, in the paper; a laboratory may have others."""
+"""Fixated (focused) objects of the paper; other data may have other fixations."""
 
 PERCEPTS: Final = ("rigid", "nonrigid", "none", "both")
-"""What was reported of the cube: no key held is "none", and both at once is "both"."""
+"""Percepts reported of the cube: "none" if no key is held, "both" if both are."""
 
 GRADIENTS: Final = ("none", "rigid", "nonrigid")
-"""Which reading of the cube its focal gradient favours."""
+"""Reading of the cube that the focal gradient favours."""
 
 RATING_COLUMNS: Final = ("participant_id", "trial", "scene", "aperture", "aperture_mm", "fixation", "rating", "catch")
 REPORT_COLUMNS: Final = (
@@ -41,27 +41,27 @@ REPORT_COLUMNS: Final = (
     "trial_duration",
 )
 CLOCK: Final = 0.05
-"""Seconds by which a report may outlast its trial: three frames of a display."""
+"""Maximum time in seconds by which a report may extend beyond its trial: three frames of a display."""
 
 
 def rating_table(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.DataFrame:
-    """A checked copy of a table of depth ratings, one row a trial, catch trials among them.
+    """Return a validated copy of a table of depth ratings, one row per trial, including catch trials.
 
     Parameters
     ----------
     table
         Columns `participant_id`, `trial`, `scene`, `aperture` ("pinhole" or "f/NUMBER"), `aperture_mm` (diameter; 0 for
         the pinhole), `fixation` ("nearest", "farthest", or other names), `rating` (ratio to the standard) and `catch`;
-        others are kept. An index of (file, row) makes complaints name both. With a column `kind` ("human" or
-        "simulated"), people and simulated observers must not be mixed; with a column `session`, trials are counted
-        within it.
+        other columns are kept. With an index of (file, row), messages name both. If there is a column `kind` ("human"
+        or "simulated"), all rows must have the same kind; if there is a column `session`, trials are numbered within
+        it.
     scale
-        Analysis of the ratings, or its name: it says whether a rating may be 0, or below it.
+        Analysis of the ratings, or its name, which determines whether ratings may be 0 or negative.
 
     Raises
     ------
     InputError
-        At the first thing wrong, with its row.
+        If the table is invalid; the message states the first invalid row.
     """
     analysis = analysis_named(scale)
     table = _checked(table, RATING_COLUMNS, "depth ratings", ["participant_id", "session", "trial"])
@@ -86,12 +86,12 @@ def rating_table(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.Dat
     first = table.groupby("aperture")["aperture_mm"].transform("first")
     _refuse(table, table["aperture_mm"] != first, "aperture_mm", "but must be the same wherever its aperture is named")
     first = table.groupby("aperture_mm")["aperture"].transform("first")
-    _refuse(table, names != first, "aperture", "but its aperture_mm goes by another name in another row")
+    _refuse(table, names != first, "aperture", "but its aperture_mm has another name in another row")
     return table
 
 
 def check_steps(table: pd.DataFrame) -> None:
-    """Raise InputError where a rating is not a whole number, as on an ordinal scale.
+    """Raise `InputError` unless all ratings are integers, as on an ordinal scale.
 
     >>> check_steps(pd.DataFrame({"rating": [1.0, 7.0]}))
     """
@@ -100,7 +100,7 @@ def check_steps(table: pd.DataFrame) -> None:
 
 
 def fixations_of(table: pd.DataFrame) -> tuple[str, ...]:
-    """Names of the fixations in a table: nearest and farthest first, then others by their names.
+    """Return the fixations in a table: nearest, farthest, then others in alphabetical order.
 
     >>> fixations_of(pd.DataFrame({"fixation": ["middle", "farthest", "nearest"]}))
     ('nearest', 'farthest', 'middle')
@@ -110,20 +110,20 @@ def fixations_of(table: pd.DataFrame) -> tuple[str, ...]:
 
 
 def report_table(table: pd.DataFrame) -> pd.DataFrame:
-    """A checked copy of a table of reports on the Necker cube, one row a report, catch trials among them.
+    """Return a validated copy of a table of reports on the Necker cube, one row per report, including catch trials.
 
     Parameters
     ----------
     table
         Columns `participant_id`, `trial`, `gradient` ("none", "rigid" or "nonrigid"), `strength` (aperture in mm; 0
         without a gradient), `catch`, `onset` (s, from the start of the trial), `duration` (s), `percept` ("rigid",
-        "nonrigid", "none" or "both"), `censored` (cut off by the end of the trial) and `trial_duration` (s); others are
-        kept. Index, `kind` and `session`: see `rating_table`.
+        "nonrigid", "none" or "both"), `censored` (cut off by the end of the trial) and `trial_duration` (s); other
+        columns are kept. For index, `kind` and `session` see `rating_table`.
 
     Raises
     ------
     InputError
-        At the first thing wrong, with its row.
+        If the table is invalid; the message states the first invalid row.
     """
     table = _checked(table, REPORT_COLUMNS, "reports on the cube", ["participant_id", "session", "trial", "onset"])
     _levels(table, "gradient", GRADIENTS)
@@ -147,7 +147,7 @@ def report_table(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _checked(table: pd.DataFrame, columns: Sequence[str], kind: str, key: list[str]) -> pd.DataFrame:
-    """A copy with what both kinds of table share checked."""
+    """Return a copy after the checks that both kinds of table share."""
     if not isinstance(table, pd.DataFrame):
         raise InputError(f"The table of {kind} is a {type(table).__name__}, but must be a pandas DataFrame.")
     missing = [column for column in columns if column not in table]
@@ -183,7 +183,7 @@ def _numbers(table: pd.DataFrame, column: str) -> pd.Series[float]:
 
 
 def _truth(table: pd.DataFrame, column: str) -> pd.Series[bool]:
-    """The column as bool; text that reads "true" must not pass for true."""
+    """Convert a column to bool; the text "true" is rejected, as it may be wrongly quoted."""
     _refuse(table, ~table[column].isin([True, False]), column, "but must be true or false")
     return table[column].astype(bool)
 
@@ -193,7 +193,7 @@ def _levels(table: pd.DataFrame, column: str, levels: Sequence[str]) -> None:
 
 
 def _refuse(table: pd.DataFrame, wrong: pd.Series[bool], column: str, expected: str) -> None:
-    """Complain about the first row that is wrong: where it is, what it says and what was expected."""
+    """Raise `InputError` for the first invalid row, with its place, its value and the expected value."""
     if not wrong.any():
         return
     at = int(np.flatnonzero(wrong)[0])

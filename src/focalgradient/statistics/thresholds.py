@@ -1,7 +1,7 @@
-"""Thresholds of an adaptive two-alternative experiment: each participant's psychometric function, fitted by psignifit.
+"""Thresholds of adaptive two-alternative experiments: psychometric functions of each participant, fitted by psignifit.
 
-psignifit (Schütt, Harmeling, Macke & Wichmann 2016, Vision Res. 122:105) gives the posterior over threshold, slope and
-lapse rate on a grid. The function is Weibull's over the logarithm of the level, from one half upwards.
+psignifit (Schütt, Harmeling, Macke & Wichmann 2016, Vision Res. 122:105) computes the posterior of threshold, slope and
+lapse rate on a grid. The function is a Weibull function of the level that starts at one half.
 """
 
 from __future__ import annotations
@@ -30,60 +30,66 @@ __all__ = [
 ]
 
 NEEDED = ("fitting thresholds", "thresholds", "psignifit")
-"""What needs which extra for which module: see `check_installed`."""
+"""Purpose, extra and module for `check_installed`."""
 
 SLOPES = 0.5
-"""Standard deviation of the logarithm of Weibull's slope in its prior, where a median is stated: two thirds of all
-slopes lie within a factor of 1.65."""
+"""Standard deviation of the log Weibull slope in its prior, if a median is stated: two thirds of slopes lie within a
+factor of 1.65.
+"""
 
 SLOPE_RANGE = (1.0, 10.0)
-"""Range of slopes. Without a stated median each is as likely on a logarithmic scale: with a median of 3.5, that of
-QUEST (Watson & Pelli 1983), the threshold of 60 adaptive trials was biased by +11 % where the slope is 2."""
+"""Range of slopes. The default prior is log-uniform: with a median of 3.5, that of QUEST (Watson & Pelli 1983), the
+threshold of 60 adaptive trials was biased by +11 % for a true slope of 2.
+"""
 
 LAPSE = 0.015
-"""Mean of the prior of the lapse rate, which is beta (1, b): within the 0 to 5 % of trained people (Wichmann & Hill
-2001). QUEST+ shows few levels that everybody sees, so that 60 answers do not determine the lapse rate: its posterior is
-the prior, and the threshold is biased by -1.5 % for each 1 % by which the prior's mean is above it (simulated: -4.7,
--3.5 and -2.2 % for lapse rates of 0, 1 and 2 % with a mean of 5 %; -2.2, -0.8 and +0.7 % with 1.5 %)."""
+"""Mean of the beta(1, b) prior of the lapse rate, within the 0 to 5 % of trained people (Wichmann & Hill 2001). QUEST+
+rarely shows levels that everybody detects, so that 60 answers do not determine the lapse rate: its posterior equals the
+prior, and the threshold is biased by -1.5 % for each 1 % by which the prior mean exceeds the true rate (simulated:
+-4.7, -3.5 and -2.2 % for lapse rates of 0, 1 and 2 % with a mean of 5 %; -2.2, -0.8 and +0.7 % with 1.5 %).
+"""
 
 LAPSE_QUANTILE = 0.999
-"""Quantile of the lapse rate's prior at which its grid ends: 10 % with a mean of 1.5 %."""
+"""Quantile of the prior of the lapse rate at which its grid ends: 10 % for a mean of 1.5 %."""
 
 LARGEST_LAPSE = 0.1
-"""Upper limit on the mean of that prior: beyond it the grid would reach rates at which all answers are lapses."""
+"""Maximum mean of the prior of the lapse rate; beyond it the grid would extend to rates at which all answers are
+lapses.
+"""
 
 WIDTH = math.log10(math.log(0.05) / math.log(0.95))
-"""Width of Weibull's function of slope 1, from 5 to 95 %, in decades."""
+"""Width of a Weibull function with slope 1, from 5 to 95 %, in decades."""
 
 STEADY = 1e-4
-"""Overdispersion: none, as single trials cannot show any."""
+"""Overdispersion, in effect none: single trials carry no information on it."""
 
 GRID = {"threshold": 100, "width": 25, "lambda": 8}
-"""Nodes of the posterior."""
+"""Number of grid points per parameter of the posterior."""
 
 LEAST_TRIALS = 20
-"""With fewer no threshold is fitted: its interval would be that of the prior."""
+"""Minimum number of trials of a fit: with fewer, the interval would be that of the prior."""
 
 ATTENDING = 0.8
-"""Share of catch trials, which show the greatest level, that must be right: five of six. A participant who
-guesses passes 1 in 9 times."""
+"""Minimum proportion of correct catch trials (at the largest level): five of six. A participant who guesses passes 1 in
+9 times.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class ThresholdFit:
-    """A psychometric function.
+    """Fitted psychometric function.
 
     Parameters
     ----------
     threshold, low, high
-        The level that is detected in half of the trials in which it is not guessed, 75 % right without lapses: median
-        of the posterior of its logarithm and its 95 % interval; in the unit of the levels.
+        Level detected in half of the trials that are not guessed (75 % correct without lapses): posterior median of its
+        logarithm and 95 % interval, in the unit of the levels.
     slope
-        Of Weibull's function, posterior median.
+        Weibull slope, posterior median.
     lapse
-        Lapse rate: share of trials answered without looking; posterior mean.
+        Lapse rate, posterior mean.
     levels, right, shown
-        The levels, how often each was answered rightly, and how often shown.
+        Levels, with the number of correct answers and of trials at each.
     """
 
     threshold: float
@@ -97,11 +103,11 @@ class ThresholdFit:
 
     @property
     def trials(self) -> int:
-        """How many it rests on."""
+        """Number of trials."""
         return sum(self.shown)
 
     def correct(self, level: ArrayLike) -> NDArray[np.float64]:
-        """Probability of a right answer at levels.
+        """Return the probability of a correct answer at levels.
 
         >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
         >>> fit.correct([0.01, 0.2, 2.0]).round(3).tolist()
@@ -113,21 +119,22 @@ class ThresholdFit:
 
 @dataclass(frozen=True, slots=True)
 class SubjectThreshold:
-    """One participant's threshold in one session.
+    """Threshold of one participant in one session.
 
     Parameters
     ----------
     participant, session
-        Whose; "" where sessions have no label.
+        Participant and session; "" without session labels.
     catch_right, catch_trials
-        Of trials with the greatest level.
+        Number of correct catch trials, and of catch trials (at the largest level).
     kept
-        Whether enough of these were right (`ATTENDING`). Fewer show inattention, or a threshold near or above the
-        greatest level: so nobody is left out of the mean, and the mean without these stands beside it.
+        True if the proportion correct is at least `ATTENDING`. Failure may indicate inattention, or a threshold near or
+        above the largest level; therefore nobody is excluded from the mean, and a second mean is computed without
+        failures.
     fit
-        The function, or why there is none.
+        Fitted function, or the reason why there is none.
     known
-        The threshold that a simulated observer was given.
+        True threshold of a simulated observer.
     """
 
     participant: str
@@ -146,13 +153,13 @@ class ThresholdResult:
     Parameters
     ----------
     unit
-        Of the levels: "D" or "mm".
+        Unit of the levels: "D" or "mm".
     subjects
-        Each.
+        Threshold of each participant and session.
     mean
-        Geometric mean over all, its 95 % interval by Student's t on the logarithms.
+        Geometric mean over all, with a 95 % interval by Student's t on the logarithms.
     mean_attending
-        The same over those kept.
+        The same mean over participants who passed the catch trials.
     """
 
     unit: str
@@ -161,11 +168,11 @@ class ThresholdResult:
     mean_attending: Interval | NotComputed
 
     def __repr__(self) -> str:
-        """In short; `summary` has the results."""
+        """Return a one-line description; `summary` gives the results."""
         return f"<ThresholdResult: {len(self.subjects)} sessions, in {self.unit}>"
 
     def summary(self) -> str:
-        """The mean, then each session's threshold, a line each.
+        """Return the mean, then the threshold of each session as text, one per line.
 
         >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
         >>> one = SubjectThreshold("01", "", 5, 6, True, fit)
@@ -202,30 +209,29 @@ def fit_threshold(
     slope: float | None = None,
     guess: float = 0.5,
 ) -> ThresholdFit:
-    """Fit the psychometric function of two alternatives, or of another guess rate.
+    """Fit a psychometric function for two alternatives, or for another guess rate.
 
     Parameters
     ----------
     levels
-        Of each trial, above 0.
+        Level of each trial, above 0.
     right
-        Whether each was answered rightly.
+        True for each correct answer.
     least, most
-        Between which the threshold is sought, every one as likely on a logarithmic scale: those of the design.
+        Range of the threshold, within which its prior is log-uniform: that of the design.
     lapse
         Mean of the prior of the lapse rate, from 0 (no lapses) to 0.1. Sixty adaptive trials do not determine the rate:
-        the threshold is biased by -1.5 % for each 1 % by which this mean is above the true rate.
+        the threshold is biased by -1.5 % for each 1 % by which this mean exceeds the true rate.
     slope
-        Median of the prior of Weibull's slope, from 1 to 10, the standard deviation of whose logarithm is 0.5; None:
-        every slope from 1 to 10 is as likely on a logarithmic scale. It, too, biases the threshold of sixty adaptive
-        trials where the true slope is another: see `docs/thresholds.md`.
+        Median of the prior of the Weibull slope, from 1 to 10 (SD of its logarithm 0.5); None: log-uniform from 1 to
+        10. It also biases the threshold of sixty adaptive trials if the true slope differs: see `docs/thresholds.md`.
     guess
-        Share of right answers without a stimulus, from 0 to below 1: 1 / m of m alternatives.
+        Guess rate, from 0 to below 1: 1 / m for m alternatives.
 
     Raises
     ------
     InputError
-        If psignifit is not installed, levels and answers do not agree, or an option is outside its range.
+        If psignifit is not installed, levels and answers differ in length, or an option is out of range.
 
     Examples
     --------
@@ -255,7 +261,7 @@ def fit_threshold(
     hits = np.bincount(place, weights=answered).astype(int)
 
     def width_prior(width: ArrayLike) -> NDArray[np.float64]:
-        wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit's search may leave the bounds
+        wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit may evaluate widths outside the bounds
         about = 0.0 if slope is None else np.log(WIDTH / wide / slope) / SLOPES
         return np.asarray(np.exp(-0.5 * about**2) / wide)
 
@@ -270,12 +276,12 @@ def fit_threshold(
         fixed["lambda"] = 0.0
     ends = (math.log10(least), math.log10(most))
     with np.errstate(all="ignore"), warnings.catch_warnings():
-        # Of "yes/no" psignifit takes a guess rate above .2 for unusual; of alternatives it is right.
+        # psignifit warns of guess rates above .2 in "yes/no" experiments; here the rate is that of the alternatives.
         warnings.filterwarnings("ignore", "You have fixed the guess rate", UserWarning)
         found = psignifit.psignifit(
             np.column_stack([np.log10(there), hits, shown]),
-            experiment_type="yes/no",  # whose guess rate is fixed here
-            sigmoid="gumbel",  # Weibull's, on a logarithmic scale
+            experiment_type="yes/no",  # the type with a fixed guess rate
+            sigmoid="gumbel",  # Weibull function on a logarithmic scale
             stimulus_range=ends,
             bounds={"threshold": ends, **bounds},
             priors=priors,
@@ -298,7 +304,7 @@ def fit_threshold(
 
 
 def _median(values: Any, density: Any) -> float:
-    """The middle of a posterior on a grid."""
+    """Return the median of a posterior on a grid."""
     share = np.cumsum(np.asarray(density, float))
     return float(np.interp(0.5, (share - np.asarray(density, float) / 2) / share[-1], np.asarray(values, float)))
 
@@ -314,24 +320,24 @@ def blur_thresholds(
     slope: float | None = None,
     guess: float = 0.5,
 ) -> ThresholdResult:
-    """Fit each participant's threshold, and average them.
+    """Fit the threshold of each participant, and average them.
 
     Parameters
     ----------
     table
-        One row a trial, with participant_id, session, level, correct and catch, as
-        `focalgradient.dataset.DataSet.blur_threshold` has them.
+        One row per trial, with participant_id, session, level, correct and catch, as in
+        `focalgradient.dataset.DataSet.blur_threshold`.
     least, most, unit
-        Of the design's levels.
+        Range and unit of the levels of the design.
     known
-        The thresholds that simulated observers were given, by participant.
+        True thresholds of simulated observers, by participant.
     lapse, slope, guess
-        Mean and median of the priors of the lapse rate and the slope, and the guess rate, as in `fit_threshold`.
+        Prior mean of the lapse rate, prior median of the slope, and guess rate, as in `fit_threshold`.
 
     Raises
     ------
     InputError
-        If psignifit is not installed, or an option is outside its range.
+        If psignifit is not installed, or an option is out of range.
     """
     check_installed(*NEEDED)
     subjects = []
@@ -354,7 +360,7 @@ def blur_thresholds(
 
 
 def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
-    """Geometric mean over participants; sessions of one participant count as one."""
+    """Return the geometric mean over participants; sessions of a participant are averaged first."""
     by_participant: dict[str, list[float]] = {}
     for one in subjects:
         if isinstance(one.fit, ThresholdFit):
