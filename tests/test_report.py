@@ -210,7 +210,7 @@ def test_one_subject_is_described_and_drawn_but_not_tested(tmp_path):
 def test_without_pinhole_answers_are_drawn_as_they_are(tmp_path):
     design = DepthRatingDesign(scenes=["spheres-01"], apertures=["f/22", "f/5.6"], catch_trials=0, practice_trials=0)
     result = analyse_ratings(record_ratings(tmp_path / "data", 3, design=design)).result
-    assert "No pinhole trials" in result.means[0].ratio.reason
+    assert "fixated in no pinhole trial" in result.means[0].ratio.reason
     (ax,) = depth_rating_figure(result, simulated=True).axes
     assert ax.get_ylabel() == "rating (geometric mean)"
     means = [mean.rating.estimate for mean in result.means if mean.fixation == "nearest"]
@@ -283,7 +283,7 @@ def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy)
         make_report(tmp_path / "empty")
     for file in copy.glob("sub-*/beh/*.tsv"):
         file.unlink()
-    with pytest.raises(InputError, match="holds no answers to any known task"):
+    with pytest.raises(InputError, match="contains no answers to any known task"):
         make_report(copy)
 
 

@@ -90,5 +90,5 @@ def test_a_table_of_ones_own_names_them_in_its_conditions(table: pd.DataFrame, t
 
 def test_bayes_refuses_them(table: pd.DataFrame) -> None:
     pytest.importorskip("bambi", reason="the extra bayes is not installed")
-    with pytest.raises(InputError, match="know nearest and farthest only"):
+    with pytest.raises(InputError, match="support only nearest and farthest"):
         bayes_depth_rating(table, bound=1.2)

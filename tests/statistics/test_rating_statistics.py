@@ -177,7 +177,7 @@ def test_one_subject_is_described_but_not_tested() -> None:
 def test_without_pinhole_there_is_a_slope_but_no_ratio() -> None:
     result = analyse(ratings(8, 0.6, 0.0).query("aperture != 'pinhole'"))
     assert result.fixations[0].slope.p < 0.05
-    assert all("No pinhole trials" in mean.ratio.reason for mean in result.means)
+    assert all("fixated in no pinhole trial" in mean.ratio.reason for mean in result.means)
     assert all(mean.ratio is None for mean in result.subject_means)
 
 

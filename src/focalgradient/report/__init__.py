@@ -1,7 +1,7 @@
-"""The report of a data set: what was done, to whom, what came out and how far it can be relied on.
+"""Reports of data sets: methods, participants, results and their reliability.
 
-`make_report` gives the contents of all its files: one HTML page that needs nothing else, the same in Markdown, the
-figures, and every table as CSV. The same data give the same bytes.
+`make_report` returns the contents of all files of a report: one self-contained HTML page, the same as Markdown, the
+figures, and every table as CSV. Identical data give identical bytes.
 """
 
 from __future__ import annotations
@@ -62,19 +62,19 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A report.
+    """Report of a data set.
 
     Parameters
     ----------
     files
-        Contents by name.
+        File contents by name.
     problems
-        What is wrong with the data set or could not be analysed, a sentence each.
+        Problems of the data set and analyses that failed, one sentence each.
     results
         Main results with and without exclusions, as in ``results.json``; `value` and its interval are in the unit that
         `what` names, `estimate` and the other fields are those of `Effect`.
     notices
-        What was taken otherwise than it stands in a table of one's own, a sentence each.
+        Interpretations of the user's own table that change the results, one sentence each.
     """
 
     files: Mapping[str, bytes]
@@ -98,54 +98,54 @@ def make_report(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Analyse a data set, or a table of one's own, and write down all of it.
+    """Analyse a data set or the user's own table, and write a report.
 
     Parameters
     ----------
     root
-        The data set's folder; or a CSV or TSV file, read by `focalgradient.statistics.read_ratings` with `columns`,
-        `conditions` and `focal_length_mm`; with a column of percepts by `focalgradient.statistics.read_reports`, with
-        one of levels and one of right answers by `focalgradient.statistics.read_thresholds`, with one of signals and
-        one of answers by `focalgradient.statistics.read_detection`; judgements by two cues and of differences by
-        `focalgradient.statistics.own_judgements`.
+        Folder of the data set; or a CSV, TSV or XLSX file, which is read according to its columns by
+        `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
+        answers), `read_detection` (signals and answers), or `focalgradient.statistics.own_judgements` (judgements by
+        two cues, or of differences).
     bound
-        Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
-        says so.
+        Equivalence bound: see `focalgradient.statistics.depth_rating`. None: that of `stated`, else 1.2, which the
+        report states.
     scale
-        What the ratings are; None: what the designs of the data set say, and in a table of one's own choices where all
-        are 0 or 1, else ratios.
+        Analysis of the ratings; None: that of the designs, and for the user's own table choices if all ratings are 0 or
+        1, else ratios.
     stated
-        Rules of exclusion: see `load_rules`.
+        Exclusion rules: see `load_rules`.
     columns, conditions, focal_length_mm, guess_rate
-        Of a table of one's own; the last of answers at levels, see `focalgradient.statistics.read_thresholds`.
+        Settings of the user's own table; the guess rate is for answers at levels, see
+        `focalgradient.statistics.read_thresholds`.
     bayes
-        Whether the ratings are analysed by Bayesian models, too: see `focalgradient.statistics.bayes`.
+        True to add a Bayesian analysis of the ratings: see `focalgradient.statistics.bayes`.
     observers
-        Whether observers are fitted to the answers and compared by people held out: see
-        `focalgradient.observers.compare_observers`. Adds some minutes for the cube.
+        True to fit simulated observers to the answers and compare them by cross-validation over people: see
+        `focalgradient.observers.compare_observers`. Takes some additional minutes for the cube.
     executor
-        What checks the sessions of a data set: see `focalgradient.dataset.validate`. None: this process.
+        Executor that checks the sessions of a data set: see `focalgradient.dataset.validate`. None: this process.
     progress
-        Called with the share done of the ordinal model, the Bayesian ones and the observers: the parts that take long.
+        Function called with the completed fraction of the slow parts: ordinal model, Bayesian models and observers.
 
     Raises
     ------
     InputError
-        If nothing can be analysed, for the first reason; or if a table of reports on the cube, of answers at levels
-        or of answers to signals is given with `bound`, `scale`, `bayes` or `focal_length_mm`, which are of ratings.
+        If nothing can be analysed (the message gives the first reason), or if `bound`, `scale`, `bayes` or
+        `focal_length_mm`, which apply to ratings, are given for a table of another kind.
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
         check_installed(*NEEDED)
     if guess_rate is not None and not (root.is_file() and other_than_ratings(root, columns) == LEVELS):
-        raise InputError(f"guess_rate is of a table of answers at levels, but {root.name} holds none: leave it out.")
+        raise InputError(f"guess_rate applies to answers at levels, but {root.name} contains none: leave it out.")
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
     elif other := other_than_ratings(root, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
-            raise InputError(f"{given[0]} is of depth ratings, but {root.name} holds {other}: leave it out.")
+            raise InputError(f"{given[0]} applies to depth ratings, but {root.name} contains {other}: leave it out.")
         found = _of_table(root, asked, columns, conditions, guess_rate)
     else:
         whole = scale is not None and analysis_named(scale).whole
@@ -188,7 +188,7 @@ def make_report(
 
 @dataclass(frozen=True, slots=True)
 class _Analysed:
-    """The tasks of a data set or table, what is wrong with it, and what is to be said of it."""
+    """Analysed tasks of a data set or table, with its problems and notices."""
 
     title: str
     parts: list[Part]
@@ -198,11 +198,11 @@ class _Analysed:
 
 
 LEVELS = "answers at levels"
-"""What a table of thresholds holds, in words."""
+"""Description of threshold data in messages."""
 
 
 def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> str | None:
-    """What a table of one's own holds where it is not of ratings, in words; else None."""
+    """Return a description of the content of the user's own table; None for ratings."""
     if holds_reports(path, columns):
         return "reports on the cube"
     if holds_detection(path, columns):
@@ -221,7 +221,7 @@ def _of_table(
     conditions: Mapping[str, str] | None,
     guess: float | None,
 ) -> _Analysed:
-    """The reports on the cube, the answers to signals, or the answers at levels, of a table of one's own."""
+    """Analyse reports on the cube, detection data, threshold data or judgements of the user's own table."""
     if holds_reports(path, columns):
         read = read_reports(path, columns, conditions)
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
@@ -243,9 +243,9 @@ def _of_table(
 
 
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:
-    """The tasks of a data set, each where people took part in it."""
+    """Analyse every task of a data set that has sessions."""
     title = str(read_description(root).get("Name", root.name))
-    checked = checking(root, executor=executor)  # by the workers, while this process analyses
+    checked = checking(root, executor=executor)  # in the executor, while this process analyses
     refused: list[InputError] = []
     parts: list[Part] = []
     for task in map(task_named, task_names()):
@@ -262,7 +262,7 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
             if not is_task(name := path.stem.rpartition("_task-")[2].removesuffix("_beh")):
                 raise InputError(f"{path} is of a task {unknown_task(name)}")
         known = ", ".join(task_named(name).called for name in task_names())
-        raise InputError(f"{root} holds no answers to any known task ({known}): there is nothing to report.")
+        raise InputError(f"{root} contains no answers to any known task ({known}): there is nothing to report.")
     problems = [str(error) for error in refused]
     try:
         valid = checked()
@@ -288,5 +288,5 @@ def _files(title: str, blocks: list[Block], output: Output) -> dict[str, bytes]:
 
 
 def _local(sentence: str, root: Path) -> str:
-    """The sentence with paths from the data set's own folder on: a report must not name paths of the machine."""
+    """Make paths in a sentence relative to the data set, as a report must not contain paths of the machine."""
     return sentence.replace(f"{root}{os.sep}", "")

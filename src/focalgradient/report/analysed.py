@@ -1,4 +1,4 @@
-"""From a data set to results: each experiment is read, judged and analysed by itself; one that fails stops no other."""
+"""Analysis of data sets for reports: each task is read and analysed separately, so that failures are isolated."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ __all__ = ["Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_r
 
 
 def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
-    """Return the response scale of a data set's designs, and the factors.
+    """Return the response scale of a data set's designs, and their factors.
 
     Raises
     ------
     InputError
-        If sessions differ in scale, or the scale is not known here.
+        If sessions differ in scale, or the scale is not registered.
     """
     designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
     scales = sorted({str(design.get("scale", "ratio")) for design in designs})
@@ -50,30 +50,31 @@ def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ratings:
-    """Experiment 1, analysed.
+    """Analysed ratings of experiment 1.
 
     Parameters
     ----------
     data
-        Its part of the data set; None where the ratings come from a table of one's own.
+        The data set; None for the user's own table.
     table
         All rows.
     kept, quality
-        The rows that the rules kept, and what they left out.
+        Rows kept by the rules, and the data quality with the exclusions.
     result
-        The analysis of the ratings, or why there is none.
+        Analysis of the ratings, or the reason why there is none.
     simulated
-        Whether observers were simulated.
+        True for simulated observers.
     analysis
-        The statistic of the ratings.
+        Statistical analysis of the ratings.
     compared
-        The analysis of comparisons, where those are the answers; then `result` is none.
+        Analysis of paired comparisons; then `result` is None.
     factors
-        Of the laboratory's own, compared.
+        Comparisons of user-defined factors.
     fixated
-        Where the gaze was recorded: the same without trials whose gaze left the fixated object, or why there is none.
+        With recorded gaze: analysis without trials in which gaze left the fixated object, or the reason why there is
+        none.
     everyone
-        The main analysis of all rows, without exclusions.
+        Main analysis without exclusions.
     """
 
     data: DataSet | None
@@ -90,13 +91,13 @@ class Ratings:
 
     @property
     def main(self) -> DepthRatingResult | ComparisonResult | NotComputed:
-        """The analysis of the rows kept, of whichever scale."""
+        """Analysis of the rows kept, for any scale."""
         return self.compared or self.result
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reports:
-    """Experiment 2, analysed: see `Ratings`; `shortest_both` is that of `focalgradient.statistics.necker`."""
+    """Analysed reports of experiment 2: see `Ratings`; `shortest_both` is that of `focalgradient.statistics.necker`."""
 
     data: DataSet | None
     table: pd.DataFrame
@@ -116,25 +117,25 @@ def analyse_ratings(
     rules: Rules | None = None,
     progress: Progress | None = None,
 ) -> Ratings:
-    """Read and analyse the depth ratings of a data set; sessions that are damaged are left out, and named in `data`.
+    """Read and analyse the depth ratings of a data set; damaged sessions are excluded and named in `data`.
 
     Parameters
     ----------
     root
-        Its folder.
+        Folder of the data set.
     bound
-        Of equivalence: see `focalgradient.statistics.depth_rating`.
+        Equivalence bound: see `focalgradient.statistics.depth_rating`.
     scale
-        What the ratings are; None: what the designs of the data set say.
+        Analysis of the ratings; None: that of the designs.
     rules
-        Of exclusion, and the test that decides.
+        Exclusion rules and deciding test.
     progress
         See `focalgradient.statistics.depth_rating`.
 
     Raises
     ------
     InputError
-        If there are none, or they cannot be read without guessing: file and row are named.
+        If there are none, or they are invalid; the message states file and row.
     """
     data = read_dataset(root, ["depthrating"], damaged="leave out")
     return analyse_table(
@@ -162,7 +163,7 @@ def analyse_table(
     factors: Mapping[str, Any] = {}
     if data is not None:
         response, factors = scale_of_sessions(data)
-        # The design's own knows the middle of its scale.
+        # the response scale of the design, unlike its analysis, defines a middle
         meant = response.analysis if stated is None or type(response.analysis) is type(stated) else stated
     kept, found = quality(table, rules, meant)
     main = _main(kept, found, meant, bound, progress)
@@ -174,7 +175,7 @@ def analyse_table(
     if data is not None and "gaze_left" in table:
         stayed = table[~table["gaze_left"]].drop(columns="gaze_left")
         if stayed["catch"].all():
-            fixated = NotComputed("In all trials the gaze left the fixated object, or is not known.")
+            fixated = NotComputed("In all trials gaze left the fixated object, or is not known.")
         else:
             fixated = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
     compared = main if isinstance(main, ComparisonResult) else None
@@ -186,7 +187,7 @@ def analyse_table(
 def _main(
     rows: pd.DataFrame, found: Quality, meant: Analysis, bound: float, progress: Progress | None
 ) -> DepthRatingResult | ComparisonResult | NotComputed:
-    """The main analysis of some rows, by what the answers are."""
+    """Apply the main analysis that belongs to the answers."""
     if rows["catch"].all():
         return _nobody(found)
     return analyse(rows, meant, bound=bound, deciding_test=found.rules.deciding_test, progress=progress)
@@ -218,7 +219,7 @@ def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
 
 
 def _simulated(table: pd.DataFrame) -> bool:
-    return bool(table["kind"].iloc[0] == "simulated")  # all or none: what is mixed has been refused
+    return bool(table["kind"].iloc[0] == "simulated")  # tables of mixed kinds have been rejected
 
 
 def _nobody(found: Quality) -> NotComputed:

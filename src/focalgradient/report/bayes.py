@@ -1,4 +1,4 @@
-"""The Bayesian part of a report: findings, figure, tables of posteriors and priors, and how it was done."""
+"""Bayesian section of a report: findings, figure, tables of posteriors and priors, and methods."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CAPTION = (
 def bayes_analysis(
     part: Ratings, analysis: Analysis, bound: float | None, used: float, progress: Progress | None
 ) -> BayesResult:
-    """The Bayesian model of what the rules kept; `bound` is None where the user gave none, then `used` is of ratios."""
+    """Fit the Bayesian model to the rows kept; `used` is the bound of ratios if the user gave no `bound`."""
     limit = used if analysis.ratios else ODDS_BOUND if bound is None else bound
     return bayes_depth_rating(part.kept, bound=limit, scale=analysis, progress=progress)
 
@@ -44,7 +44,7 @@ def bayes_analysis(
 def bayes_part(
     result: BayesResult, sheets: list[Sheet], figures: dict[str, bytes], *, simulated: bool
 ) -> Iterator[Block]:
-    """Sentences, the figure, and the tables."""
+    """Yield sentences, figure and tables."""
     yield Heading("Bayesian analysis", 3)
     for name, found in result.posteriors.items():
         if isinstance(found, NotComputed):
@@ -69,7 +69,7 @@ def bayes_part(
 
 
 def bayes_methods(result: BayesResult) -> str:
-    """How it was done, for a paper."""
+    """Return the methods for a paper."""
     software = ", ".join(f"{name} {version}" for name, version in result.versions.items())
     one = (
         "one cumulative-link (logit) model of all answers, random effects uncorrelated"
@@ -95,7 +95,7 @@ def _sentence(found: Posterior, result: BayesResult) -> str:
 
 
 def _probability(share: float) -> str:
-    r"""A probability from draws: three decimals, never 1.
+    r"""Format a probability estimated from draws: three decimals, never 1.
 
     >>> _probability(0.99999), _probability(0.034)
     ('>\xa0.999', '.034')
@@ -133,7 +133,7 @@ def _priors(result: BayesResult) -> Sheet:
 
 
 def _draws(result: BayesResult) -> Sheet:
-    """Every tenth draw of the rises, for whoever wants another summary."""
+    """Return every tenth draw of the effects, for other summaries."""
     found = {name: each.draws[::10] for name, each in result.posteriors.items() if isinstance(each, Posterior)}
     return Sheet(
         "depth_rating_bayes_draws.csv", None, pd.DataFrame({name: np.asarray(each) for name, each in found.items()})

@@ -1,4 +1,4 @@
-"""Why the analysis is as it is: a paragraph for each choice, which the methods of a report link to."""
+"""Rationale of the analysis: one paragraph per methodological choice, linked from the methods."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ CHOICES = {
         "trials as independent would count one person many times.",
     ),
 }
-"""Title and paragraph of each choice, by its anchor."""
+"""Title and paragraph of each choice, by anchor."""
 
 OF_ANALYSIS: dict[type[Analysis], tuple[str, ...]] = {
     Ratios: ("logarithm", "random", "equivalence", "holm"),
@@ -104,7 +104,7 @@ JUDGEMENTS = ("judgements",)
 
 
 def of_analysis(analysis: Analysis) -> tuple[str, ...]:
-    """Return the choices of an analysis of ratings.
+    """Return the keys of the choices of an analysis of ratings.
 
     >>> of_analysis(Ratios())[:2]
     ('exclusions', 'logarithm')
@@ -114,12 +114,12 @@ def of_analysis(analysis: Analysis) -> tuple[str, ...]:
 
 
 def chosen(keys: Sequence[str]) -> Links:
-    """Return the links from methods to the paragraphs of their choices."""
+    """Return the links from the methods to the paragraphs of their choices."""
     return Links("Why:", [(f"why-{key}", CHOICES[key][0]) for key in keys])
 
 
 def explained(keys: Sequence[str]) -> Iterator[Block]:
-    """Return the paragraphs of choices, each once."""
+    """Yield the paragraphs of the choices, each once."""
     yield Heading("Choices and their reasons", 3)
     for key in dict.fromkeys(keys):
         yield Anchored(f"why-{key}", *CHOICES[key])

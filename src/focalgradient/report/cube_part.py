@@ -1,4 +1,4 @@
-"""The part of the report on the turning Necker cube."""
+"""Section of the report on the rotating Necker cube."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ CAPTION = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CubePart(Part):
-    """Reports on the cube, of a data set or of a table.
+    """Section on the reports on the cube, of a data set or of the user's own table.
 
     Parameters
     ----------
     reports
-        Analysed.
+        Analysed reports.
     data, simulated
-        Those of `reports`.
+        As in `reports`.
     """
 
     reports: Reports
@@ -48,12 +48,12 @@ class CubePart(Part):
 
     @classmethod
     def of(cls, reports: Reports) -> CubePart:
-        """Make the part of analysed reports."""
+        """Create the section from analysed reports."""
         return cls(reports, reports.data, reports.simulated)
 
     @classmethod
     def of_dataset(cls, root: str | os.PathLike[str], asked: Asked) -> CubePart:
-        """Read and analyse the reports of a data set; errors as `analyse_necker`."""
+        """Read and analyse the reports of a data set; errors as in `analyse_necker`."""
         return cls.of(analyse_necker(root, rules=asked.rules))
 
     @property
@@ -66,7 +66,7 @@ class CubePart(Part):
 
     @property
     def quality(self) -> Quality:
-        """What the rules of exclusion found."""
+        """Data quality and exclusions."""
         return self.reports.quality
 
     def findings(self, output: Output) -> Iterator[Block]:

@@ -1,4 +1,4 @@
-"""Where people took part, in the laboratory or in a browser, and how large what they saw was, with its uncertainty."""
+"""Place of testing (laboratory or browser), and visual angle of the stimuli with its uncertainty."""
 
 from __future__ import annotations
 
@@ -31,27 +31,29 @@ __all__ = [
 LABORATORY, BROWSER = "laboratory", "browser"
 
 PLACE = "place"
-"""The factor's name."""
+"""Name of the factor."""
 
 
 @dataclass(frozen=True, slots=True)
 class ViewedScreen:
-    """How a participant saw the screen in the first sitting of a session.
+    """Viewing conditions of a participant in the first run of a session.
 
     Parameters
     ----------
     participant_id, session
-        Whose, and which; "" where sessions have no label.
+        Participant and session; "" without session labels.
     place
         `LABORATORY` or `BROWSER`.
     distance_m, distance_sd_m
-        From the eye to the screen; None where it is not known. The error is 0 where the laboratory states a distance.
+        Viewing distance in metres with its standard error; None if unknown. The error is 0 if the laboratory states the
+        distance.
     arcmin, arcmin_sd
-        Of one pixel of the display, in minutes of arc.
+        Visual angle of a display pixel with its standard error, in arcmin.
     gamma, gamma_sd
-        Measured by the laboratory, with an error of 0, or by the participant's matches; None where neither was done.
+        Display gamma with its standard error: measured by the laboratory (error 0), or from the participant's matches;
+        None if neither was done.
     manifest
-        SHA-256 of the manifest of the pictures.
+        SHA-256 of the picture manifest.
     """
 
     participant_id: str
@@ -67,7 +69,7 @@ class ViewedScreen:
 
 
 def screens(data: DataSet) -> list[ViewedScreen]:
-    """How each session of people saw the screen; simulated observers have none."""
+    """Return the viewing conditions of each session with a person; simulated observers have none."""
     found = []
     for files, sidecar in data.sidecars.items():
         sitting = next(iter(sidecar.get("Sittings") or ()), None)
@@ -81,27 +83,27 @@ def screens(data: DataSet) -> list[ViewedScreen]:
 
 
 def _gamma(apparatus: Mapping[str, Any]) -> tuple[float | None, float]:
-    """Gamma and its standard error, by a participant's matches or as the laboratory has it."""
+    """Return gamma and its standard error, from the participant's matches or as stated by the laboratory."""
     gamma, sd = apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)
     return gamma, sd
 
 
 def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | None, float]:
-    """Viewing distance and its standard error (m), angle of a pixel and its standard error (arcmin)."""
+    """Return viewing distance (m), its standard error, pixel angle (arcmin), and its standard error."""
     distance, sd = apparatus.get("viewing_distance_m"), apparatus.get("viewing_distance_sd_m") or 0.0
     size, pixels = apparatus.get("screen_m"), apparatus.get("screen_px")
     if not (distance and size and pixels):
         return distance, sd, None, 0.0
     pitch = size[0] / pixels[0]
     size_sd = (apparatus.get("screen_sd_m") or (0.0, 0.0))[0] / size[0]
-    # A distance by the blind spot is counted in pixels: the error of the card is in distance and pitch, and cancels.
+    # the blind-spot distance is in pixels: the error of the card affects distance and pitch equally, and cancels
     relative = math.sqrt(max((sd / distance) ** 2 - size_sd**2, 0.0))
     arcmin = 60 * math.degrees(math.atan(pitch / distance))
     return distance, sd, arcmin, arcmin * relative
 
 
 def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> Sheet | None:
-    """A table of the screens, a line each; None where nobody's is known."""
+    """Return a table of the screens, one row each; None if no screen is known."""
     if all(one.arcmin is None for one in seen):
         return None
     rows, digits = [], []
@@ -138,19 +140,20 @@ def _with_error(value: float | None, sd: float) -> str:
 def blur_seen(
     data: DataSet, seen: Sequence[ViewedScreen], participants: Collection[str]
 ) -> dict[str, tuple[float, float]]:
-    """Give the blur of each aperture as participants saw it, in arcmin, and its standard deviation for one of them.
+    """Return the blur of each aperture as participants saw it, in arcmin, and its standard deviation over participants.
 
-    The blur is the largest of each picture, averaged over scenes; the deviation has what differs between participants,
-    and the uncertainty of each one's screen and distance. Empty where screens, or the pictures' blur, are not known.
+    The blur is the largest of each picture, averaged over scenes; the deviation includes differences between
+    participants and the uncertainty of each participant's screen and distance. Empty if the screens, or the blur of the
+    pictures, are unknown.
 
     Parameters
     ----------
     data
-        With the manifests of the pictures.
+        Data set with the manifests of the pictures.
     seen
-        Of `screens`.
+        Viewing conditions, from `screens`.
     participants
-        Whose answers count.
+        Participants analysed.
     """
     known = [one for one in seen if one.participant_id in participants]
     shown = {one.manifest for one in known}
@@ -167,7 +170,7 @@ def blur_seen(
         pixels = picture.get("blur_px") if isinstance(picture, dict) else None
         if not pixels:
             continue
-        if not (isinstance(pixels, list) and all(map(is_number, pixels))):  # null: imported without their depth
+        if not (isinstance(pixels, list) and all(map(is_number, pixels))):  # null: imported without depth
             return {}
         blur.setdefault(str(picture.get("aperture")), []).append(max(pixels))
     arcmin = np.array([one.arcmin for one in known], float)
@@ -179,7 +182,7 @@ def blur_seen(
 
 
 def place_effects(seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: bool) -> tuple[FactorEffect, ...]:
-    """Compare who took part in a browser with who did in the laboratory; empty where all took part in one of them."""
+    """Compare participants tested in a browser with those in the laboratory; empty if all were tested in one place."""
     places = {one.participant_id: one.place for one in seen}
     table = table[table["participant_id"].isin(list(places))]
     table = table.assign(**{PLACE: table["participant_id"].map(places)})
@@ -189,7 +192,7 @@ def place_effects(seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: 
 
 
 def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) -> tuple[FactorEffect, ...]:
-    """The same of the nonrigid share of the turning cube, whose gradient for the nonrigid reading counts as blur."""
+    """Compare the places for the nonrigid proportion of time; the gradient for the nonrigid reading counts as blur."""
     signs = {"nonrigid": 1.0, "none": 0.0, "rigid": -1.0}
     rows = [
         {
@@ -205,7 +208,7 @@ def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) ->
 
 
 def place_sheet(found: tuple[FactorEffect, ...], name: str, unit: str) -> Sheet:
-    """Browser against laboratory, as a table."""
+    """Return the comparison between browser and laboratory as a table."""
     rows = [
         [
             f"{one.level} − {one.against}",

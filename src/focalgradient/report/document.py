@@ -1,4 +1,4 @@
-"""A document of headings, paragraphs, tables and figures, written as one HTML page or as Markdown."""
+"""Document model of headings, paragraphs, tables and figures, rendered as one HTML page or as Markdown."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading of level 2 or 3."""
+    """Heading of level 2 or 3."""
 
     text: str
     level: int = 2
@@ -33,14 +33,14 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """A paragraph of plain text."""
+    """Paragraph of plain text."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Links to paragraphs of the same page, by their anchors: `before` is the text before them."""
+    """Links to `Anchored` paragraphs of the same page, with introductory text `before`."""
 
     before: str
     to: Sequence[tuple[str, str]]
@@ -48,7 +48,7 @@ class Links:
 
 @dataclass(frozen=True, slots=True)
 class Anchored:
-    """A paragraph with a title in bold that `Links` lead to by `anchor`."""
+    """Paragraph with a bold title, the target of `Links` by `anchor`."""
 
     anchor: str
     title: str
@@ -57,16 +57,16 @@ class Anchored:
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """What a reader must not miss."""
+    """Highlighted notice."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Cells as text, under a caption; `notes` follow it, `csv` names the file with all its digits.
+    """Table of text cells with caption and notes; `csv` names the file with full precision.
 
-    A `folded` table is closed in HTML until it is opened, and only named in Markdown.
+    A `folded` table is collapsed in HTML, and only mentioned in Markdown.
     """
 
     caption: str
@@ -79,7 +79,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A picture, as PNG, that lies beside Markdown under `name` and is held within HTML."""
+    """PNG picture, embedded in HTML, and stored as `name` next to Markdown."""
 
     name: str
     png: bytes
@@ -90,7 +90,7 @@ Block = Heading | Paragraph | Links | Anchored | Notice | Table | Figure
 
 
 def as_html(title: str, blocks: Sequence[Block]) -> str:
-    """One page that holds its pictures and needs nothing from elsewhere.
+    """Render a self-contained HTML page with embedded pictures.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def as_html(title: str, blocks: Sequence[Block]) -> str:
 
 
 def as_markdown(title: str, blocks: Sequence[Block]) -> str:
-    """The same as Markdown.
+    """Render Markdown.
 
     Examples
     --------
@@ -154,7 +154,7 @@ def _html(block: Block) -> str:
 
 
 def _is_wide(png: bytes) -> bool:
-    """Whether a picture is much wider than high, so that a phone must scroll it."""
+    """Return whether a picture is so wide that a phone must scroll it."""
     width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
     return width > 1.5 * height
 
@@ -186,11 +186,11 @@ _SYMBOL = re.compile(
     r"(?<![\w.*])(?:(?:d_z|p_Holm)|(?:t|F|z|W|Q)(?=\()|(?:p|t|d|N|M|W)(?=[ \N{NO-BREAK SPACE}](?:=|<|&lt;|\())"
     r"|^(?:p|d|N|t)$|\bt(?=-tests?\b)|p(?= values?\b))"
 )
-"""Statistical symbols, which the APA's manual sets in italics: before their value, in heads of tables, in words."""
+"""Statistical symbols set in italics by the APA manual: before values, in table headings, in text."""
 
 
 def typeset(text: str) -> str:
-    """Text as HTML, statistical symbols in italics.
+    """Escape text for HTML, with statistical symbols in italics.
 
     >>> typeset("t(7) = 5.00, p < .001 (d_z = 1.2)")
     '<i>t</i>(7) = 5.00, <i>p</i> &lt; .001 (<i>d</i><sub>z</sub> = 1.2)'
@@ -207,7 +207,7 @@ _MARKS = str.maketrans({mark: f"\\{mark}" for mark in "\\`*[]|#"} | {"<": "&lt;"
 
 
 def _plain(text: str) -> str:
-    """Text that Markdown, and HTML within it, shows as it stands: nothing in a data set can become markup."""
+    """Escape text for Markdown (and HTML within it), so that nothing in a data set can become markup."""
     escaped = re.sub(r"&(?=[#\w]+;)", "&amp;", text).translate(_MARKS)
     return re.sub(r"\b([dp])_(z|Holm)\b", r"*\1*<sub>\2</sub>", escaped)
 

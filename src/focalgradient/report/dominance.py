@@ -26,7 +26,7 @@ MEANINGS = {
 
 
 def dominance_sheet(model: DominanceModel | NotComputed) -> Sheet:
-    """Each parameter with its standard error, which is of the scale that `DominanceModel` names."""
+    """Return the parameters with standard errors, on the scale that `DominanceModel` states."""
     caption = "Durations over subjects: log-normal model with each subject's own median, spread and preference"
     header = ["parameter", "estimate", "SE (of the logarithm; of atanh for the correlation; else as it stands)"]
     if isinstance(model, NotComputed):

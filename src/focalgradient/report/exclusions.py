@@ -1,4 +1,4 @@
-"""Exclusion criteria in words, the same in a preregistration and a report; and results with and without exclusions."""
+"""Wording of exclusion criteria for preregistrations and reports, and results with and without exclusions."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ __all__ = [
 ]
 
 CUBE_CATCH = "a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
-"""What passes a catch trial of the cube."""
+"""Criterion for passing a catch trial of the cube."""
 
 TRIALS: Mapping[str, str] = {
     "response_time": "ratings given in less than {rules.response_time[0]:g} s or more than {rules.response_time[1]:g} "
     "s were left out",
     "dropped_frames": "trials with more than {rules.dropped_frames} dropped frames were left out",
 }
-"""Of each rule that leaves out single trials, what it does."""
+"""Descriptions of the rules that exclude single trials."""
 
 SUBJECTS: Mapping[str, str] = {
     "catch_passed": "passed less than {rules.catch_passed:.0%} of the catch trials ({catch})",
@@ -60,7 +60,7 @@ SUBJECTS: Mapping[str, str] = {
     "first_press": "left the answer where the first key had put the marker in more than {rules.first_press:.0%} of "
     "the trials, chance taken off",
 }
-"""Of each rule that leaves out subjects, what these did."""
+"""Descriptions of the rules that exclude subjects, completing "who"."""
 
 OF_CUBE = {
     "lapses": "held no key or both for more than {rules.lapses:.0%} of the time in trials without a gradient",
@@ -76,11 +76,11 @@ NAMES: Mapping[str, str] = {
     "same_answer": "one and the same answer",
     "first_press": "answers left at the marker’s first place",
 }
-"""Of each rule, for those that could not be applied."""
+"""Names of the rules, for the list of rules that could not be applied."""
 
 
 def catch_answers(analysis: Analysis, catches: Collection[str] = ("standard",)) -> str:
-    """What passes a catch trial of depth rating."""
+    """Return the criterion for passing a catch trial of depth ratings."""
     near = "within a factor {rules.catch_factor:g} of 1" if analysis.ratios else "within one step of 0"
     kinds = []
     if "standard" in catches and analysis.standard_known:
@@ -92,16 +92,16 @@ def catch_answers(analysis: Analysis, catches: Collection[str] = ("standard",)) 
 
 
 def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]:
-    """Which rules are applied, in a sentence, and which cannot be, in another.
+    """Return sentences on the rules that are applied and on those that cannot be.
 
     Parameters
     ----------
     rules
-        Those stated.
+        Rules stated in advance.
     unjudged
-        Reasons of those that concern the experiment and cannot be applied, by field.
+        Relevant rules that cannot be applied, with the reasons, by field.
     catch
-        What passes a catch trial: `CUBE_CATCH`, or what `catch_answers` gives.
+        Criterion for passing a catch trial: `CUBE_CATCH`, or the result of `catch_answers`.
 
     Examples
     --------
@@ -136,7 +136,7 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
 
 
 def excluded(found: Quality, catch: str) -> str:
-    """How data were left out, and how much, for the Methods."""
+    """Describe rules and exclusions for the methods section."""
     trials = sum(one.trials for one in found.exclusions if not one.whole_subject)
     unjudged = {one.rule: one.reason for one in found.unjudged}
     return (
@@ -148,16 +148,16 @@ def excluded(found: Quality, catch: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Headline:
-    """One of the main tests of an experiment.
+    """Main test of an experiment.
 
     Parameters
     ----------
     what
-        What was tested, in words.
+        Description of the test.
     effect
-        The result, or why there is none.
+        Result, or the reason why there is none.
     shown
-        How the effect is given: the exponential of a logarithm, or the number times a factor.
+        Function that converts the effect for display: the exponential of a logarithm, or multiplication by a factor.
     """
 
     what: str
@@ -181,7 +181,7 @@ Analysed = DepthRatingResult | ComparisonResult | NeckerResult
 
 
 def headlines(result: Analysed | NotComputed) -> list[Headline]:
-    """List the main tests of an analysis: those that its sentences state."""
+    """List the main tests of an analysis, which its sentences report."""
     if isinstance(result, NotComputed):
         return []
     if isinstance(result, NeckerResult):
@@ -220,11 +220,11 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
 
 
 EFFECT = "_exclusions_effect.csv"
-"""End of the names of files that give results with and without exclusions."""
+"""Suffix of the files with results with and without exclusions."""
 
 
 def main_results(sheets: Iterable[Sheet]) -> list[dict[str, Any]]:
-    """Rows of the tables of results with and without exclusions, for JSON: what is missing is None."""
+    """Return the rows of the tables with and without exclusions for JSON; missing values are None."""
     found: list[dict[str, Any]] = []
     for sheet in sheets:
         if sheet.file.endswith(EFFECT):
@@ -240,16 +240,16 @@ WITH, WITHOUT = "with exclusions", "without exclusions"
 def sensitivity(
     name: str, found: Quality, kept: Analysed | NotComputed, everyone: Analysed | NotComputed
 ) -> tuple[Sheet, list[str], list[str]]:
-    """Results with and without exclusions: a table, sentences, and notices where exclusions change a conclusion.
+    """Compare results with and without exclusions: table, sentences, and notices of conclusions that change.
 
     Parameters
     ----------
     name
-        Of the experiment, as its files are called.
+        Name of the experiment in file names.
     found
-        What was left out.
+        Exclusions.
     kept, everyone
-        The analysis of what the rules kept, and that of all trials.
+        Analyses of the rows kept, and of all trials.
     """
     both = [(WITH, headlines(kept)), (WITHOUT, headlines(everyone))]
     digits = [
@@ -273,7 +273,7 @@ def sensitivity(
 
 
 def _as_shown(one: Headline) -> dict[str, float]:
-    """Estimate and interval in the unit that `what` names."""
+    """Return estimate and interval in the unit that `what` names."""
     if isinstance(one.effect, NotComputed):
         return {}
     ends = {"value": one.effect.estimate, "value_low": one.effect.low, "value_high": one.effect.high}
@@ -298,7 +298,7 @@ def _in_words(one: Headline) -> str:
 
 
 def _changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
-    """A notice for each conclusion that rests on exclusions."""
+    """Yield a notice for each conclusion that depends on exclusions."""
     of = {one.what: one.effect for one in kept}
     for other in everyone:
         effect = of.get(other.what)
@@ -315,7 +315,7 @@ def with_and_without(
     everyone: Analysed | NotComputed | None,
     own: list[Sheet],
 ) -> Iterator[Block]:
-    """Results without exclusions beside those with them: sentences and notices; the table is put first of `own`."""
+    """Yield sentences and notices on results without exclusions; insert the table at the start of `own`."""
     sheet, sentences, notices = sensitivity(name, found, kept, everyone or kept)
     own.insert(0, sheet)
     yield from map(Notice, notices)

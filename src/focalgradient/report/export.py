@@ -1,4 +1,4 @@
-"""The analysed trials for other software: one long table with its dictionary, and scripts of the headline test in R."""
+"""Export for other software: analysed trials as one long table with a data dictionary, and R scripts of the tests."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ crossed <- function(y) {  # the mean of a table of subjects by scenes, both rand
 MEANS = MEANS.replace("FEWEST_SCENES", str(FEWEST_SCENES)).replace("FEWEST_SUBJECTS", str(FEWEST))
 MEANS = MEANS.replace("BASE", f"{BASE:g} + {BASE_OF_FEW:g} * few").replace("SKEW", f"{SKEW:g}")
 MEANS = MEANS.replace("NOISE", f"{NOISE:g} + {NOISE_OF_FEW:g} * few")
-"""The test of a mean over subjects and scenes in R, and over subjects where there are few scenes."""
+"""R functions that test a mean over subjects and scenes, or over subjects if there are few scenes."""
 
 LARGEST = """show("largest aperture, over subjects and scenes:", largest, crossed)
 show("largest aperture, over subjects:", largest, here)
@@ -273,20 +273,20 @@ all_rises <- function(d) {  # of each object in focus, and the difference of eac
   c(robust(found, own_means(y), noise_share(y)), ratio = exp(found[["mean"]]))
 }"""
 )
-"""What `headline.R` and `headline_jasp.R` have in common."""
+"""R code shared by `headline.R` and `headline_jasp.R`."""
 
 
 def trial_files(
     table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResult | ComparisonResult | None
 ) -> dict[str, bytes]:
-    """All trials as a long CSV, the meaning of its columns, and scripts that repeat the headline test.
+    """Return all trials as a long CSV, a data dictionary, and scripts that repeat the main test.
 
     Parameters
     ----------
     table, kept
-        All trials, and those that the rules kept; rows of the same index are the same.
+        All trials, and those that the rules kept, with a common index.
     result
-        The analysis: the scripts name what it found.
+        Analysis; the scripts quote its results.
     """
     import numpy as np
 
@@ -327,12 +327,12 @@ def trial_files(
 
 
 def _found(tests: Sequence[tuple[str, Effect | NotComputed]]) -> str:
-    """Our own results, for comparison, as comments."""
+    """Format the package's results as comments, for comparison."""
     return "".join(f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect))
 
 
 def _answers(trials: pd.DataFrame) -> pd.DataFrame:
-    """A row a subject, a column a condition: the mean step, or the share of choices."""
+    """Return the mean step, or the proportion of choices, by subject (rows) and condition (columns)."""
     rows = trials[trials["included"]]
     found = {}
     for fixation in fixations_of(rows):
@@ -343,7 +343,7 @@ def _answers(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def _rises(trials: pd.DataFrame) -> pd.DataFrame:
-    """A row a subject and scene: log ratio of the largest aperture to the pinhole by fixation, and their difference."""
+    """Return log ratios of largest aperture to pinhole by subject and scene, for each fixation, and differences."""
     rows = trials[trials["included"]]
     of = {}
     names = fixations_of(rows)
@@ -361,14 +361,14 @@ def _rises(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult | None) -> dict[str, bytes]:
-    """All reports on the cube as a long CSV, the meaning of its columns, and a script that repeats the headline test.
+    """Return all reports on the cube as a long CSV, a data dictionary, and a script that repeats the main test.
 
     Parameters
     ----------
     table, kept
-        All reports, and those that the rules kept; rows of the same index are the same.
+        All reports, and those that the rules kept, with a common index.
     result
-        The analysis: the script names what it found.
+        Analysis; the script quotes its results.
     """
     out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
     out = out[[name for name in CUBE_MEANING if name in out]]
@@ -392,7 +392,7 @@ def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult |
 
 
 def reader(file: str, table: pd.DataFrame) -> bytes:
-    """A script that reads a table into R with the type of each column, as `d`: texts as factors, truth as logical.
+    """Return an R script that reads a table as `d` with typed columns: texts as factors, truth values as logical.
 
     >>> print(reader("a.csv", pd.DataFrame({"scene": ["01"], "mm": [1.5], "catch": [True]})).decode())
     # Reads the table with the type of each column. Run in the report's folder: source("read_a.R")
@@ -407,7 +407,7 @@ def reader(file: str, table: pd.DataFrame) -> bytes:
 
 
 def _dictionary(table: pd.DataFrame, meaning: Mapping[str, str]) -> bytes:
-    """What each column means, its type, and how many values and gaps it has."""
+    """Describe each column: meaning, type, number of values and of missing values."""
     rows = [
         (name, meaning[name], str(each.dtype), int(each.nunique(dropna=True)), int(each.isna().sum()))
         for name, each in ((str(column), table[column]) for column in table)
@@ -416,9 +416,9 @@ def _dictionary(table: pd.DataFrame, meaning: Mapping[str, str]) -> bytes:
 
 
 def safe_csv(table: pd.DataFrame) -> bytes:
-    r"""A table as CSV; text that a spreadsheet would take for a formula gets an apostrophe before it.
+    r"""Format a table as CSV; an apostrophe precedes text that a spreadsheet would execute as a formula.
 
-    Truth values are TRUE and FALSE, which R, JASP and spreadsheets read as such.
+    Truth values are TRUE and FALSE, as in R, JASP and spreadsheets.
 
     Examples
     --------

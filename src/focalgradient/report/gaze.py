@@ -1,4 +1,4 @@
-"""The part of the report on gaze: how often it left the fixated object, and the results without those trials."""
+"""Section of the report on gaze: how often it left the fixated object, and the results without those trials."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["findings", "gaze_part"]
 
 
 def findings(part: Ratings) -> Iterator[str]:
-    """The results of an analysis in sentences, whatever the scale."""
+    """Yield the results of an analysis in sentences, for any scale."""
     if part.compared is not None:
         yield from comparison_findings(part.compared)
     elif isinstance(part.result, DepthRatingResult):
@@ -28,7 +28,7 @@ def findings(part: Ratings) -> Iterator[str]:
 
 
 def gaze_part(part: Ratings, sheets: list[Sheet]) -> Iterator[Block]:
-    """Trials whose gaze left the fixated object, and all findings without them; nothing where no gaze was recorded."""
+    """Yield a count of trials in which gaze left the fixated object, and the findings without them, given gaze data."""
     if part.data is None or part.fixated is None:
         return
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]

@@ -1,4 +1,4 @@
-"""Meta-analysis of the reports of several data sets of one design."""
+"""Meta-analysis of the reports of several data sets with the same design."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
     Parameters
     ----------
     reports
-        By the name of the data set, two or more.
+        Two or more reports, by the name of the data set.
 
     Raises
     ------
@@ -106,13 +106,13 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
 
 
 def _main(results: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The results with exclusions; those without where a task excludes nobody."""
+    """Return the results with exclusions, or those without if a task excludes nobody."""
     with_ = {one["experiment"] for one in results if one["exclusions"] == "with exclusions"}
     return [one for one in results if one["exclusions"] == "with exclusions" or one["experiment"] not in with_]
 
 
 def _grouped(rows: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
-    """Rows that were computed, by experiment and effect."""
+    """Group the rows with results by experiment and effect."""
     found: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for row in rows:
         error = row.get("standard_error")
@@ -122,7 +122,7 @@ def _grouped(rows: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], list[Ma
 
 
 def _logs(row: Mapping[str, Any]) -> bool:
-    """Whether what is shown is the exponential of the estimate."""
+    """Return whether the displayed value is the exponential of the estimate."""
     return math.isclose(row["value"], math.exp(min(row["estimate"], 700.0)), rel_tol=1e-9)
 
 
@@ -131,7 +131,7 @@ def _scale(row: float, logs: bool) -> float:
 
 
 def _shown(result: Pooled, logs: bool) -> dict[str, float]:
-    """The mean and its ends as ratios, or as they are."""
+    """Return the mean and its ends, as ratios if `logs`."""
     ends = {"value": result.estimate, "value_low": result.low, "value_high": result.high}
     if result.predicted_low is not None and result.predicted_high is not None:
         ends |= {"value_predicted_low": result.predicted_low, "value_predicted_high": result.predicted_high}
@@ -159,7 +159,7 @@ def _sentence(result: Pooled, logs: bool) -> str:
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """Names of data sets that differ, for tables: the last part of each path, numbered where two are alike.
+    """Return short names of the data sets for file names: the last part of each path, numbered if repeated.
 
     >>> file_names(["a/data", "b/data", "c"])
     ['data', 'data (2)', 'c']

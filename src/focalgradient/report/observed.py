@@ -1,4 +1,4 @@
-"""Answers of a data set as observers predict them, with the observers that are fitted to them."""
+"""Likelihoods of the answers of a data set under simulated observers, for fitting and comparison."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from focalgradient.statistics import NotComputed
 __all__ = ["Observed", "observed_percepts", "observed_ratings", "observed_thresholds"]
 
 FEWEST_PEOPLE = 3
-"""People without whom nobody can be held out and a spread over the others be fitted."""
+"""Minimum number of people for cross-validation over people with a standard deviation over the others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """Answers and observers of one task.
+    """Answers of one task, and observers to be fitted to them.
 
     Parameters
     ----------
     answers
-        Of all people.
+        Answers of all people.
     observers
-        By name.
+        Observers by name.
     method
-        What they are, for the methods.
+        Description of the observers for the methods.
     """
 
     answers: Answers
@@ -50,7 +50,7 @@ def _too_few(table: pd.DataFrame) -> NotComputed | None:
 
 
 def observed_ratings(kept: pd.DataFrame, analysis: Analysis) -> Observed | NotComputed:
-    """Depth ratings or choices: scene means are removed, so that all observers have the scenes as known."""
+    """Prepare depth ratings or choices; scene means are removed, so that all observers account for scenes equally."""
     if analysis.whole:
         return NotComputed("Steps of a scale have no observer to fit: a normal error of ordinal steps is not assumed.")
     table = kept[~kept["catch"]]
@@ -80,7 +80,7 @@ def observed_ratings(kept: pd.DataFrame, analysis: Analysis) -> Observed | NotCo
 
 
 def observed_percepts(kept: pd.DataFrame) -> Observed | NotComputed:
-    """Durations of percepts of the cube, of either reading."""
+    """Prepare percept durations of the cube, for both readings."""
     rows = kept[~kept["catch"] & kept["percept"].isin(["rigid", "nonrigid"]) & (kept["duration"] > 0)]
     if rows.empty:
         return NotComputed("No reading was reported for any time: no observer can be fitted.")
@@ -110,7 +110,7 @@ def observed_percepts(kept: pd.DataFrame) -> Observed | NotComputed:
 
 
 def observed_thresholds(table: pd.DataFrame, guess: float = 0.5) -> Observed | NotComputed:
-    """Right and wrong answers at levels, by condition where the table has several."""
+    """Prepare correct and incorrect answers at levels, by condition if there are several."""
     rows = table[~table["catch"]]
     if few := _too_few(rows):
         return few

@@ -1,4 +1,4 @@
-"""The part of a report on observers: fitted to the answers by likelihood, and compared by people held out."""
+"""Section of the report on simulated observers, fitted by maximum likelihood and cross-validated over people."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ METHOD = (
 
 @dataclass(frozen=True, slots=True)
 class FittedObservers:
-    """The observers of one task compared: best first, or why there is none to fit."""
+    """Compared observers of one task, best first, or the reason why none can be fitted."""
 
     part: Part
     observed: Observed | NotComputed
     compared: Sequence[ObserverComparison]
 
     def findings(self, output: Output) -> Iterator[Block]:
-        """Return sentences and tables, which are added to `output`."""
+        """Yield sentences and tables; the tables are also added to `output`."""
         yield Heading("Observers", 3)
         if isinstance(self.observed, NotComputed):
             yield Notice(self.observed.reason)
@@ -58,7 +58,7 @@ class FittedObservers:
         yield from output.tables([self._comparison(), self._parameters(), self._people()])
 
     def methods(self) -> Iterator[Block]:
-        """Return what was fitted, for a paper."""
+        """Yield the methods for a paper."""
         if isinstance(self.observed, Observed):
             yield Paragraph(f"{METHOD} {self.observed.method}")
 
@@ -110,13 +110,13 @@ class FittedObservers:
 
 
 def _ahead(best: ObserverComparison, other: ObserverComparison) -> tuple[float, float]:
-    """How much more likely `best` makes the people held out, summed over them, and its standard error."""
+    """Return the difference in held-out log likelihood between two observers (summed over people) and its SE."""
     each = np.array([best.held_out[person] - other.held_out[person] for person in best.held_out])
     return float(each.sum()), float(each.std(ddof=1) * math.sqrt(len(each)))
 
 
 def fitted_observers(parts: Sequence[Part], progress: Progress | None = None) -> list[FittedObservers]:
-    """Fit and compare the observers of each part's task."""
+    """Fit and compare the observers of each section's task."""
     observed = [part.observed() for part in parts]
     found: list[FittedObservers] = []
     for number_, (part, one) in enumerate(zip(parts, observed, strict=True)):

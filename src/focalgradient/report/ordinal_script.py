@@ -1,4 +1,4 @@
-"""Scripts in R that repeat the headline test of answers in steps: the mixed model, or subjects' own rises."""
+"""R scripts that repeat the main test of ordinal answers: the mixed model, or within-subject effects."""
 
 from __future__ import annotations
 
@@ -118,5 +118,5 @@ for name, value in {
 
 
 def ordinal_script(result: OrdinalResult) -> str:
-    """The script that repeats the test that the analysis chose."""
+    """Return the script of the test that the analysis used."""
     return AT_THE_FLOOR if result.by_people else MIXED

@@ -1,4 +1,4 @@
-"""The report on signal detection of a table of one's own: d', criterion, and confidence."""
+"""Section of the report on signal detection in the user's own table: d', criterion and confidence."""
 
 from __future__ import annotations
 
@@ -57,20 +57,20 @@ for (condition in unique(found$condition)) {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectionPart(Part):
-    """Answers to signal and noise of a table, analysed.
+    """Analysed detection data of the user's own table.
 
     Parameters
     ----------
     own
-        The table.
+        Imported table.
     group
         d' and criterion of each person and condition, and their means.
     curves, metas
-        ROC and meta-d' of each person and condition, or why there is none; empty where confidence was not asked.
+        ROC and meta-d' of each person and condition, or the reason why there is none; empty without confidence ratings.
     left_out
-        Persons and conditions without signal or without noise.
+        Persons and conditions without signal or without noise trials.
     simulated, data
-        As of every part.
+        As in every section.
     """
 
     own: OwnDetection
@@ -83,7 +83,7 @@ class DetectionPart(Part):
 
     @classmethod
     def of(cls, own: OwnDetection) -> DetectionPart:
-        """Compute d' of each person and condition, and the curves of confidence."""
+        """Compute d' for each person and condition, and the ROC curves of confidence."""
         table = own.table[~own.table["catch"]]
         shown = table.groupby(["participant_id", "condition"])["signal"].transform("mean")
         without = table[(shown == 0) | (shown == 1)][["participant_id", "condition"]].drop_duplicates()
@@ -142,7 +142,7 @@ class DetectionPart(Part):
         yield from output.tables([self._each()])
 
     def _confidence(self) -> Iterator[Block]:
-        """Means over people of what confidence shows, by condition."""
+        """Yield means over people of the confidence measures, by condition."""
         for condition in self.group.d_prime if self.own.steps else ():
             where = f"{condition}: " if condition else ""
             said = [f"{what} {_ends(mean)}" for what, mean in self._measures(condition).items()]
@@ -157,7 +157,7 @@ class DetectionPart(Part):
             yield from (Notice(f"{where}of some people there is no estimate: {reason}") for reason in sorted(reasons))
 
     def _measures(self, condition: str) -> dict[str, Interval]:
-        """Means over people of what confidence shows."""
+        """Return means over people of the confidence measures."""
         curves = [one for (_, at), one in self.curves.items() if at == condition and isinstance(one, RatingRoc)]
         metas = [one for (_, at), one in self.metas.items() if at == condition and isinstance(one, MetaSensitivity)]
         found = {}
@@ -172,7 +172,7 @@ class DetectionPart(Part):
         return found
 
     def _means(self) -> Sheet:
-        """Means over people as a file, for results.json."""
+        """Return means over people as a file, for results.json."""
         rows = []
         for condition in self.group.d_prime:
             found = {"d′": self.group.d_prime[condition], "criterion c": self.group.criterion[condition]}
@@ -222,7 +222,7 @@ class DetectionPart(Part):
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:
-    """Counts from the surest "no" to the surest "yes"."""
+    """Return answer counts from the most confident "no" to the most confident "yes"."""
     sure = rows["confidence"].to_numpy(int)
     place = np.where(rows["answer"].to_numpy(bool), steps - 1 + sure, steps - sure)
     return [int(each) for each in np.bincount(place, minlength=2 * steps)]

@@ -1,4 +1,4 @@
-"""The parts of the report on cue combination and on difference scales, from tables of one's own."""
+"""Sections of the report on cue combination and on difference scales, for the user's own tables."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from focalgradient.statistics.own_judgements import STIMULI, OwnJudgements
 __all__ = ["CuePart", "DifferencePart"]
 
 BOOTSTRAP = 500
-"""Simulated repetitions for the interval of a scale, which its two ends are the 13th of, and for its test."""
+"""Number of bootstrap samples for the interval of a scale, whose ends are the 13th values, and for its test."""
 
 CAPTION = "Each person’s difference scale in standard deviations of a judgement, with 95 % intervals."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Judgements(Part):
-    """Judgements of a table; `simulated` and `data` are as of every part."""
+    """Section on judgements of a table; `simulated` and `data` are as in every section."""
 
     own: OwnJudgements
     simulated: bool
@@ -44,7 +44,7 @@ class _Judgements(Part):
 
     @property
     def people(self) -> str:
-        """How many people and trials, in words."""
+        """Number of people and trials in words."""
         table = self.own.table
         people = many(table["participant_id"].nunique(), "person").replace("persons", "people")
         return f"{many(len(table), 'judgement')} by {people}"
@@ -64,13 +64,13 @@ def _simulated(own: OwnJudgements) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CuePart(_Judgements):
-    """Judgements by two cues: `found` is the comparison of rules of combination, or why there is none."""
+    """Section on judgements by two cues: `found` is the comparison of combination rules, or a reason without it."""
 
     found: CueCombination | NotComputed
 
     @classmethod
     def of(cls, own: OwnJudgements) -> CuePart:
-        """Fit each rule to all people."""
+        """Fit each combination rule to all people."""
         table = own.table
         found = fit_cue_combination(table["first"], table["second"], table["larger"], table["participant_id"])
         return cls(own, _simulated(own), None, found)
@@ -133,14 +133,14 @@ class CuePart(_Judgements):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DifferencePart(_Judgements):
-    """Judgements of differences: `scales` is each person's scale, or why there is none, over the `stimuli`."""
+    """Section on comparisons of differences: each person's scale over the `stimuli`, or a reason without it."""
 
     scales: Mapping[str, DifferenceScale | NotComputed]
     stimuli: tuple[float, ...]
 
     @classmethod
     def of(cls, own: OwnJudgements, progress: Progress | None = None) -> DifferencePart:
-        """Fit a scale to each person's judgements."""
+        """Fit a scale to the judgements of each person."""
         table = own.table
         shown = [name for name in STIMULI if name in table]
         stimuli = np.unique(table[shown].to_numpy())

@@ -1,4 +1,4 @@
-"""The part of the report on a task of a laboratory's own: means, tests, figures by factor; its preregistration."""
+"""Section of the report on a user-defined task (means, tests, figures by factor), and its preregistration."""
 
 from __future__ import annotations
 
@@ -30,24 +30,26 @@ from focalgradient.tasks import Task
 __all__ = ["OwnTask", "analyse_own_task", "preregister_own_task"]
 
 SUBJECTS = (6, 10, 16, 24, 40)
+"""Sample sizes of the power analysis."""
+
 EXPERIMENTS = 200
-"""Numbers of subjects tried, and simulated experiments with each: a share to .035, one standard error at .5."""
+"""Number of simulated experiments per sample size; the standard error of a power of .5 is then .035."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnTask(Part):
-    """A task of a laboratory's own, read and tested.
+    """Analysed user-defined task.
 
     Parameters
     ----------
     task
-        Which.
+        Task.
     data, table
-        Its part of the data set, and all its rows.
+        The data set, and all rows of the task.
     simulated
-        Whether observers were simulated.
+        True for simulated observers.
     tests
-        The task's tests with their effects.
+        Tests of the task with their effects.
     """
 
     task: Task
@@ -72,7 +74,7 @@ class OwnTask(Part):
 
     @property
     def rows(self) -> pd.DataFrame:
-        """Trials that are not catch trials."""
+        """Trials without catch trials."""
         return self.table[~self.table["catch"]] if "catch" in self.table else self.table
 
     @property
@@ -84,13 +86,13 @@ class OwnTask(Part):
 
     @property
     def answered(self) -> list[tuple[str, str]]:
-        """Columns of answers that have a mean, each with its unit."""
+        """Answer columns that have a mean, each with its unit."""
         measures = self.task.measures(self.settings)
         return [*measures.items(), *([("response_time", "s")] if "response_time" in self.table else [])]
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of the columns that have one, as the sidecar states them."""
+        """Units of the columns, as stated by the sidecar."""
         return {one.name: one.units for one in self.task.columns(self.settings) if one.units}
 
     def findings(self, output: Output) -> Iterator[Block]:
@@ -129,12 +131,12 @@ class OwnTask(Part):
 
 
 def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
-    """Read and test the sessions of a task of one's own; damaged ones are left out, and named in `data`.
+    """Read and test the sessions of a user-defined task; damaged ones are excluded and named in `data`.
 
     Raises
     ------
     InputError
-        If there are none.
+        If there are no sessions.
     """
     data = read_dataset(root, [task.name], damaged="leave out")
     table = data.tables.get(task.name)
@@ -152,7 +154,7 @@ def _in_words(test: ConditionTest) -> Paragraph:
 
 
 def _tests(part: OwnTask) -> list[Sheet]:
-    """The tests as a table, and as results for JSON and for meta-analysis."""
+    """Return the tests as a table, and as results for JSON and meta-analysis."""
     found = [(test.name, test.effect) for test in part.tests if test.effect is not None]
     caption = "Tests over subjects; Holm’s correction is over all"
     digits = [
@@ -166,7 +168,7 @@ def _tests(part: OwnTask) -> list[Sheet]:
 
 
 def _means(part: OwnTask) -> Sheet:
-    """Mean answers of each condition over subjects, with 95 % intervals by t over subjects."""
+    """Return mean answers over subjects for each condition, with 95 % intervals by t."""
     cells = []
     rows = part.rows
     for condition, own in rows.groupby(part.shown, sort=True) if part.shown else [((), rows)]:
@@ -191,7 +193,7 @@ def _times(settings: Mapping[str, Any], what: str) -> str:
 
 
 def _methods(task: Task, settings: Mapping[str, Any], tests: tuple[ConditionTest, ...]) -> list[str]:
-    """Methods, for a paper: the same before and after."""
+    """Return the methods for a paper, identical in preregistration and report."""
     conditions = " and ".join(dict.fromkeys(test.factor for test in tests)) or "one condition"
     lines = [
         f"{task.title}. Conditions ({conditions}) were shown {_times(settings, 'time')} each, in "
@@ -212,12 +214,12 @@ def _methods(task: Task, settings: Mapping[str, Any], tests: tuple[ConditionTest
 
 
 def preregister_own_task(task: Task, design: Any, asked: Planned) -> Preregistered:
-    """Write the preregistration of a task of one's own.
+    """Write the preregistration of a user-defined task.
 
     Raises
     ------
     InputError
-        If an effect is given: the task's simulated observer has its own.
+        If an effect is given, which only the task's simulated observer defines.
     """
     if asked.effects:
         raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")

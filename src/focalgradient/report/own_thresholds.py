@@ -1,4 +1,4 @@
-"""The part of the report on thresholds from a table of one's own: each person's function, and those of the groups."""
+"""Section of the report on thresholds in the user's own table: functions of each person and of the groups."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ PEOPLE = "Each person’s share of right answers at each level (disc: larger for
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnThresholdPart(Part):
-    """Answers at levels of a table, analysed.
+    """Analysed threshold data of the user's own table.
 
     Parameters
     ----------
     own
-        The table.
+        Imported table.
     results
-        Each person's thresholds, by condition.
+        Thresholds of each person, by condition.
     groups
-        The hierarchical model of all, or why there is none.
+        Hierarchical model of all people, or the reason why there is none.
     simulated, data
-        As of every part.
+        As in every section.
     """
 
     own: OwnThresholds
@@ -76,7 +76,7 @@ class OwnThresholdPart(Part):
         if len(counted.groupby(["participant_id", "condition"])) < 2:
             groups = NotComputed("There is one person in one condition: there are no groups to be compared.")
         elif counted["level"].nunique() < 2:
-            groups = NotComputed("Beside catch trials there is one level only.")
+            groups = NotComputed("Apart from catch trials there is only one level.")
         else:
             groups = fit_psychometric_groups(counted, unit=own.unit, guess=own.guess, progress=progress)
         return cls(own, results, groups, bool((table["kind"] == "simulated").any()))
@@ -153,7 +153,7 @@ class OwnThresholdPart(Part):
         yield from output.tables([listed("threshold_groups.csv", "Functions of the mean person", head, rows)])
 
     def _means(self) -> Sheet:
-        """Means over people as a file, for results.json."""
+        """Return means over people as a file, for results.json."""
         unit = f" ({self.own.unit})" if self.own.unit else ""
         rows = []
         for name, result in self.results.items():

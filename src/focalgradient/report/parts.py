@@ -1,4 +1,4 @@
-"""The part of a report on one task: what `Task.reported` returns."""
+"""Section of a report on one task, as returned by `Task.reported`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from focalgradient.statistics import NotComputed, Rules
 __all__ = ["BOUND", "Asked", "Output", "Part"]
 
 BOUND = 1.2
-"""Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
+"""Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +30,15 @@ class Asked:
     Parameters
     ----------
     rules
-        Of exclusion.
+        Exclusion rules.
     bound
-        Of equivalence, a ratio; None where none was stated.
+        Equivalence bound, a ratio; None if not stated.
     scale
-        Analysis of ratings; None: that of the design.
+        Analysis of the ratings; None: that of the design.
     bayes
-        Whether ratings are analysed by Bayesian models, too.
+        True to add a Bayesian analysis of the ratings.
     progress
-        Called with the share done of the models that take long.
+        Function called with the completed fraction of the slow models.
     """
 
     rules: Rules
@@ -49,19 +49,19 @@ class Asked:
 
     @property
     def used_bound(self) -> float:
-        """The bound of equivalence, or the default."""
+        """Equivalence bound, or the default."""
         return BOUND if self.bound is None else self.bound
 
 
 class Output:
-    """Tables and figures of a report, by file, as parts add them."""
+    """Tables and figures of a report, by file, as added by its sections."""
 
     def __init__(self) -> None:
         self.sheets: list[Sheet] = []
         self.figures: dict[str, bytes] = {}
 
     def tables(self, sheets: Iterable[Sheet]) -> list[Block]:
-        """Add tables; return those to read."""
+        """Add tables; return those to be displayed."""
         added = list(sheets)
         self.sheets += added
         return [sheet.table for sheet in added if sheet.table]
@@ -73,48 +73,48 @@ class Output:
 
 
 class Part(ABC):
-    """The part of a report on one task, read and analysed."""
+    """Section of a report on one task, read and analysed."""
 
     __slots__ = ()
 
     data: DataSet | None
-    """Its part of the data set; None of a table of one's own."""
+    """The data set; None for the user's own table."""
     simulated: bool
-    """Whether observers were simulated."""
+    """True for simulated observers."""
 
     @property
     @abstractmethod
     def title(self) -> str:
-        """Heading."""
+        """Heading of the section."""
 
     @property
     @abstractmethod
     def name(self) -> str:
-        """Beginning of the names of its files."""
+        """Prefix of the section's file names."""
 
     @abstractmethod
     def findings(self, output: Output) -> Iterator[Block]:
-        """Return what was found: sentences, figures and tables, which are added to `output`."""
+        """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
 
     @abstractmethod
     def methods(self, output: Output) -> Iterator[Block]:
-        """Return what was done, for a paper."""
+        """Yield the methods for a paper."""
 
     @property
     @abstractmethod
     def choices(self) -> tuple[str, ...]:
-        """Choices of the analysis that are explained: keys of `focalgradient.report.choices`."""
+        """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
 
     @abstractmethod
     def exports(self) -> Mapping[str, bytes]:
-        """Return the files for other software, by name: all trials as a table, and scripts."""
+        """Return the files for other software by name: all trials as a table, and scripts."""
 
     def observed(self) -> Observed | NotComputed:
-        """Return the answers with the observers that can be fitted to them, or why there are none."""
+        """Return the answers and the observers that can be fitted to them, or the reason why there are none."""
         return NotComputed(f"No observer here predicts the answers to {self.title!r}: fit your own by fit_observer.")
 
     def design_table(self) -> list[Sheet]:
-        """Return every setting of the design as a table, with all its values where sessions differ."""
+        """Return every setting of the design as a table, with all values if sessions differ."""
         values: dict[str, dict[str, None]] = {}
         for sidecar in {} if self.data is None else self.data.sidecars.values():
             for setting, value in sidecar["Design"].items():

@@ -1,6 +1,7 @@
-"""The analysis of each scale in words: hypotheses, primary outcome and tests, for a preregistration and for a report.
+"""Wording of the analysis of each response scale: hypotheses, primary outcome and tests.
 
-Both take their sentences from here, of the number of scenes and fixations that there are, so that they cannot differ.
+Preregistration and report both take their sentences from here, given the numbers of scenes and fixations, so that they
+agree.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ __all__ = ["PLANS", "Plan", "in_focus", "plan_of"]
 
 
 def in_focus(fixation: str) -> str:
-    """What is in focus, in words.
+    """Describe the object in focus.
 
     >>> in_focus("nearest"), in_focus("tree")
     ('the nearest object in focus', '“tree” in focus')
@@ -44,24 +45,24 @@ def _and(things: Sequence[str]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Plan(ABC):
-    """The analysis of depth ratings on one scale.
+    """Analysis plan of depth ratings on one response scale.
 
     Parameters
     ----------
     fixations
-        What is in focus, in the order of the report: the first is that of the primary outcome.
+        Objects in focus, in the order of the report; the first is that of the primary outcome.
     scenes
-        How many.
+        Number of scenes.
     bound
-        Of equivalence, as a ratio.
+        Equivalence bound, a ratio.
     reference
-        What pictures are compared with, where they are.
+        Reference picture of paired comparisons.
     steps
-        How many steps the scale has, where it has some and they are known.
+        Number of scale steps, if any and known.
     statistic
         Analysis of the answers.
     deciding_test
-        Of ratios: "robust" or "t".
+        Deciding test of ratios: "robust" or "t".
     """
 
     fixations: tuple[str, ...]
@@ -74,7 +75,7 @@ class Plan(ABC):
 
     @property
     def random(self) -> bool:
-        """Whether scenes are many enough to be random."""
+        """True if there are enough scenes to treat them as random."""
         return self.scenes >= FEWEST_SCENES
 
     @property
@@ -89,17 +90,17 @@ class Plan(ABC):
     @property
     @abstractmethod
     def outcome(self) -> str:
-        """The primary outcome, in a sentence."""
+        """Primary outcome, in one sentence."""
 
     @property
     @abstractmethod
     def hypotheses(self) -> list[str]:
-        """What is expected, the primary one first, each by a test of the report."""
+        """Hypotheses, the primary one first, each with its test."""
 
     @property
     @abstractmethod
     def analysis(self) -> str:
-        """How the answers are analysed, as a paper needs it."""
+        """Description of the analysis for a paper."""
 
     def _numbered(self, sentences: list[str]) -> list[str]:
         return [
@@ -114,14 +115,14 @@ ROBUST_TEST = (
     f"of subjects, b = {BASE_OF_FEW:g} / N − {-BASE:g} and n = {NOISE:g} − {-NOISE_OF_FEW:g} / N (N at least "
     f"{FEWEST}): few subjects hardly show their skewness"
 )
-"""The test robust to skewed subjects, for a paper."""
+"""Description of the test robust to skewed subjects, for a paper."""
 
 SKEWED = (
     f"Beside each Student’s t stands a test that is robust to skewed subjects, and it decides: {ROBUST_TEST}. Its "
     "interval is the one that is given. Normality of the subjects’ means and of the residuals is checked by Shapiro "
     "and Wilk’s test at .05 and by Q-Q plots; where it fails, the report states it, and Student’s t is not interpreted."
 )
-"""What is done about skewed subjects, with ratios, where the robust test decides."""
+"""Treatment of skewed subjects for ratios, if the robust test decides."""
 
 SKEWED_BY_T = (
     'Student’s t decides, as was stated in advance (deciding_test = "t"), and its interval is the one that is given; '
@@ -130,11 +131,11 @@ SKEWED_BY_T = (
     "subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 and by Q-Q plots; where it "
     "fails, the report states it."
 )
-"""The same where Student's t decides."""
+"""Treatment of skewed subjects for ratios, if Student's t decides."""
 
 
 class RatioPlan(Plan):
-    """Ratings that are ratios to a standard."""
+    """Plan for ratings as ratios to a standard."""
 
     __slots__ = ()
 
@@ -208,7 +209,7 @@ class RatioPlan(Plan):
 
 
 class StepsPlan(Plan):
-    """Ratings in steps of an ordinal scale."""
+    """Plan for ordinal ratings."""
 
     __slots__ = ()
 
@@ -261,7 +262,7 @@ class StepsPlan(Plan):
 
 
 class _Comparison(Plan):
-    """Answers that compare two pictures, or places on a line."""
+    """Plan for paired comparisons or visual-analogue ratings."""
 
     __slots__ = ()
 
@@ -303,7 +304,7 @@ class _Comparison(Plan):
 
 
 class SlopesPlan(_Comparison):
-    """Steps from much flatter to much deeper than another picture, or places on a line."""
+    """Plan for signed steps relative to another picture, or visual-analogue ratings."""
 
     __slots__ = ()
 
@@ -311,7 +312,7 @@ class SlopesPlan(_Comparison):
 
     @property
     def _answer(self) -> str:
-        """The answer in a word: "step", "place"."""
+        """Noun for one answer: "step" or "place"."""
         return self.statistic.mean.removeprefix("mean ")
 
     @property
@@ -350,7 +351,7 @@ class SlopesPlan(_Comparison):
 
 
 class ChoicePlan(_Comparison):
-    """Choices of the deeper of two pictures."""
+    """Plan for choices of the deeper of two pictures."""
 
     __slots__ = ()
 
@@ -391,14 +392,14 @@ PLANS: dict[type[Analysis], type[Plan]] = {
     Slopes: SlopesPlan,
     Choices: ChoicePlan,
 }
-"""The plan of each analysis."""
+"""Plan class of each analysis."""
 
 
 REFERENCES = {
     "standard": "the standard, a pinhole picture of another scene",
     "same-scene": "the pinhole picture of the same scene",
 }
-"""What pictures are compared with, by the setting `reference` of a design."""
+"""Description of the reference picture, by the design setting `reference`."""
 
 
 def plan_of(
@@ -409,7 +410,7 @@ def plan_of(
     bound: float = 1.2,
     deciding_test: str = "robust",
 ) -> Plan:
-    """Return the plan of ratings with an analysis (or its name), of what a design or a table has.
+    """Return the plan of an analysis (or its name) for a design or table.
 
     Examples
     --------

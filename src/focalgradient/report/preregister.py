@@ -1,4 +1,4 @@
-"""The files of a preregistration, written from a design before there are data, in the words of the later report."""
+"""Files of a preregistration, generated from a design in the wording of the later report."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ def preregistration(
     ordinal: bool = False,
     model: Model | None = None,
 ) -> dict[str, bytes]:
-    """Files of a preregistration: HTML, Markdown, and the rules as a file for `report --rules`.
+    """Write the files of a preregistration: HTML, Markdown, and the rules file for `report --rules`.
 
     Parameters
     ----------
     design_file
-        The design (TOML).
+        Design file (TOML).
     bound
-        Of equivalence; without it that of `stated`, or 1.2.
+        Equivalence bound; None: that of `stated`, else 1.2.
     stated
-        Rules of exclusion.
+        Exclusion rules.
     effect, far_effect
-        Effect for which the number of subjects is found: of ratios the rise at the largest aperture; of steps and
-        choices, and of the cube, a ratio of odds. `far_effect` is that of the fixations after the first. None: as in
+        Effect size for the power analysis: for ratios, the depth effect at the largest aperture; for ordinal ratings,
+        choices and the cube, an odds ratio. `far_effect` applies to the fixations after the first. None: as in
         `focalgradient.power`.
     ordinal
-        Whether the report is to take the answers for steps.
+        True to analyse the answers as ordinal.
     model
-        Of the simulated subjects that rate depth in ratios, in place of the two effects.
+        Model of the simulated subjects who rate depth in ratios, which replaces the two effects.
 
     Raises
     ------
     InputError
-        If the file is no design, or lacks what the hypotheses need, or a setting does not concern it.
+        If the file is not a design, lacks information for the hypotheses, or a setting does not apply to it.
     """
     design = load_design(design_file)
     effects = {name: one for name, one in (("effect", effect), ("far_effect", far_effect)) if one is not None}
@@ -61,7 +61,7 @@ def preregistration(
     given = {"bound": bound is not None, "ordinal": ordinal, "far_effect": far_effect is not None}
     if wrong := [name for name, is_given in given.items() if is_given and name not in task.settings_of_report]:
         raise InputError(
-            f"{wrong[0]} is of depth ratings, but {design_file} is a design of {design.task}: leave it out."
+            f"{wrong[0]} applies to depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
     text = task.preregistered(design, asked)
     blocks = text.blocks()

@@ -1,4 +1,4 @@
-"""The preregistration of the turning Necker cube."""
+"""Preregistration of the rotating Necker cube."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     Raises
     ------
     InputError
-        If the design has nothing to compare.
+        If the design contains no comparison.
     """
     model = CubeModel(**asked.effects)
     study = CubeStudy(model, design)

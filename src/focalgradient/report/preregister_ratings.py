@@ -1,4 +1,4 @@
-"""The preregistration of depth ratings, on any scale."""
+"""Preregistration of depth ratings, for any response scale."""
 
 from __future__ import annotations
 
@@ -51,18 +51,18 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
     Raises
     ------
     InputError
-        If a setting does not fit the scale, or there is no pinhole from which a rise is measured.
+        If a setting does not apply to the scale, or the design has no pinhole as reference.
     """
     analysis = design.response_scale.analysis
     if asked.ordinal and not isinstance(analysis, OrdinalSteps):
         raise InputError(
-            f"ordinal is of answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps' in it."
+            f"ordinal applies to answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps'."
         )
     settings, deciding_test = design.model_dump(), asked.stated.rules.deciding_test
     plan = plan_of(analysis, design.fixations, len(design.scenes), settings, asked.used_bound, deciding_test)
     ratios = analysis.ratios
     if ratios and "pinhole" not in design.apertures:
-        raise InputError("apertures has no pinhole, from which the rise is measured: add it.")
+        raise InputError("apertures has no pinhole, the reference of the depth effect: add it.")
     names = (*OF_RATINGS, "deciding_test") if ratios else OF_RATINGS
     assumed, powers = (_ratios if ratios else _latent)(design, asked)
     orders = "" if len(design.fixations) == 1 else f" ({design.fixation_order} order)"
@@ -94,7 +94,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
 
 
 def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
-    """Rules that cannot be applied to answers of a design, with the reasons that the report will give."""
+    """Return rules that cannot be applied to answers of a design, with the reasons that the report will give."""
     reasons = {}
     trials = len(design.scenes) * design.repetitions
     analysis = design.response_scale.analysis
@@ -116,7 +116,7 @@ def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
 
 
 def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
-    """Tests that show whether the data can answer the question."""
+    """Return the outcome-neutral tests, which show whether the data can answer the question."""
     tests = []
     if design.catch_trials:
         tests.append("Catch trials whose right answer is known are passed as the rules above ask.")
@@ -130,7 +130,7 @@ def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
 
 
 def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, dict[str, float]]]:
-    """What is assumed of ratios, in words, and the power of their tests."""
+    """Return the assumptions about ratios in words, and the power of their tests."""
     model = Model(**asked.effects)
     settings = model, design, asked.used_bound
     test = asked.stated.rules.deciding_test
@@ -146,7 +146,7 @@ def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
 
 
 def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, dict[str, float]]]:
-    """What is assumed of steps and choices, in words, and the power of their tests."""
+    """Return the assumptions about ordinal answers or choices in words, and the power of their tests."""
     latent = LatentModel(**asked.effects)
     powers = latent_power(LatentStudy(latent, design), SUBJECTS)
     far = "" if len(design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
@@ -160,7 +160,7 @@ def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
 
 
 def _named(plan: Plan) -> dict[str, str]:
-    """The tests whose power is given, in words."""
+    """Return descriptions of the tests in the power analysis."""
     first, *others = plan.fixations
     rest = " and ".join(others)
     return {

@@ -1,4 +1,4 @@
-"""The preregistration of thresholds of blur, or of depth from blur."""
+"""Preregistration of thresholds of blur, or of depth from blur."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Prere
     Raises
     ------
     InputError
-        If an effect is given, which is of a test.
+        If an effect is given, as no hypothesis is tested.
     """
     if asked.effects:
-        raise InputError(f"effect is of a test, but {design.task} tests none: leave it out.")
+        raise InputError(f"effect applies to hypothesis tests, but {design.task} has none: leave it out.")
     settings = design.model_dump()
     what = "of blur" if design.judged == "blur" else "of depth from blur"
     return Preregistered(

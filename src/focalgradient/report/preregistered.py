@@ -1,4 +1,4 @@
-"""The text of a preregistration: what `Task.preregistered` returns."""
+"""Document of a preregistration, as returned by `Task.preregistered`."""
 
 from __future__ import annotations
 
@@ -22,9 +22,13 @@ __all__ = [
 ]
 
 SUBJECTS = (6, 8, 10, 12, 16, 20, 24, 30, 40)
+"""Sample sizes of the power analysis."""
+
 EXPERIMENTS = 2000
+"""Number of simulated experiments per sample size."""
+
 WANTED = 0.8
-"""Power that the number of subjects is to reach, for all of the hypotheses: Cohen's (1988) convention."""
+"""Target power for every hypothesis: Cohen's (1988) convention."""
 
 
 STOPPING = (
@@ -41,15 +45,15 @@ class Planned:
     Parameters
     ----------
     stated
-        Rules of exclusion, and the bound of equivalence where the file states it.
+        Exclusion rules, with the equivalence bound if the file states it.
     bound
-        Of equivalence; None where none was given.
+        Equivalence bound; None if not given.
     effects
-        Effects and standard deviations that were given, by the name of their option.
+        Given effects and standard deviations, by the name of their option.
     ordinal
-        Whether answers are to be taken for steps.
+        True to analyse the answers as ordinal.
     seed
-        Of the simulations.
+        Random seed of the simulations.
     """
 
     stated: Stated
@@ -60,26 +64,26 @@ class Planned:
 
     @property
     def used_bound(self) -> float:
-        """The bound of equivalence: the given one, that of the rules, or the default."""
+        """Equivalence bound: the given one, that of the rules, or the default."""
         return next((one for one in (self.bound, self.stated.bound) if one is not None), BOUND)
 
 
 @dataclass(frozen=True, slots=True)
 class Preregistered:
-    """What a preregistration states, in the order of its headings.
+    """Contents of a preregistration, in the order of its headings.
 
     Parameters
     ----------
     title
-        Of the page.
+        Page title.
     hypotheses, outcome, shown, exclusions, analysis
         Hypotheses, primary outcome, design, exclusions and analysis, in sentences.
     rules, rules_file
-        The rules of exclusion as a table, and as a file that `report --rules` reads; empty without rules.
+        Exclusion rules as a table, and as a file for `report --rules`; empty without rules.
     subjects, power
-        Number of subjects with its reason, and the power that gives it.
+        Number of subjects with its justification, and the power table behind it.
     neutral, stopping, failed
-        Of a Registered Report: outcome-neutral tests, stopping rule, and what is done where assumptions fail.
+        Sections of a Registered Report: outcome-neutral tests, stopping rule, and procedure if assumptions fail.
     """
 
     title: str
@@ -129,7 +133,7 @@ AFTERWARDS = ("Results without exclusions stand beside those with them; the file
 
 
 def rules_table(stated: Stated, names: list[str]) -> Table:
-    """Rules that apply, and those numbers that they need."""
+    """Return a table of the applicable rules, with the numbers on which they depend."""
     rows = []
     needed = {"lapse_factor": "lapses", "catch_factor": "catch_passed", "catch_share": "catch_passed"}
     for name in names:
@@ -140,7 +144,7 @@ def rules_table(stated: Stated, names: list[str]) -> Table:
 
 
 def enough(powers: Mapping[int, Mapping[str, float]], assumed: str) -> str:
-    """The fewest subjects with enough power for each hypothesis, and what was assumed."""
+    """Return the smallest sample size with sufficient power for each hypothesis, and the assumptions."""
     subjects = next((number for number, found in powers.items() if min(found.values()) >= WANTED), None)
     number = (
         f"{subjects} subjects are the fewest of those tried with a power of {WANTED:.0%} or more for each hypothesis"
@@ -151,7 +155,7 @@ def enough(powers: Mapping[int, Mapping[str, float]], assumed: str) -> str:
 
 
 def power_table(powers: Mapping[int, Mapping[str, float]], tests: Mapping[str, str]) -> Table:
-    """Power of each test by number of subjects."""
+    """Return the power of each test by number of subjects."""
     there = [test for test in tests if test in next(iter(powers.values()))]
     rows = [[str(subjects), *(f"{found[test]:.0%}" for test in there)] for subjects, found in powers.items()]
     header = ["subjects", *(tests[test] for test in there)]

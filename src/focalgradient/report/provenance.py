@@ -1,4 +1,4 @@
-"""Where a report comes from: software, settings of the data set, and the hashes of its files."""
+"""Provenance of a report: software versions, settings of the data set, and hashes of its files."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplot
 
 @runtime_checkable
 class Judged(Protocol):
-    """An experiment whose subjects are judged by the rules of exclusion."""
+    """Experiment whose subjects are subject to the exclusion rules."""
 
     @property
     def quality(self) -> Quality:
-        """What the rules found."""
+        """Data quality and exclusions."""
         ...
 
 
 class Analysed(Protocol):
-    """An experiment of a data set, or of a table."""
+    """Experiment of a data set or table."""
 
     @property
     def data(self) -> DataSet | None:
-        """Its part of the data set."""
+        """The data set; None for the user's own table."""
         ...
 
 
 def listed(file: str, caption: str, header: list[str], rows: list[list[str]], *, folded: bool = False) -> Sheet:
-    """A table of texts, the same for reading and as a file."""
+    """Return a table of texts with identical displayed and stored content."""
     return Sheet(file, Table(caption, header, rows, csv=file, folded=folded), pd.DataFrame(rows, columns=header))
 
 
 def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stated) -> Iterator[Sheet]:
-    """Tables of the software, of the data set, and of its files with their hashes."""
+    """Yield tables of the software, of the data set, and of its files with their hashes."""
     made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
     yield listed("versions.csv", "Analysed with", ["what", "version"], made)
     sidecars: dict[Files, Mapping[str, Any]] = {}

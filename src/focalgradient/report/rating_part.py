@@ -1,4 +1,4 @@
-"""The part of the report on depth ratings."""
+"""Section of the report on depth ratings."""
 
 from __future__ import annotations
 
@@ -55,18 +55,18 @@ ORDINAL_CAPTION = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RatingPart(Part):
-    """Depth ratings, of a data set or of a table.
+    """Section on depth ratings, of a data set or of the user's own table.
 
     Parameters
     ----------
     ratings
-        Analysed.
+        Analysed ratings.
     asked
         Settings of the report.
     posterior
-        The Bayesian models, where they were asked for and can be computed.
+        Bayesian analysis, if requested and possible.
     data, simulated
-        Those of `ratings`.
+        As in `ratings`.
     """
 
     ratings: Ratings
@@ -77,7 +77,7 @@ class RatingPart(Part):
 
     @classmethod
     def of(cls, ratings: Ratings, asked: Asked) -> RatingPart:
-        """Make the part of analysed ratings; compute the Bayesian models where they are asked for."""
+        """Create the section from analysed ratings, with the Bayesian analysis if requested."""
         posterior = None
         if asked.bayes and isinstance(ratings.result, DepthRatingResult):
             posterior = bayes_analysis(ratings, ratings.result.analysis, asked.bound, asked.used_bound, asked.progress)
@@ -85,7 +85,7 @@ class RatingPart(Part):
 
     @classmethod
     def of_dataset(cls, root: str | os.PathLike[str], asked: Asked) -> RatingPart:
-        """Read and analyse the ratings of a data set; errors as `analyse_ratings`."""
+        """Read and analyse the ratings of a data set; errors as in `analyse_ratings`."""
         ratings = analyse_ratings(
             root, bound=asked.used_bound, scale=asked.scale, rules=asked.rules, progress=asked.progress
         )
@@ -101,7 +101,7 @@ class RatingPart(Part):
 
     @property
     def quality(self) -> Quality:
-        """What the rules of exclusion found."""
+        """Data quality and exclusions."""
         return self.ratings.quality
 
     def findings(self, output: Output) -> Iterator[Block]:

@@ -1,4 +1,4 @@
-"""The paragraph, the table and the figure of how ratings depend on choices of the analysis and on single people."""
+"""Section of the report on robustness: dependence of the ratings' results on analysis choices and single people."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CAPTION = (
 
 
 def robustness_plan(analysis: Analysis) -> str:
-    """Return what is repeated, the same in a preregistration and a report.
+    """Describe the variants, identically in preregistration and report.
 
     >>> from focalgradient.scales import Choices
     >>> "Answers are taken as given" in robustness_plan(Choices())
@@ -46,7 +46,7 @@ def robustness_plan(analysis: Analysis) -> str:
 
 
 def robustness_part(part: Ratings, output: Output) -> Iterator[Block]:
-    """Say how far the results of ratings depend on rules, transformation, test and single people."""
+    """Yield sentences, table and figure on how results depend on rules, transformation, test and single people."""
     variants = robustness(part.table, part.quality.rules, part.analysis)
     digits = as_table(variants).assign(significant=[each.significant for each in variants])
     output.tables([Sheet("robustness.csv", None, digits)])
@@ -64,7 +64,7 @@ def robustness_part(part: Ratings, output: Output) -> Iterator[Block]:
 
 
 def _sentence(variants: Sequence[Variant], analysis: Analysis) -> str:
-    """The range of one fixation, in how many variants it is reliable, and who changes it most."""
+    """Describe the range of effects at one fixation, the number of reliable variants, and the most influential person."""
     used = [each for each in variants if each.distinct and each.estimate is not None and not each.without]
     main = [each for each in used if each.transformation == analysis.transformations[0]]
     if not main:

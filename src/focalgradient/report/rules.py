@@ -1,4 +1,4 @@
-"""Preregistered rules in a settings file: what leaves trials and subjects out, deciding test, bound of equivalence."""
+"""Settings file of preregistered rules: exclusions of trials and subjects, deciding test, equivalence bound."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MEANING = {
     "first_press": "largest share of answers left at the first place of the marker; false: nobody is left out",
     "deciding_test": "of ratios, the test that decides: robust (to skewed subjects) or t (Student's t)",
 }
-"""Of each rule, for people."""
+"""Explanation of each rule, written as a comment into the file."""
 
 
 OPTIONAL = (
@@ -43,16 +43,16 @@ OPTIONAL = (
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """Rules as stated in advance.
+    """Rules stated in advance.
 
     Parameters
     ----------
     rules
-        Of exclusion.
+        Exclusion rules.
     bound
-        Of equivalence; None where the file does not state it.
+        Equivalence bound; None if the file does not state it.
     file, sha256
-        The file's name and the SHA-256 of its bytes: None for the default rules.
+        Name of the file and SHA-256 of its content; None for the default rules.
     """
 
     rules: Rules
@@ -67,7 +67,7 @@ def load_rules(path: Path) -> Stated:
     Raises
     ------
     InputError
-        If the file cannot be read, or a key is unknown or out of range: it is named.
+        If the file cannot be read, or a key is unknown or out of range; the message names it.
 
     Examples
     --------
@@ -109,14 +109,14 @@ def _value(path: Path, key: str, value: Any) -> Any:
             )
         return (float(value[0]), float(value[1]))
     if key == "deciding_test":
-        return value  # checked by name, as `Rules` are
+        return value  # validated by `Rules`
     if type(value) not in ((int,) if key == "dropped_frames" else (int, float)):
         raise InputError(f"{printable(path)}: {key} is {value!r}, but must be a number: {MEANING[key]}.")
     return value if key == "dropped_frames" else float(value)
 
 
 def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(MEANING)) -> str:
-    """The rules of these names, and the bound where there is one, as a file that `load_rules` reads.
+    """Format the named rules, and the bound if given, as a file for `load_rules`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The part of the report on comparisons of two pictures, and on factors of a laboratory's own."""
+"""Section of the report on paired comparisons, and on user-defined factors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["comparison_findings", "comparison_sheets", "factor_sheet"]
 
 
 def comparison_findings(found: ComparisonResult) -> Iterator[str]:
-    """The results in sentences: Holm's p decides what is said."""
+    """Yield the results in sentences; p values after Holm's correction decide their wording."""
     what = f"the {found.analysis.mean}"
     here = found.these_scenes
     for name, slope, fixed, largest in zip(
@@ -54,12 +54,12 @@ def _over(test: Effect) -> str:
 
 
 def _here(both: Effect, fixed: Effect | NotComputed) -> str:
-    """The same for these scenes, where that is another test."""
+    """Return the same test for these scenes, if it is a different one."""
     return f" For these scenes alone: {_worded(fixed)}." if random_scenes(both) else ""
 
 
 def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
-    """Means over subjects and tests, as tables."""
+    """Yield means over subjects and tests as tables."""
     head = ["in focus", "aperture", "mm", "subjects", "mean", "low", "high"]
     rows = [
         [one.fixation, one.aperture, f"{one.aperture_mm:.3g}", str(one.subjects), *_interval(one.mean)]
@@ -92,7 +92,7 @@ def _named(
 
 
 def factor_sheet(found: tuple[FactorEffect, ...], analysis: Analysis) -> Sheet:
-    """Own factors: each level against the first, as a table."""
+    """Return a table of user-defined factors, each level compared with the first."""
     rows = [[one.factor, f"{one.level} − {one.against}", one.measure, _worded(one.effect)] for one in found]
     unit = "logarithm of the ratings" if analysis.ratios else "units of the scale"
     caption = f"Factors of the design: differences between levels, {unit}; Holm within factor and measure"

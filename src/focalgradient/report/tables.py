@@ -1,6 +1,6 @@
-"""Result records as tables to read: an effect with its interval and test; the reason for what is missing stands below.
+"""Tables of result records for reading: effects with intervals and tests; reasons for missing results in notes.
 
-Numbers are as the APA's manual writes them: two decimals of t, d and ratios, no zero before what cannot exceed 1.
+Numbers follow the APA manual: two decimals for t, d and ratios, no zero before numbers that cannot exceed 1.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ SPACE = "\N{NO-BREAK SPACE}"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
-    """A table to read, and the same with all its digits for a file; `table` is None where there is only the file."""
+    """Table for display, and the same with full precision for a file; `table` is None for file-only tables."""
 
     file: str
     table: Table | None
@@ -60,7 +60,7 @@ class Sheet:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Format a number to a number of significant digits.
+    """Format a number with a given number of significant digits.
 
     >>> number(0.12345), number(1234.5), number(None)
     ('0.123', '1230', '–')
@@ -74,7 +74,7 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def probability(p: float | None) -> str:
-    r"""A probability as papers write it.
+    r"""Format a p value in APA style.
 
     >>> probability(0.00004), probability(0.0312), probability(1.0)
     ('<\xa0.001', '.031', '1.000')
@@ -85,7 +85,7 @@ def probability(p: float | None) -> str:
 
 
 def decimals(value: float | None, places: int = 2) -> str:
-    """Format a number to a number of decimals; from 1000 to none.
+    """Format a number with a given number of decimals; without decimals from 1000.
 
     >>> decimals(-0.123), decimals(14.2), decimals(16545.47), decimals(None)
     ('−0.12', '14.20', '16,545', '–')
@@ -100,7 +100,7 @@ def decimals(value: float | None, places: int = 2) -> str:
 
 
 def freedom(df: float) -> str:
-    """Degrees of freedom: whole ones as such.
+    """Format degrees of freedom: integers without decimals.
 
     >>> freedom(7), freedom(14.2)
     ('7', '14.20')
@@ -109,7 +109,7 @@ def freedom(df: float) -> str:
 
 
 def interval(low: float | None, high: float | None, places: int | None = None) -> str:
-    """Ends in brackets, to three digits or to a number of decimals."""
+    """Format an interval in brackets, with three significant digits or a number of decimals."""
     if low is None or high is None:
         return NONE
     ends = (number(low), number(high)) if places is None else (decimals(low, places), decimals(high, places))
@@ -117,7 +117,7 @@ def interval(low: float | None, high: float | None, places: int | None = None) -
 
 
 def many(count: int, thing: str) -> str:
-    """A count with its noun.
+    """Format a count with its noun.
 
     >>> many(1, "scene"), many(1200, "trial")
     ('1 scene', '1,200 trials')
@@ -126,7 +126,7 @@ def many(count: int, thing: str) -> str:
 
 
 class _Cells:
-    """Cells of the rows of one table; what was not done is a dash, and its reason is kept to be noted below."""
+    """Cells of the rows of one table; missing results are dashes, and their reasons are collected for the notes."""
 
     def __init__(self) -> None:
         self.notes: dict[str, None] = {}
@@ -136,14 +136,14 @@ class _Cells:
         return [NONE] * cells
 
     def interval(self, result: Interval | NotComputed, factor: float = 1.0, places: int = 2) -> list[str]:
-        """Estimate and interval."""
+        """Return estimate and interval."""
         if isinstance(result, NotComputed):
             return self.missing(result, 2)
         low, high = (None if end is None else factor * end for end in (result.low, result.high))
         return [decimals(factor * result.estimate, places), interval(low, high, places)]
 
     def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, ratio: bool = False) -> list[str]:
-        """Estimate, interval that decides, test, p and p by Holm; a `ratio`: the effect is its logarithm."""
+        """Return estimate, deciding interval, test, p and Holm's p; with `ratio`, the effect is on a logarithm."""
         if isinstance(result, NotComputed):
             return self.missing(result, 5)
         self.notes.update(dict.fromkeys(result.remarks))
@@ -154,17 +154,17 @@ class _Cells:
         return [number(factor * result.estimate), interval(low, high), *self.test(result)]
 
     def robust(self, result: Effect | NotComputed) -> list[str]:
-        """The robust p and the same by Holm."""
+        """Return the robust p value, before and after Holm's correction."""
         test = result.robust if isinstance(result, Effect) else None
         return [NONE, NONE] if test is None else [probability(test.p), probability(test.p_holm)]
 
     def size(self, result: Effect | NotComputed) -> list[str]:
-        """The effect size of the test, d over subjects and scenes or d_z over subjects, and its interval."""
+        """Return the effect size (d over subjects and scenes, or d_z over subjects) and its interval."""
         found = (result.d or result.dz_interval) if isinstance(result, Effect) else None
         return [NONE, NONE] if found is None else [decimals(found.estimate), interval(found.low, found.high, 2)]
 
     def test(self, result: Effect | NotComputed) -> list[str]:
-        """Test, p and p by Holm."""
+        """Return the test statistic, p and Holm's p."""
         if isinstance(result, NotComputed):
             return self.missing(result, 3)
         statistic = f"t({freedom(result.df)}){SPACE}={SPACE}{decimals(result.statistic)}"
@@ -172,7 +172,7 @@ class _Cells:
 
 
 def quality_sheets(found: Quality, name: str) -> list[Sheet]:
-    """How good the data are, and what was left out."""
+    """Return tables of data quality and exclusions."""
     left = {one.participant_id for one in found.exclusions if one.whole_subject}
     rows = [
         [
@@ -207,7 +207,7 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
 
 
 def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
-    """Tables of experiment 1."""
+    """Return the tables of experiment 1."""
     sheets = [Sheet("depth_rating_subjects.csv", None, as_table(result.subject_means))]
     if isinstance(result.ordinal, OrdinalResult):
         return [*sheets, *_ordinal(result.ordinal)]
@@ -227,7 +227,7 @@ def _rises(result: DepthRatingResult) -> Sheet:
     rows = [
         [fixation, over, *cells.effect(test, ratio=True), *cells.robust(test), *cells.size(test)]
         for fixation, over, test in tests
-        if over == THESE or not isinstance(test, Effect) or random_scenes(test)  # with few scenes there is one only
+        if over == THESE or not isinstance(test, Effect) or random_scenes(test)  # with few scenes the tests coincide
     ]
     digits = [
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
@@ -334,7 +334,7 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
 
 
 def _ordinal(result: OrdinalResult) -> list[Sheet]:
-    """Slopes, odds ratios, thresholds and shares of the cumulative-link mixed model."""
+    """Return slopes, odds ratios, thresholds and proportions of the cumulative-link mixed model."""
     cells = _Cells()
     named: list[tuple[str, str, Effect | NotComputed]] = []
     for fixation, slope, rise in zip(result.fixations, result.slopes, result.rises, strict=True):
@@ -371,7 +371,7 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
 
 
 def _here(result: OrdinalResult) -> list[tuple[str, str, Effect | NotComputed]]:
-    """The odds ratios for these scenes only."""
+    """Return the odds ratios for these scenes only."""
     pairs = list(combinations(result.fixations, 2))
     names = [*((name, "odds ratio at the largest aperture") for name in result.fixations)]
     names += [(f"{one} / {other}", "ratio of the odds ratios") for one, other in pairs]
@@ -379,7 +379,7 @@ def _here(result: OrdinalResult) -> list[tuple[str, str, Effect | NotComputed]]:
 
 
 def necker_sheets(result: NeckerResult) -> list[Sheet]:
-    """Tables of experiment 2."""
+    """Return the tables of experiment 2."""
     cells = _Cells()
     rows = []
     for share in result.shares:
@@ -424,7 +424,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
 
 
 def _durations_of_people(result: NeckerResult) -> Sheet:
-    """Each reading's durations without a gradient: what is common to the subjects, and how they differ."""
+    """Return the distribution over subjects of each reading's durations without a gradient."""
     cells = _Cells()
     rows, digits = [], []
     for each in result.people:
@@ -469,7 +469,7 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
 
 
 def effect_sheet(file: str, caption: str, what: str, found: Iterable[tuple[str, Effect | NotComputed]]) -> Sheet:
-    """Named effects as a table, with all their digits; `what` heads the column of their names."""
+    """Return named effects as a table, and with full precision; `what` heads the column of names."""
     cells = _Cells()
     found = list(found)
     rows = [[name, *cells.effect(test)] for name, test in found]

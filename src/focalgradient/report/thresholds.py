@@ -1,4 +1,4 @@
-"""The part of the report on thresholds of blur."""
+"""Section of the report on blur thresholds."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ CAPTION = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Thresholds(Part):
-    """The adaptive experiment, analysed.
+    """Analysed threshold experiment.
 
     Parameters
     ----------
     data
-        Its part of the data set.
+        The data set.
     table
         All trials.
     result
-        The thresholds.
+        Thresholds.
     design
-        Of the first session, as recorded.
+        Design settings of the first session, as recorded.
     simulated
-        Whether observers were simulated.
+        True for simulated observers.
     """
 
     data: DataSet
@@ -114,12 +114,12 @@ class Thresholds(Part):
 
 
 def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
-    """Read and fit the thresholds of a data set; damaged sessions are left out, and named in `data`.
+    """Read and fit the thresholds of a data set; damaged sessions are excluded and named in `data`.
 
     Raises
     ------
     InputError
-        If there are none, psignifit is not installed, or sessions differ in what was judged or in their levels.
+        If there are none, psignifit is not installed, or sessions differ in task or levels.
     """
     data = read_dataset(root, ["blurthreshold"], damaged="leave out")
     table = data.blur_threshold
@@ -146,7 +146,7 @@ def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
 
 
 def unit_of(design: Mapping[str, Any]) -> str:
-    """The unit of a design's levels.
+    """Return the unit of a design's levels.
 
     >>> unit_of({"judged": "blur"}), unit_of({"judged": "depth"})
     ('D', 'mm')
@@ -155,7 +155,7 @@ def unit_of(design: Mapping[str, Any]) -> str:
 
 
 def _means(result: ThresholdResult) -> Iterator[Block]:
-    """The mean of all, and that without those who missed catch trials."""
+    """Yield the mean over all participants, and that without those who missed catch trials."""
     missed = sum(not one.kept for one in result.subjects)
     if isinstance(result.mean, NotComputed):
         yield Notice(result.mean.reason)
@@ -173,7 +173,7 @@ def _means(result: ThresholdResult) -> Iterator[Block]:
 
 
 def _both_means(result: ThresholdResult) -> Sheet:
-    """The means with and without those who missed catch trials, as a file."""
+    """Return the means with and without those who missed catch trials, as a file."""
     kept = [one for one in result.subjects if one.kept]
     found = (("with exclusions", result.mean_attending, kept), ("without exclusions", result.mean, result.subjects))
     what = f"geometric mean threshold ({result.unit})"
@@ -192,7 +192,7 @@ def _interval(found: Interval, unit: str) -> str:
 
 
 def _sheet(result: ThresholdResult) -> Sheet:
-    """Every session's threshold as a row."""
+    """Return the threshold of each session, one row each."""
     head = ["participant", "session", f"threshold ({result.unit})", "low", "high", "slope", "lapses", "trials"]
     head += ["catch trials right", "enough of them", "known"]
     rows = []
@@ -211,7 +211,7 @@ def _sheet(result: ThresholdResult) -> Sheet:
 
 
 def methods_thresholds(design: Mapping[str, Any]) -> Iterator[str]:
-    """How thresholds were measured and fitted, for a paper: the same before and after."""
+    """Yield the methods of measurement and fit for a paper, identical in preregistration and report."""
     unit = unit_of(design)
     question = "which of the two was more blurred" if design["judged"] == "blur" else "which of the two looked deeper"
     how = (

@@ -1,4 +1,4 @@
-"""All numbers of a report as one tidy table: a row for each estimate."""
+"""All numbers of a report as one tidy table, one row per estimate."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ PARTS = (
     *("estimate", "low", "high", "standard_error", "statistic", "df", "p", "p_holm", "dz", "dz_low", "dz_high"),
     *("subjects", "method", "reason"),
 )
-"""Columns of an estimate."""
+"""Columns that belong to one estimate."""
 
 CONDITIONS = ("aperture_mm", "strength")
-"""Columns that are numbers, but name a condition."""
+"""Numeric columns that name a condition."""
 
 TRACE = ("_design.csv", "versions.csv", "data_set.csv", "files.csv", "_draws.csv")
-"""Ends of the names of tables without results."""
+"""Suffixes of the tables without results."""
 
 
 def tidy_results(sheets: Iterable[Sheet]) -> pd.DataFrame:
-    """Return every number of the tables of a report, a row each.
+    """Return every number of the tables of a report, one row each.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ def tidy_results(sheets: Iterable[Sheet]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns: `table`, the file it is from without its end; the columns that name what the number is of, like
-        `fixation`, empty where a table has none; `measure`; then `estimate` with its interval, error and test, each
-        empty where there is none, and the `reason` where it was not computed.
+        Columns: `table`, the name of the source file without extension; identifying columns such as `fixation`, empty
+        if not applicable; `measure`; then `estimate` with its interval, error and test, empty if not available, and the
+        `reason` if not computed.
 
     Examples
     --------
@@ -68,5 +68,5 @@ def _rows(sheet: Sheet) -> Iterable[dict[str, object]]:
 
 
 def _plain(value: object) -> bool:
-    """Whether a cell is a text, a number, a truth value or empty."""
+    """Return whether a cell is text, a number, a truth value or empty."""
     return value is None or isinstance(value, str | int | float | bool)

@@ -1,4 +1,4 @@
-"""The sentences of a report: findings in short, and methods as a paper needs them."""
+"""Sentences of a report: short findings, and methods for a paper."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __all__ = [
 
 
 def counts(found: Quality) -> str:
-    """How many before and after exclusions."""
+    """Describe the sample before and after exclusions."""
     return (
         f"{many(found.subjects_before, 'subject')} with {many(found.trials_before, 'trial')} before exclusions; "
         f"{many(found.subjects_after, 'subject')} with {many(found.trials_after, 'trial')} after (catch trials not "
@@ -46,7 +46,7 @@ def counts(found: Quality) -> str:
 
 
 def rating_findings(result: DepthRatingResult) -> list[str]:
-    """Experiment 1 in a few sentences, the primary outcome first."""
+    """Summarise experiment 1 in a few sentences, the primary outcome first."""
     if isinstance(result.ordinal, OrdinalResult):
         return _ordinal_findings(result.ordinal)
     sentences = []
@@ -72,7 +72,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
 
 
 def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
-    """The rise with its test, the same for these scenes where that is another, equivalence, and lack of fit."""
+    """Describe a depth effect: main test, test for these scenes if different, equivalence, and lack of fit."""
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
@@ -109,7 +109,7 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
 
 
 def _assumption(each: FixationResult, rise: Effect) -> str:
-    """What follows from rises of subjects that are not normal: a sentence where the planned check finds it."""
+    """Return advice if the planned check finds the subjects' effects not normally distributed, else an empty text."""
     parts = each.components
     if not isinstance(parts, Components) or not parts.skewed:
         return ""
@@ -132,7 +132,7 @@ def _over(effect: Effect) -> str:
 
 
 def _pair(one: str, other: str, test: Effect | NotComputed, what: str) -> str:
-    """The difference between two of more than two fixations."""
+    """Describe the difference between a pair out of more than two fixations."""
     if isinstance(test, NotComputed):
         return f"The {what} of “{one}” and “{other}” were not compared: {test.reason}"
     differ = "differed" if test.significant else "did not differ reliably"
@@ -144,7 +144,7 @@ def _pair(one: str, other: str, test: Effect | NotComputed, what: str) -> str:
 
 
 def _ordinal_findings(result: OrdinalResult) -> list[str]:
-    """Answers in steps, in a few sentences."""
+    """Summarise ordinal answers in a few sentences."""
     sentences = []
     for number, (fixation, rise) in enumerate(zip(result.fixations, result.rises, strict=True)):
         subject = f"With {in_focus(fixation)}"
@@ -174,7 +174,7 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
 
 
 def necker_findings(result: NeckerResult) -> list[str]:
-    """Experiment 2 in a few sentences."""
+    """Summarise experiment 2 in a few sentences."""
     sentences = []
     for effect in result.effects:
         blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
@@ -196,7 +196,7 @@ def necker_findings(result: NeckerResult) -> list[str]:
 
 
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
-    """Methods of experiment 1, for a paper."""
+    """Return the methods of experiment 1, for a paper."""
     if part.data is None:
         return [_own_table(part), excluded(part.quality, catch_answers(part.analysis)), *_analysis(part, bound, {})]
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
@@ -214,7 +214,7 @@ def methods_ratings(part: Ratings, bound: float) -> list[str]:
 
 
 def _focused(design: Mapping[str, Any]) -> str:
-    """What was fixated, by the design."""
+    """Describe the fixated objects of the design."""
     names = tuple(design.get("fixations", FIXATIONS))
     if names == FIXATIONS:
         return "once with the nearest and once with the farthest object"
@@ -222,13 +222,13 @@ def _focused(design: Mapping[str, Any]) -> str:
 
 
 def _answers(design: Mapping[str, Any]) -> str:
-    """What was answered, in a sentence; empty where the analysis states it."""
+    """Describe the answers in a sentence; empty if the analysis states them."""
     sentence = scale_of(design).reported
     return f"{sentence} " if sentence else ""
 
 
 def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[str]:
-    """Primary outcome and analysis, in the words of the plan."""
+    """Return primary outcome and analysis in the wording of the plan."""
     rows = part.kept[~part.kept["catch"]]
     if rows.empty:
         rows = part.table[~part.table["catch"]]
@@ -238,7 +238,7 @@ def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[st
 
 
 def _own_table(part: Ratings) -> str:
-    """What a table of one's own holds, where no design is known."""
+    """Describe the user's own table, for which no design is known."""
     main = part.table[~part.table["catch"]]
     names = main.drop_duplicates("aperture_mm").sort_values("aperture_mm")["aperture"]
     return (
@@ -249,7 +249,7 @@ def _own_table(part: Ratings) -> str:
 
 
 def methods_necker(part: Reports) -> list[str]:
-    """Methods of experiment 2, for a paper."""
+    """Return the methods of experiment 2, for a paper."""
     return [_cube_shown(part), excluded(part.quality, CUBE_CATCH), analysis_necker(part.shortest_both)]
 
 
@@ -277,7 +277,7 @@ def _cube_shown(part: Reports) -> str:
 
 
 def analysis_necker(shortest_both: float) -> str:
-    """How reports on the cube are analysed."""
+    """Describe the analysis of reports on the cube."""
     return (
         "The nonrigid share of the time with one of the two readings was taken for each subject and gradient. Each "
         "gradient was compared with none by a paired t-test and by Wilcoxon’s signed ranks, and the subjects’ own log "
@@ -303,13 +303,13 @@ def _catches(design: Mapping[str, Any]) -> str:
 
 
 def _same(designs: list[Mapping[str, Any]]) -> str:
-    """A warning where sessions had different designs."""
+    """Return a warning if sessions had different designs."""
     apart = [{key: value for key, value in design.items() if key != "seed"} for design in designs]
     return "" if all(one == apart[0] for one in apart) else "Sessions differ in their design; the first is given here. "
 
 
 def _test(effect: Effect) -> str:
-    """The statistic and its p, and that of the robust test: Holm's where there is one."""
+    """Format the test statistic with its p value and that of the robust test, after Holm's correction if any."""
     name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
     said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{_is(p)}"
     if effect.robust is None:
@@ -318,7 +318,7 @@ def _test(effect: Effect) -> str:
 
 
 def _size(effect: Effect) -> str:
-    """The effect size of the test with its interval, after it: d over subjects and scenes, d_z over subjects."""
+    """Format the effect size with its interval: d over subjects and scenes, d_z over subjects."""
     size, name = (effect.d, "d") if effect.d is not None else (effect.dz_interval, "d_z")
     return (
         "" if size is None else f", {name}{SPACE}={SPACE}{decimals(size.estimate)} {interval(size.low, size.high, 2)}"
