@@ -64,7 +64,7 @@ def robustness_part(part: Ratings, output: Output) -> Iterator[Block]:
 
 
 def _sentence(variants: Sequence[Variant], analysis: Analysis) -> str:
-    """Describe the range of effects at one fixation, the number of reliable variants, and the most influential person."""
+    """Describe the range of effects at one fixation, the number of reliable variants, and the most influential one."""
     used = [each for each in variants if each.distinct and each.estimate is not None and not each.without]
     main = [each for each in used if each.transformation == analysis.transformations[0]]
     if not main:
