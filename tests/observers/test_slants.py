@@ -99,7 +99,7 @@ def test_disparity_decides_the_order_against_blur():
     [
         (Slant(distance_m=0.0), "distance_m"),
         (Slant(fixation=(64, 3)), "fixation"),
-        (Slant(right=np.ones((64, 65))), "right is of shape"),
+        (Slant(right=np.ones((64, 65))), "right has shape"),
     ],
 )
 def test_what_cannot_be_looked_at_is_refused(question, words):

@@ -1,7 +1,7 @@
-"""Simulated observers: a trial in, a response out, the same records as a person's.
+"""Simulated observers, which respond to trials; their responses have the same form as a person's.
 
-They look at the pictures themselves, as a display shows them, and know of a trial no more than a person does; those of
-the adaptive experiment have a known threshold, to be recovered.
+They process the displayed pictures, and receive no more information on a trial than a person. In the adaptive
+experiment they may instead have a known threshold, to be recovered.
 """
 
 from focalgradient.observers.answers import EncodedPictures, rate, watch

@@ -1,4 +1,4 @@
-"""A participant's answers to all trials of a design: the same records as a person's."""
+"""Responses of a simulated participant to all trials of a design, in the same form as a person's."""
 
 from __future__ import annotations
 
@@ -19,39 +19,40 @@ from focalgradient.observers.rotation import EncodedCubes, log_odds
 __all__ = ["EncodedPictures", "PictureKey", "rate", "watch"]
 
 PictureKey = tuple[str, str, str]
-"""A picture, by its scene, aperture and fixation."""
+"""Identifier of a picture: scene, aperture and fixation."""
 
 EncodedPictures = Mapping[PictureKey, tuple[str, EncodedStimulus]]
-"""The file and the encoded stimulus of each picture."""
+"""File and encoded stimulus of each picture."""
 
 DECISION, DECISIONS = 2.0, 0.4
-"""Median seconds from a question to its answer, and standard deviation of their logarithm."""
+"""Median response time in seconds, and standard deviation of its logarithm."""
 
 PAUSE = 1.0
-"""Seconds from an answer to the next trial."""
+"""Interval between an answer and the next trial, in seconds."""
 
 BREAK = 30.0
-"""Seconds that a break lasts."""
+"""Duration of a break, in seconds."""
 
 REACTION, FINGERS = 0.5, 0.06
-"""Seconds from a change of percept to its report, and standard deviation of what the other finger is late."""
+"""Delay between a change of percept and its report, and standard deviation of the lag of the other finger, in seconds.
+"""
 
 DRAWN = {EXAMPLES["flatter"]: -1.0, EXAMPLES["deeper"]: 1.0}
-"""Log ratio that a drawing looks by that is clearly flat or deep; our choice."""
+"""Log ratio of perceived depth of the clearly flat or deep catch drawings, relative to the standard (our choice)."""
 
 SHORTEST = 0.3
-"""Seconds that a percept lasts at least."""
+"""Minimum duration of a percept, in seconds."""
 
 
 def random_stream(seed: int, task: str, participant: str, *what: int) -> np.random.Generator:
-    """The stream of one cell: another participant, another trial, another stream, whoever draws from it and when."""
+    """Return a random generator for one cell, such as a participant and trial, independent of all other cells."""
     return np.random.default_rng(np.random.SeedSequence([seed, digest(task, participant), *what]))
 
 
 def rate(
     design: DepthRatingDesign, observer: Observer, participant: str, seed: int, encoded: EncodedPictures
 ) -> tuple[Answer, ...]:
-    """Rate every picture of a participant's list against the standard as it was last seen, on the design's scale."""
+    """Rate every picture of a participant's trial list against the standard as last seen, on the design's scale."""
     person = observer.person(random_stream(seed, design.task, participant))
     clock, answers = 0.0, []
     standard, scale = math.nan, design.response_scale
@@ -87,7 +88,7 @@ def rate(
 def watch(
     design: NeckerDesign, observer: Observer, participant: str, seed: int, encoded: EncodedCubes
 ) -> tuple[Answer, ...]:
-    """Watch every cube of a participant's list, and hold the keys."""
+    """Observe every cube of a participant's trial list, and return the key presses."""
     person = observer.person(random_stream(seed, design.task, participant))
     keys = design.keys_of(participant)
     clock, answers = 0.0, []
@@ -106,10 +107,10 @@ def watch(
 def _presses(
     duration: float, odds: float, person: Observer, keys: tuple[str, str], random: np.random.Generator
 ) -> list[Press]:
-    """Keys pressed as the percepts take turns, each for a log-normally distributed time, till the trial ends.
+    """Return key presses during alternating percepts with log-normal durations, until the end of the trial.
 
-    With mean times of exp(+-odds / 2) dominance the shares of time are as exp(odds). Log durations are correlated with
-    that of the percept before.
+    Mean durations are proportional to exp(+-odds / 2), so that the ratio of the proportions of time is exp(odds). Log
+    duration is correlated with that of the preceding percept.
     """
     means = (person.dominance * math.exp(odds / 2), person.dominance * math.exp(-odds / 2))
     percept = int(random.random() >= 1 / (1 + math.exp(-odds)))

@@ -1,9 +1,9 @@
-"""Observers of depth ratings and choices, who differ in what blur beside the fixated object means to them.
+"""Observer models of depth ratings and choices that differ in how blur outside the fixated object is interpreted.
 
-All of them see the same blur, a defocus in proportion to the aperture. Its effect on the answer is linear for little
-blur and logarithmic for much, arcsinh(c a) / arcsinh(c) of the aperture as a share a of the largest, and is given as
-the change at the largest aperture. The rules differ in the sign of that change with the nearest and with the farthest
-object in focus. People differ in their level and in the change, both normally distributed.
+All models are given the same blur, a defocus proportional to the aperture. Its effect on the answer is linear for
+little blur and logarithmic for much, arcsinh(c a) / arcsinh(c) with a the aperture as a fraction of the largest, and is
+expressed as the change at the largest aperture. The rules differ in the sign of this change with the nearest and with
+the farthest object in focus. Level and change vary between people with normal distributions.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ __all__ = ["BLUR_RULES", "BlurRatings", "BlurRule", "blur_choices", "blur_rating
 FloatArray = NDArray[np.float64]
 
 LAPSES = 0.02
-"""Share of choices without looking (Wichmann & Hill 2001); fixed."""
+"""Lapse rate of choices, fixed (Wichmann & Hill 2001)."""
 
 FEWEST_APERTURES = 3
-"""Apertures, the pinhole among them, from which on the compression of the response can be fitted."""
+"""Minimum number of apertures, including the pinhole, for fitting the compression of the response."""
 
 LINEAR = 1e-4
-"""Compression below which the response is linear within 1e-9."""
+"""Compression below which the response is computed as linear (error below 1e-9)."""
 
 SPREADS = frozenset({"people", "sensitivity", "noise"})
 
 
 @dataclass(frozen=True)
 class BlurRule:
-    """How blur changes perceived depth: by which parameters, with which factor.
+    """Effect of blur on perceived depth: the parameter that it follows at each fixation, and its sign.
 
     Parameters
     ----------
     nearest, farthest
-        Parameter that gives the change with that object in focus, and the sign that it is taken with; None: no change.
+        Parameter of the change with that object in focus, and its sign; None: no change.
     """
 
     nearest: tuple[str, float] | None
@@ -49,7 +49,7 @@ class BlurRule:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the changes."""
+        """Names of the change parameters."""
         return tuple(dict.fromkeys(name for name, _ in filter(None, (self.nearest, self.farthest))))
 
 
@@ -61,11 +61,11 @@ BLUR_RULES: Mapping[str, BlurRule] = {
     "blurred is nearer, or ignored": BlurRule(None, ("rise", 1.0)),
     "a change of its own for each focus": BlurRule(("rise_nearest", 1.0), ("rise_farthest", 1.0)),
 }
-"""Rules that are compared: by the sign of depth from blur and by what is done where blur contradicts the layout."""
+"""Rules to be compared, by the sign of depth from blur and by the treatment of blur that contradicts the layout."""
 
 
 def _rules(nearest: FloatArray) -> dict[str, BlurRule]:
-    """Rules that differ in what they predict: with one object in focus throughout, some are alike."""
+    """Return the rules with distinct predictions; with a single fixation some coincide."""
     seen: dict[tuple[object, ...], tuple[str, BlurRule]] = {}
     for name, rule in BLUR_RULES.items():
         sides = ((True, rule.nearest), (False, rule.farthest))
@@ -73,7 +73,7 @@ def _rules(nearest: FloatArray) -> dict[str, BlurRule]:
         fitted = rule.parameters if len(used) > 1 else ()
         key = tuple(None if one is None else (fitted, one[1]) for one in used)
         if len(used) < 2 and used[0] is not None and used[0][1] < 0:
-            continue  # the sign of a change is fitted
+            continue  # the sign of a change is a free parameter
         seen.setdefault(key, (name, rule))
     return dict(seen.values())
 
@@ -88,7 +88,7 @@ def _start(rule: BlurRule, apertures: FloatArray) -> dict[str, float]:
 
 
 def _change(rule: BlurRule, conditions: Conditions, values: Values, largest: float) -> tuple[FloatArray, FloatArray]:
-    """Change of the mean person's answer by blur, and its derivative by a person's own deviation."""
+    """Return the change in the average person's answer due to blur, and its derivative by the person's deviation."""
     share, compression = conditions["aperture"] / largest, abs(values.get("compression", 0.0))
     size = np.arcsinh(compression * share) / math.asinh(compression) if compression > LINEAR else share
     signs = [0.0 if one is None else one[1] for one in (rule.nearest, rule.farthest)]
@@ -100,11 +100,11 @@ def _change(rule: BlurRule, conditions: Conditions, values: Values, largest: flo
 
 @dataclass(frozen=True)
 class BlurRatings:
-    """Normally distributed ratings (or their logarithms) by a rule; level and sensitivity are integrated exactly.
+    """Normally distributed ratings (or log ratings) under a rule; level and sensitivity are integrated in closed form.
 
     The conditions are `aperture` (mm) and `nearest`: 1 with the nearest object in focus, 0 with the farthest. The
-    parameters are `level` of the mean person without blur, `people` (SD of the level over people), the rule's changes,
-    `sensitivity` (SD over people of the change), `noise` (SD of one answer) and `compression` (c).
+    parameters are `level` (average person without blur), `people` (SD of the level over people), the changes of the
+    rule, `sensitivity` (SD of the change over people), `noise` (SD of one answer) and `compression` (c).
     """
 
     rule: BlurRule
@@ -113,7 +113,7 @@ class BlurRatings:
     positive: frozenset[str] = SPREADS
 
     def log_likelihoods(self, answers: Answers, values: Values) -> dict[str, float]:
-        """Log likelihood of each person's ratings: normal, with the covariance of their own level and sensitivity."""
+        """Return the log likelihood of each person's ratings: normal, with covariance due to level and sensitivity."""
         change, own = _change(self.rule, answers.conditions, values, self.largest)
         left = answers.answer - values["level"] - change
         names, who = np.unique(answers.participant, return_inverse=True)
@@ -134,16 +134,16 @@ class BlurRatings:
 
 
 def blur_ratings(apertures: ArrayLike, nearest: ArrayLike, answers: ArrayLike) -> dict[str, BlurRatings]:
-    """Observers of ratings by each rule that such trials can distinguish.
+    """Return the rating observers of all rules that the trials can distinguish.
 
     Parameters
     ----------
     apertures
-        Diameter (mm) of each trial; 0 for the pinhole.
+        Aperture diameter (mm) of each trial; 0 for the pinhole.
     nearest
-        1 where the nearest object was in focus, 0 where the farthest was.
+        1 if the nearest object was in focus, 0 if the farthest was.
     answers
-        The ratings or their logarithms, from which the search starts.
+        Ratings or log ratings, from which start values are computed.
 
     Examples
     --------
@@ -162,10 +162,11 @@ def blur_ratings(apertures: ArrayLike, nearest: ArrayLike, answers: ArrayLike) -
 
 
 def blur_choices(apertures: ArrayLike, nearest: ArrayLike) -> dict[str, Choices]:
-    """Observers who choose the deeper of a picture and its reference, by each rule that such trials can distinguish.
+    """Return the choice observers of all rules that the trials can distinguish.
 
-    The answer is 1 for the picture. Parameters: `bias` (in standard deviations of the decision), the rule's changes (d'
-    at the largest aperture), `sensitivity` and `compression` as of `BlurRatings`. Conditions and arguments as there.
+    The answer is 1 if the picture is chosen over its reference. Parameters: `bias` (in standard deviations of the
+    decision), the changes of the rule (d' at the largest aperture), and `sensitivity` and `compression` as in
+    `BlurRatings`. The conditions and arguments are the same as well.
     """
     aperture = np.asarray(apertures, float)
     largest = max(float(aperture.max()), 1e-9)

@@ -1,12 +1,13 @@
-"""Blur of the border between two regions, from the light across it: it belongs to the side that ends there.
+"""Estimation of the blur of the border between two regions, which is the blur of the occluding side.
 
-With the near side's light L, the far side's R, and the near side's coverage a (a step blurred to the sd s) the light
-is a L + (1 - a) R. Of unrelated textures the mean square of its derivative across the border, at the distance x, is
+Let L and R be the light of the near and the far side, and a the coverage of the near side (a step blurred with SD s);
+the light is a L + (1 - a) R. For independent textures, the mean square of its derivative across the border at distance
+x is
 
     E(x) = c g(x; s)^2 + a(x)^2 E_L + (1 - a(x))^2 E_R ,
 
-g being a Gaussian, E_L and E_R the mean squares away from the border, and c that of L - R. So how narrow the rise of E
-is gives s, whatever the textures' own blur.
+where g is a Gaussian, E_L and E_R are the mean squares far from the border, and c is that of L - R. The width of the
+rise of E thus gives s independently of the blur of the textures.
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ FloatArray = NDArray[np.float64]
 Region = NDArray[np.bool_]
 
 REACH = 24
-"""Pixels on either side of the border over which its profile is taken, and as many more for the sides' own."""
+"""Width of the profile on either side of the border in pixels; the sides' own energy is taken over as many more."""
 
 FIELD = 1.0
-"""Standard deviation in pixels of the derivative's Gaussian."""
+"""Standard deviation of the Gaussian derivative filter, in pixels."""
 
 BLURS = np.geomspace(0.05, 12.0, 48)
-"""Blurs in pixels among which that of the border is."""
+"""Candidate blurs of the border, in pixels."""
 
 JUMPS, JUMP_SD = np.geomspace(1 / 16, 16, 17), 1.0
-"""Mean square step across the border over that expected of unrelated textures, and the sd of its logarithm."""
+"""Ratio of the mean-square step across the border to that expected of independent textures, and SD of its logarithm."""
 
 
 def share_border(one: Region, other: Region) -> bool:
-    """Whether two regions meet along 16 pixels or more.
+    """Return whether two regions share a border of 16 pixels or more.
 
     >>> left = np.arange(64) < 32 + np.zeros((64, 1))
     >>> share_border(left, ~left), share_border(left, np.roll(left, 20, 1) & ~left & ~np.roll(left, 8, 1))
@@ -51,23 +52,23 @@ def _away(region: Region) -> FloatArray:
 
 
 def border_blur(seen: FloatArray, one: Region, other: Region, own: float) -> tuple[float, float]:
-    """Logarithm of the border's blur and the sd of that logarithm.
+    """Estimate the logarithm of the blur of the border, and its standard deviation.
 
     Parameters
     ----------
     seen
-        Contrast on the retina, H x W.
+        Retinal contrast, H x W.
     one, other
-        The regions on either side.
+        Regions on the two sides.
     own
-        Blur (px) of the eye itself, which is taken off.
+        Blur (px) of the eye itself, which is subtracted.
 
     Returns
     -------
     tuple of float
-        Logarithm of the sd in pixels, `SAMPLING_BLUR` added in quadrature as for a place, and its sd.
+        Log SD in pixels, with `SAMPLING_BLUR` added in quadrature as for other places, and its standard deviation.
     """
-    across = np.where(one, 0.5 - _away(other), _away(one) - 0.5)  # px from the border, negative in `one`
+    across = np.where(one, 0.5 - _away(other), _away(one) - 0.5)  # distance from the border in px, negative in `one`
     smooth = gaussian_filter(across, 2.0)
     down, right = np.gradient(smooth)
     norm = np.maximum(np.hypot(down, right), 1e-9)
@@ -93,7 +94,7 @@ def border_blur(seen: FloatArray, one: Region, other: Region, own: float) -> tup
     share = ndtr(-middle / sd)
     sides = share**2 * own_one + (1 - share) ** 2 * own_other
     expected = JUMPS[:, None, None] * jump * step + sides
-    # A derivative is independent of that three pixels along the border or across it.
+    # derivatives are uncorrelated at a distance of three pixels along or across the border
     variance = 2 * 3 / count + MISFIT**2
     cost = (np.log(np.maximum(profile, 1e-30) / np.maximum(expected, 1e-30)) ** 2 / variance).sum(-1) / 3
     cost += (np.log(JUMPS) / JUMP_SD)[:, None] ** 2

@@ -1,4 +1,4 @@
-"""Compare observers by how well they predict people who were held out."""
+"""Comparison of observer models by leave-one-person-out cross-validation."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ __all__ = ["ObserverComparison", "compare_observers", "exceedance_probabilities"
 FloatArray = NDArray[np.float64]
 
 DIRICHLET_SAMPLES = 200_000
-"""Samples from which exceedance probabilities are counted: standard error at most 0.001."""
+"""Number of Dirichlet samples for the exceedance probabilities: their standard error is at most 0.001."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObserverComparison:
-    """One observer among those compared.
+    """Result of one observer in the comparison.
 
     Parameters
     ----------
     name
-        Whose.
+        Name of the observer.
     fit
-        To all people.
+        Fit to all people.
     held_out
-        Log likelihood of each person by the fit to all the others.
+        Log likelihood of each person under the fit to all others.
     exceedance
-        Probability that this observer is the one of most people (random-effects model selection, Stephan et al. 2009,
+        Probability that this observer is the most frequent one (random-effects model selection, Stephan et al. 2009,
         with the held-out log likelihood as each person's evidence).
     """
 
@@ -54,7 +54,7 @@ class ObserverComparison:
 
     @property
     def held_out_total(self) -> float:
-        """Sum over people."""
+        """Sum of the held-out log likelihood over people."""
         return sum(self.held_out.values())
 
 
@@ -64,18 +64,18 @@ def compare_observers(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> tuple[ObserverComparison, ...]:
-    """Fit each observer and predict each person from the others; best held-out log likelihood first.
+    """Fit and cross-validate observers; return them by held-out log likelihood, highest first.
 
     Parameters
     ----------
     answers
-        Of 3 people at least.
+        Answers of at least 3 people.
     observers
-        By name.
+        Observers by name.
     seed
-        Of the samples for exceedance probabilities.
+        Random seed of the samples for exceedance probabilities.
     progress
-        Called with the share of fits that is done.
+        Function called with the completed fraction of the fits.
 
     Raises
     ------
@@ -103,18 +103,18 @@ def compare_observers(
 
 
 def exceedance_probabilities(log_evidence: FloatArray, seed: int = 0) -> FloatArray:
-    """Probability of each observer to be the most frequent one among people (Stephan et al. 2009, NeuroImage 46).
+    """Return the probability that each observer is the most frequent one (Stephan et al. 2009, NeuroImage 46).
 
     Parameters
     ----------
     log_evidence
-        People x observers.
+        Log evidence, people x observers.
     seed
-        Of the samples from the Dirichlet posterior.
+        Random seed of the samples from the Dirichlet posterior.
 
     Examples
     --------
-    Nine people of ten are better described by the first.
+    Nine of ten people are described better by the first observer.
 
     >>> evidence = np.zeros((10, 2))
     >>> evidence[:9, 0], evidence[9, 1] = 5.0, 5.0

@@ -1,9 +1,9 @@
-"""Observers who judge which of two targets is nearer, by disparity, rendered blur and accommodation.
+"""Observer models of depth-order judgements from disparity, rendered blur and accommodation.
 
-Each cue gives a sensitivity d' in proportion to the difference of distance in dioptres, and independent cues add in
-quadrature. Disparity in a display whose focus does not follow loses sensitivity exponentially as the targets come
-nearer than 1 D, and the conflict between vergence and focus shifts all answers towards wrong; blur and accommodation
-are in dioptres and so do not depend on the distance itself. These forms are assumptions, compared by held-out people.
+Each cue has a sensitivity d' proportional to the difference in distance in dioptres; independent cues add in
+quadrature. In displays with fixed focus, the sensitivity of disparity decreases exponentially as the targets come
+nearer than 1 D, and the vergence-accommodation conflict biases all answers towards incorrect; blur and accommodation
+are in dioptres and thus independent of distance. These forms are assumptions, which are compared by cross-validation.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ __all__ = ["DEPTH_ORDER_OBSERVERS", "depth_order_observer"]
 FloatArray = NDArray[np.float64]
 
 UNIT = 0.35
-"""Difference of distance (D) at which the parameters state d': the middle of the differences 0.2 and 0.5 D."""
+"""Difference in distance (D) to which the d' parameters refer, between the differences of 0.2 and 0.5 D shown."""
 
 LAPSES = 0.02
-"""Share of answers without looking (Wichmann & Hill 2001); fixed."""
+"""Lapse rate, fixed (Wichmann & Hill 2001)."""
 
 CUES = {"blur": "rendered_blur", "accommodation": "focus_follows", "monovision": "monovision"}
-"""Name of each cue's sensitivity, and of the condition (1 or 0) that offers the cue."""
+"""Sensitivity parameter of each cue, and condition (1 or 0) that states whether the cue is available."""
 
 START = {"disparity": 0.6, "fall": 1.8, "people": 0.5, "near_bias": 0.05}
 FIRST = {"conflict": 0.2}
 
 
 def depth_order_observer(*cues: str) -> Choices:
-    """Observer who uses disparity and the named of ``blur``, ``accommodation``, ``monovision`` and ``conflict``.
+    """Return an observer that uses disparity and the given cues ("blur", "accommodation", "monovision", "conflict").
 
-    The conditions of its answers are `viewing` (D), `relative` (D, of the second target; not 0), and those of `CUES`.
-    Parameters: `disparity` and the cues' names (d' at 0.35 D), `fall` (per D), `people` (SD over people of the
-    logarithm of all sensitivities), `near_bias` and `conflict` (in standard deviations of the decision).
+    The conditions are `viewing` (D), `relative` (D, of the second target; nonzero), and those of `CUES`. The parameters
+    are `disparity` and the names of the cues (d' at 0.35 D), `fall` (per D), `people` (SD over people of the log
+    sensitivity), `near_bias` and `conflict` (in standard deviations of the decision).
 
     Examples
     --------
@@ -79,4 +79,4 @@ DEPTH_ORDER_OBSERVERS = {
         ("blur", "accommodation", "monovision", "conflict"),
     )
 }
-"""The combinations of cues that are compared."""
+"""Combinations of cues that are compared."""

@@ -1,4 +1,4 @@
-"""Disparity between the pictures of two eyes, estimated at places by correlation."""
+"""Binocular disparity between two pictures, estimated at grid points by correlation."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ __all__ = ["disparity_at_places"]
 FloatArray = NDArray[np.float64]
 
 WIDEST = 120.0
-"""Largest disparity searched, in arcmin; our choice."""
+"""Maximum disparity searched, in arcmin (our choice)."""
 
 CORRELATION = 0.5
-"""Correlation between both eyes' pictures below which a place has no disparity; our choice."""
+"""Minimum interocular correlation of a valid disparity (our choice)."""
 
 
 def disparity_at_places(left: FloatArray, right: FloatArray, display: Display) -> FloatArray:
-    """Disparity in arcmin at places, rows x columns; NaN where the pictures do not agree.
+    """Estimate disparity in arcmin at grid points (rows x columns); NaN where the pictures do not match.
 
-    Place in the left eye's picture minus place in the right eye's, to the right: positive (crossed) for what is nearer
-    than the display.
+    The sign is position in the left eye minus position in the right eye, to the right: positive (crossed) for objects
+    nearer than the display.
 
     Raises
     ------
     InputError
-        If the pictures are not of one shape.
+        If the pictures differ in shape.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def disparity_at_places(left: FloatArray, right: FloatArray, display: Display) -
     """
     one, other = (np.log(np.maximum(np.asarray(light, float), 0) + DARK) for light in (left, right))
     if one.ndim != 2 or one.shape != other.shape:
-        raise InputError(f"right is of shape {other.shape}, but must be of the left picture's, {one.shape}.")
+        raise InputError(f"right has shape {other.shape}, but must have that of the left picture, {one.shape}.")
     reach = math.ceil(WIDEST / display.arcmin(1.0))
     shifts = np.arange(-reach, reach + 1)
     mean, square = block_means(one), block_means(one**2)

@@ -1,7 +1,7 @@
-"""Distance in metres by blur: other cues give the layout, and blur its scale (Held et al. 2010).
+"""Absolute distance from blur: other cues give the layout, and blur its scale (Held et al. 2010).
 
-A place r times as far as the fixated one, which is D metres away, is out of focus by (1 - 1 / r) / D dioptres: a layout
-that is known up to its scale has more blur the nearer, and so the smaller, it is.
+A point r times as far as the fixated one, which is at D metres, is out of focus by (1 - 1 / r) / D dioptres: for a
+given relative layout, more blur indicates a nearer, and thus smaller, scene.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ __all__ = ["DistanceOfFixated", "Magnitude", "RelativeLayout"]
 FloatArray = NDArray[np.float64]
 
 DISTANCES = np.geomspace(0.02, 1000.0, 600)
-"""Metres among which a distance is: from nearer than any eye focuses to where blur has no part."""
+"""Candidate distances in metres: from nearer than any eye focuses to where blur is negligible."""
 
 INDEPENDENT = 24
-"""Places whose blurs err independently: neighbours are looked at through the same fields, and share textures; ours."""
+"""Effective number of independent blur estimates: neighbouring ones share receptive fields and texture (our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Magnitude:
-    """An answer that is a positive number, log-normally distributed.
+    """Log-normally distributed answer, a positive number.
 
     Parameters
     ----------
     median
-        In the question's unit.
+        Median in the unit of the question.
     log_sd
-        Root mean square departure of its logarithm from that of the median.
+        Root-mean-square deviation of the logarithm from that of the median.
 
     Examples
     --------
@@ -56,16 +56,16 @@ class Magnitude:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RelativeLayout:
-    """What other cues (perspective, known size) give of a scene.
+    """Scene layout as given by other cues (perspective, familiar size).
 
     Parameters
     ----------
     distance
-        Of what each pixel shows, H x W, in any unit: only ratios count; ``inf`` is allowed.
+        Distance of the surface at each pixel, H x W, in arbitrary units, as only ratios matter; ``inf`` is allowed.
     expected_m
-        Distance of the fixated point that the cues suggest, in metres.
+        Distance of the fixated point suggested by other cues, in metres.
     log_sd
-        How surely: standard deviation of its logarithm; large where they leave it open.
+        Standard deviation of its logarithm; large if other cues are uninformative.
     """
 
     distance: FloatArray
@@ -84,33 +84,32 @@ class RelativeLayout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DistanceOfFixated:
-    """How far away the fixated point looks, in metres; sizes go with it.
+    """Question for the perceived distance of the fixated point, in metres.
 
     Parameters
     ----------
     layout
-        What other cues give.
+        Layout as given by other cues.
     fixation
-        Pixels from the upper left corner, right and down; what lies there is in focus.
+        Fixated point in pixels from the upper left corner, right and down; it is in focus.
     """
 
     layout: RelativeLayout
     fixation: tuple[float, float]
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Magnitude:
-        """Answer by the product of what the layout suggests and the likelihood of blur at all places.
+        """Return the product of the layout's prior and the likelihood of blur at all places.
 
-        Places err by Weber's fraction and by a misfit of unknown variance, over which the likelihood is integrated:
-        where the layout does not explain how blur differs over the picture, blur says little (Held et al. 2010: blur at
-        odds with the layout changes perceived size less). Weber's error is once more that of all places, as the scale
-        of blur is an observer's own. With 1 - defocus blur is the texture's and tells nothing.
+        The blur at each place has an error of one Weber fraction, and an additional misfit of unknown variance, over
+        which the likelihood is integrated: if the layout does not explain the variation of blur, blur has little
+        influence (Held et al. 2010: blur inconsistent with the layout changes perceived size less). The Weber fraction
+        is also the error of the scale of all blurs. With probability 1 - `defocus` the blur belongs to the texture and
+        is uninformative.
         """
         (seen,), slope = seen_by([light], display, observer.pupil)
         distance = np.asarray(self.layout.distance, float)
         if distance.shape != seen.shape:
-            raise InputError(
-                f"the layout is of shape {distance.shape}, but the picture of {seen.shape}: give one of it."
-            )
+            raise InputError(f"the layout has shape {distance.shape}, but must have that of the picture, {seen.shape}.")
         check_fixation(self.fixation, seen.shape)
         right, down = (math.floor(at) for at in self.fixation)
         estimated = blur_of(seen, slope, display, observer.pupil)
@@ -121,7 +120,7 @@ class DistanceOfFixated:
             fixated_blur(estimated, self.fixation, display.pixels_per_degree) * minute, observer.intrinsic
         )
         blur = np.hypot(minute * np.exp(estimated.log_blur[known]), observer.intrinsic)
-        arcmin = np.abs(1 - nearness[known]) / defocus(np.array(1.0), observer)  # of blur, at one metre
+        arcmin = np.abs(1 - nearness[known]) / defocus(np.array(1.0), observer)  # blur at a distance of one metre
         expected = np.hypot(arcmin / DISTANCES[:, None], focused)
         each = np.hypot(estimated.log_sd[known], observer.weber)
         weight = each**-2.0 / (each**-2.0).sum()

@@ -1,4 +1,4 @@
-"""From a picture to its encoded stimulus: blur and layout for an eye that fixates one object, without any noise."""
+"""Noise-free encoding of a picture: blur and layout for an eye that fixates one object."""
 
 from __future__ import annotations
 
@@ -17,38 +17,39 @@ from focalgradient.render.rendered import LUMINANCE
 __all__ = ["PUPIL", "SHARP", "EncodedStimulus", "encode", "encode_light"]
 
 PUPIL = 0.004
-"""Diameter in metres of the pupil with which the display is seen, about what its light makes it."""
+"""Diameter of the pupil in metres, roughly that at the luminance of a display."""
 
 ACROSS = 16
-"""Places across a picture, or fewer of a small one."""
+"""Maximum number of places across a picture."""
 
 LEAST_SPACING = 16
-"""Pixels between places at least: with fewer, receptive fields are too much alike in size to give blur."""
+"""Minimum distance between places in pixels; closer places leave too few receptive-field sizes to estimate blur."""
 
 SHARP = 10
-"""Percentile of the blur of all places that the eye takes for being in focus, wherever it fixates."""
+"""Percentile of the blur of all places that is taken as in focus, for any fixation."""
 
 SKY = 0.25
-"""Share of sky from which on a place is taken for sky. Clouds are soft in any focus, and the layout shows where they
-are: blur there is that of the nearest place with a surface."""
+"""Minimum fraction of sky for a place to count as sky. Clouds look soft at any focus, and the layout shows where they
+are: their blur is replaced by that of the nearest place with a surface.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EncodedStimulus:
-    """A picture as encoded by one eye that fixates one object; arrays of one entry a place.
+    """Picture encoded by one eye that fixates one object; arrays have one entry per place.
 
     Parameters
     ----------
     blur
-        Standard deviation of the picture's blur in minutes of arc, without the eye's own; half a pixel of sampling is
-        included.
+        Standard deviation of the picture's blur in arcmin, without the blur of the eye, including half a pixel of
+        sampling blur.
     fixated_blur
-        The same of the fixated object.
+        The same for the fixated object.
     depth
-        Dioptres by which a place is farther than the fixated object. That the layout of the picture gives it is an
-        assumption: it is taken from the true depth. 0 everywhere where nothing but blur shows any.
+        Distance beyond the fixated object in dioptres. It is taken from the true depth, assuming that the layout of the
+        picture shows it; 0 everywhere if only blur indicates depth.
     blur_log_sd
-        Standard deviation of the logarithm of `blur`.
+        Standard deviation of the log of `blur`.
     """
 
     blur: NDArray[np.float64]
@@ -63,22 +64,22 @@ def encode(
     fixations: Sequence[tuple[float, float] | None],
     distance: NDArray[np.floating],
 ) -> list[EncodedStimulus]:
-    """Encode a picture on a display, once for each fixation.
+    """Encode a displayed picture, once for each fixation.
 
     Parameters
     ----------
     pixels
         8-bit values, H x W x 3.
     display
-        That shows it.
+        Display that shows the picture.
     fixations
-        The fixated points, each in pixels from the upper left corner, right and down; None: what is sharpest.
+        Fixated points in pixels from the upper left corner, right and down; None: the sharpest point.
     distance
-        True distance of what each pixel shows, in metres, H x W: what the layout is assumed to give.
+        True distance of the surface at each pixel in metres, H x W, which the layout is assumed to show.
 
     Examples
     --------
-    A wall of texture that recedes from 0.5 m at the left to 2 m at the right, drawn ever more blurred.
+    A textured wall that recedes from 0.5 m at the left to 2 m at the right, with increasing blur.
 
     >>> from scipy.ndimage import gaussian_filter
     >>> random = np.random.default_rng(0)
@@ -103,9 +104,9 @@ def encode_light(
     pupil: float = PUPIL,
     beside: Sequence[NDArray[np.float64]] = (),
 ) -> list[EncodedStimulus]:
-    """Encode linear luminance, H x W in shares of white, as `encode` does pixels; no distances: a flat layout.
+    """Encode linear luminance (H x W, relative to white) like `encode`; without distances the layout is flat.
 
-    Pictures seen `beside` it have the same texture, so that its slope is estimated from all of them.
+    Pictures in `beside` have the same texture; its spectral slope is estimated from all of them.
     """
     spacing = max(LEAST_SPACING, 4 * round(np.shape(light)[-1] / ACROSS / 4))
     (seen, *_), slope = seen_by([light, *beside], display, pupil, spacing)

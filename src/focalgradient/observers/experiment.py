@@ -1,7 +1,7 @@
-"""Observers run through a design, and what they answer recorded as a person's answers are.
+"""Simulated sessions: observers respond to a design, and their responses are recorded like a person's.
 
-Each trial of each observer has its own stream of random numbers, so that answers do not depend on who computes them,
-when, or beside what. They are recorded here, in order, by one process.
+Each trial of each observer has its own random stream, so that responses depend neither on the process that computes
+them nor on their order. One process records them in order.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ if TYPE_CHECKING:
 __all__ = ["check_pictures", "labels", "simulate"]
 
 Simulated = DepthRatingDesign | NeckerDesign | BlurThresholdDesign | Plan
-"""Designs that simulated observers take part in."""
+"""Designs that simulated observers can take part in."""
 
 CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
-"""The entry of the observer's name, seed and model among the versions of what a session was run with."""
+"""Key under which observer, seed and model version are recorded among the software versions of a session."""
 
 MODEL = 5
-"""Version of the observers' model: a data set of another one is not continued."""
+"""Version of the observer model; data sets of another version are not continued."""
 
 
 def labels(observers: int) -> tuple[str, ...]:
-    """Labels of so many participants.
+    """Return participant labels for a number of observers.
 
     >>> labels(3)
     ('01', '02', '03')
@@ -52,24 +52,24 @@ def labels(observers: int) -> tuple[str, ...]:
 
 
 def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
-    """Refuse a set that lacks a picture of the design, or has it with another aperture.
+    """Raise `InputError` unless a set contains every picture of the design with the same aperture.
 
     Raises
     ------
     InputError
-        Naming the first picture.
+        The message names the first missing or differing picture.
     """
     own = [name for name, factor in design.factors.items() if factor.pictures]
     if own:
         raise InputError(
             f"factors names {own[0]!r}, whose levels are pictures, which simulated observers do not look at: leave it "
-            "out, or say pictures = false."
+            "out, or set pictures = false."
         )
     stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
     for trial in design.trials("01"):
         assert isinstance(trial, DepthTrial)
         if trial.scene in EXAMPLES.values():
-            continue  # a drawing, not of the set
+            continue  # a drawing, which is not in the set
         picture = stimuli.picture(trial.scene, trial.aperture, trial.fixation)
         if abs(picture.aperture_mm - trial.aperture_mm) > 0.01:
             raise InputError(
@@ -90,40 +90,40 @@ def simulate(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> int:
-    """Simulate observers and record them in a data set; those that it has already are left as they are.
+    """Simulate observers and record them in a data set; sessions that it already contains are kept.
 
     Parameters
     ----------
     design
-        Of either experiment, or of a threshold.
+        Design of either experiment, of a threshold, or of a custom task.
     out
-        Folder of the data set, new or of simulated observers.
+        Folder of the data set, new or with simulated observers.
     observers
-        How many it is to have.
+        Number of observers in the data set afterwards.
     seed
-        Of all that is random in them.
+        Random seed.
     observer
-        By name, of `focalgradient.observers.OBSERVERS`.
+        Name of the observer in `focalgradient.observers.OBSERVERS`.
     encoded
-        `focalgradient.observers.encoded_stimuli` of the pictures, `encoded_cubes` of the design, or `encoded_levels` of
-        both for a threshold; None for a threshold, whose observers have a known one then and look at no pictures
-        (`focalgradient.observers.choose`).
+        Encoded stimuli: `focalgradient.observers.encoded_stimuli` of the pictures, `encoded_cubes` of the design, or
+        for a threshold `encoded_levels` of both. None for threshold observers with a known threshold, who look at no
+        pictures (`focalgradient.observers.choose`).
     stimuli
         Folder of the pictures.
     executor
-        What computes the answers; the same whatever it is. None: this process.
+        Executor that computes the responses, which do not depend on it. None: this process.
     progress
-        Called with the share done, 0 to 1, and what is being done.
+        Function called with the completed fraction, 0 to 1, and a description of the work.
 
     Returns
     -------
     int
-        How many were simulated now.
+        Number of observers simulated in this call.
 
     Raises
     ------
     InputError
-        If there is no observer of that name, or the folder holds something else, or other observers.
+        If the observer is unknown, or the folder contains other data or other observers.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def simulate(
         design = DepthRatingDesign.model_validate(
             design.model_dump() | {"scale": OrdinalScale.name, "steps": one.categories}
         )
-    if isinstance(design, DepthRatingDesign):  # they fixate what the design says: no gaze is recorded
+    if isinstance(design, DepthRatingDesign):  # fixation follows the design: no gaze is recorded
         design = design.model_copy(update={"gaze": "none"})
     who = f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
@@ -168,7 +168,7 @@ def simulate(
 
 
 def _threshold(design: BlurThresholdDesign, observer: Observer, label: str, seed: int, seen: Any) -> dict[str, float]:
-    """The threshold that a simulated person has, if there is one among the levels."""
+    """Return the threshold of a simulated person by unit, if it lies within the levels."""
     found = (
         known_threshold(design, label, seed) if seen is None else seen_threshold(design, observer, label, seed, seen)
     )
@@ -181,7 +181,7 @@ def _answers(job: tuple[Simulated, Observer, str, int, Any]) -> tuple[Answer, ..
 
 
 def _finished(out: Path, design: Simulated, label: str, who: str) -> bool:
-    """Whether a participant is in the data set, whole; if in part, by the same design and the same observer."""
+    """Return whether a participant's session is complete; raise `InputError` if it has another design or observer."""
     files = Files(out, design.task, label)
     if not files.journal.exists():
         return False

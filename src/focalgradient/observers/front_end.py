@@ -1,8 +1,8 @@
-"""The front end of all observers: from light on a display to blur at places, with its uncertainty.
+"""Visual front end of all observers: from displayed light to blur at grid points, with its uncertainty.
 
-The eye's own optics blur the light first. The slope of the texture's spectrum is estimated from the whole picture, and
-what the optics do to it is known to the observer: so neither a steep texture nor a sharp one is taken for a blurred
-one.
+The light is first blurred by the optics of the eye. The slope of the texture spectrum is estimated from the whole
+picture, and its change by the optics is known to the observer, so that neither steep nor shallow spectra bias the
+estimated blur.
 """
 
 from __future__ import annotations
@@ -43,31 +43,32 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 SPACING = 32
-"""Pixels between places."""
+"""Distance between places, in pixels."""
 
 FOVEA = 1.0
-"""Degrees from the fixated point (standard deviation) within which the blur of the fixated object is estimated."""
+"""Standard deviation in degrees of the window around the fixated point for estimating the blur of the fixated object.
+"""
 
 DARK = 0.01
-"""Light, in shares of the display's white, that the display and the eye scatter over everything."""
+"""Scattered light of display and eye, as a fraction of the display's white."""
 
 
 def seen_by(
     pictures: Sequence[FloatArray], display: Display, pupil: float, spacing: int = SPACING
 ) -> tuple[list[FloatArray], float]:
-    """Contrast on the retina (logarithm of light) of each picture, H x W, and the slope of the texture of all of them.
+    """Return the retinal contrast (log light, H x W) of each picture, and the spectral slope of their common texture.
 
     Raises
     ------
     InputError
-        If a picture is not an array of finite light, H x W, of at least two places along each side.
+        If a picture is not a finite array, H x W, with at least two places along each side.
     """
     images = []
     for light in pictures:
         picture = np.asarray(light, float)
         if picture.ndim != 2 or min(picture.shape) < 2 * spacing or not np.isfinite(picture).all():
             raise InputError(
-                f"light is an array of shape {picture.shape}, but must be H x W finite luminances in shares of white, "
+                f"light has shape {picture.shape}, but must be H x W finite luminances relative to white, "
                 f"{2 * spacing} pixels or more along each side."
             )
         images.append(np.log(np.maximum(retinal_image(picture, display.pixels_per_degree, pupil), 0) + DARK))
@@ -75,7 +76,7 @@ def seen_by(
 
 
 def block_means(values: NDArray[Any], spacing: int = SPACING) -> FloatArray:
-    """Mean of an image over the block of each place, rows x columns; an incomplete block at the end is left out.
+    """Average an image over the block of each place (rows x columns); incomplete blocks at the end are dropped.
 
     >>> block_means(np.arange(8.0).reshape(2, 4), 2).tolist()
     [[2.5, 4.5]]
@@ -86,13 +87,13 @@ def block_means(values: NDArray[Any], spacing: int = SPACING) -> FloatArray:
 
 
 def check_fixation(fixation: tuple[float, float], shape: tuple[int, ...]) -> None:
-    """Raise `InputError` unless a fixation (pixels, right and down) lies in a picture of that shape (H x W)."""
+    """Raise `InputError` unless a fixation (pixels, right and down) lies within a picture of that shape (H x W)."""
     if not (0 <= fixation[1] < shape[0] and 0 <= fixation[0] < shape[1]):
         raise InputError(f"fixation is {fixation}, but the picture has {shape[1]} x {shape[0]} pixels.")
 
 
 def blur_of(seen: FloatArray, slope: float, display: Display, pupil: float, spacing: int = SPACING) -> BlurEstimate:
-    """Blur of the picture (px) at places of its retinal image, without that of the eye: of texture and edges."""
+    """Estimate the blur (px) of texture and edges at places of a retinal image, without the blur of the eye."""
     ppd = display.pixels_per_degree
     return estimate_blur(seen, spacing, law=eye_law(slope, ppd, pupil), own=own_blur(ppd, pupil))
 
@@ -100,7 +101,7 @@ def blur_of(seen: FloatArray, slope: float, display: Display, pupil: float, spac
 def fixated_blur(
     estimated: BlurEstimate, fixation: tuple[float, float], pixels_per_degree: float, spacing: int = SPACING
 ) -> float:
-    """Blur (px) of what is fixated: the mean of the logarithm over the fovea, by precision."""
+    """Return the blur (px) of the fixated object: precision-weighted mean of the logarithm over the fovea."""
     down, right = spacing * (np.indices(estimated.log_sd.shape) + 0.5)
     away = np.hypot(right - fixation[0], down - fixation[1]) / pixels_per_degree
     precision = np.maximum(np.maximum(estimated.log_sd, 1e-6) ** -2.0, 1e-9)
@@ -109,7 +110,7 @@ def fixated_blur(
 
 
 def continued(estimated: BlurEstimate) -> FloatArray:
-    """Logarithm of blur at all places; at places without an estimate, as on a smooth wall, that of the nearest one.
+    """Return log blur at all places; places without an estimate, as on a smooth wall, take that of the nearest one.
 
     >>> continued(BlurEstimate(np.array([[0.5, 0.0]]), np.array([[0.1, np.inf]]))).tolist()
     [[0.5, 0.5]]
@@ -123,7 +124,7 @@ def continued(estimated: BlurEstimate) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def own_blur(pixels_per_degree: float, pupil: float) -> float:
-    """Blur (px) that a sharp edge has by the eye's own optics: measured as any edge is.
+    """Return the blur (px) of a sharp edge due to the optics of the eye, measured like that of any edge.
 
     >>> round(own_blur(60.0, 0.004), 1), round(own_blur(30.0, 0.004), 1)
     (1.3, 0.5)

@@ -1,7 +1,7 @@
-"""What observers see of the two intervals of a threshold: pictures with and without the level, encoded side by side.
+"""Encoding of the two intervals of a threshold trial: pictures with and without the level.
 
-Pictures are encoded at a few levels, between which answers go evenly with the level's logarithm; an observer's own
-numbers come in afterwards. So one encoding serves all observers of a study.
+Pictures are encoded at a few levels, and responses are interpolated on log level; the parameters of an observer enter
+afterwards. One encoding thus serves all observers of a study.
 """
 
 from __future__ import annotations
@@ -34,29 +34,29 @@ __all__ = ["JUDGEMENTS", "SeenBlur", "SeenDepth", "SeenLevels", "encoded_levels"
 FloatArray = NDArray[np.float64]
 
 ENCODED = 11
-"""Levels at which pictures are encoded."""
+"""Number of encoded levels."""
 
 ENCODING = 1
-"""Version of how they are: what another version has kept is not used."""
+"""Version of the encoding; cached data of other versions are ignored."""
 
 FIXATIONS = 40
-"""Fixations by which depth is judged at a level."""
+"""Number of simulated fixations per level from which the depth response is computed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenLevels:
-    """A scene as it is seen at some levels.
+    """Encoded scene at several levels.
 
     Parameters
     ----------
     picture
         File of the sharp picture in its set.
     levels
-        What is added, in the unit of the design.
+        Level added, in the unit of the design.
     without, added
-        The encoded stimuli of both intervals at each level.
+        Encoded stimuli of both intervals at each level.
     sampling
-        Blur of the display's pixels in arcmin, which is taken off.
+        Sampling blur of the display's pixels in arcmin, which is subtracted.
     """
 
     picture: str
@@ -66,39 +66,39 @@ class SeenLevels:
     sampling: float
 
     def more(self, observer: Observer) -> FloatArray:
-        """Probability at each of `levels` that the interval with the level is taken for the one with more."""
+        """Return the probability at each of `levels` that the interval with the level is judged to have more."""
         raise NotImplementedError
 
     def right_shares(self, observer: Observer) -> FloatArray:
-        """Probability of a right answer at each of `levels`, with what is answered without looking."""
+        """Return the probability of a correct answer at each of `levels`, including lapses."""
         lapses = 1.0 if observer.guesses else observer.lapses
         return lapses / 2 + (1 - lapses) * self.more(observer)
 
 
 class SeenBlur(SeenLevels):
-    """Which is more blurred: by the ratio of both blurs, the intrinsic one included, as `BlurDiscrimination`."""
+    """Judgement of the more blurred interval, by the ratio of blurs including intrinsic blur (`BlurDiscrimination`)."""
 
     __slots__ = ()
 
     def more(self, observer: Observer) -> FloatArray:
-        """See `SeenLevels`."""
+        """Return the probabilities of `SeenLevels.more`."""
         pairs = zip(self.added, self.without, strict=True)
         return np.array([more_blurred(self._whole(one), self._whole(other), observer) for one, other in pairs])
 
     def _whole(self, stimulus: EncodedStimulus) -> tuple[float, float]:
-        """Blur of a whole picture in arcmin, and the sd of its logarithm."""
+        """Return the blur of a whole picture in arcmin, and the SD of its logarithm."""
         weight = np.broadcast_to(np.asarray(stimulus.blur_log_sd, float), stimulus.blur.shape) ** -2.0
         log = float(weight @ np.log(stimulus.blur) / weight.sum())
         return math.sqrt(max(math.exp(2 * log) - self.sampling**2, 0.0)), float(weight.sum() ** -0.5)
 
 
 class SeenDepth(SeenLevels):
-    """Which looks deeper: by the ratio of both pictures' depth, each with the scatter of a judgement."""
+    """Judgement of the deeper interval, by the ratio of perceived depths with the scatter of ratings."""
 
     __slots__ = ()
 
     def more(self, observer: Observer) -> FloatArray:
-        """See `SeenLevels`."""
+        """Return the probabilities of `SeenLevels.more`."""
         found = []
         for one, other in zip(self.added, self.without, strict=True):
             logs = [
@@ -111,7 +111,7 @@ class SeenDepth(SeenLevels):
 
 
 JUDGEMENTS: Mapping[str, type[SeenLevels]] = {"blur": SeenBlur, "depth": SeenDepth}
-"""By what a design has people judge."""
+"""Encoded-scene class by the judgement of the design."""
 
 
 def encoded_levels(
@@ -120,23 +120,23 @@ def encoded_levels(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> dict[str, SeenLevels]:
-    """Encode both intervals of each scene of a design at `ENCODED` of its levels; kept in the user's cache folder.
+    """Encode both intervals of each scene of a design at `ENCODED` levels, cached in the user's cache folder.
 
     Parameters
     ----------
     design
-        Whose scenes, pedestal, pupil and levels.
+        Design with scenes, pedestal, pupil and levels.
     stimuli
-        The set with the sharp pictures.
+        Set with the sharp pictures.
     executor
-        What encodes several at once; it must be able to read the set's folder. None: this process.
+        Executor that encodes several at once and can read the set's folder. None: this process.
     progress
-        Called with the share done, 0 to 1, and what is being done.
+        Function called with the completed fraction, 0 to 1, and a description of the work.
 
     Raises
     ------
     InputError
-        If the set lacks a scene, or what is encoded cannot be kept.
+        If the set lacks a scene, or the cache cannot be written.
     """
     files = {scene: stimuli.picture(scene, "pinhole", design.fixation).png for scene in design.scenes}
     levels = np.geomspace(design.levels[0], design.levels[-1], ENCODED)
@@ -169,7 +169,7 @@ def encoded_levels(
 
 
 def _pair(job: tuple[Path, BlurThresholdDesign, str, float]) -> list[EncodedStimulus]:
-    """Encode a scene without and with a level; the slope of their texture is estimated from both."""
+    """Encode a scene without and with a level; the texture slope is estimated from both."""
     folder, design, scene, level = job
     stimuli = read_set(folder)
     fixation = stimuli.scene(scene).target(design.fixation).position_px
@@ -187,18 +187,18 @@ def _pair(job: tuple[Path, BlurThresholdDesign, str, float]) -> list[EncodedStim
 def seen_intervals(
     design: BlurThresholdDesign, folder: Path | None, executor: Executor | None, progress: Progress
 ) -> dict[str, Any]:
-    """Return what observers of a threshold look at: arguments `encoded` and `stimuli` of `simulate`.
+    """Return the stimuli of threshold observers: arguments `encoded` and `stimuli` of `simulate`.
 
     Parameters
     ----------
     design
-        That they take part in.
+        Design of the experiment.
     folder
-        Of the pictures; None: they look at none, and have a known threshold.
+        Folder of the pictures; None: no pictures, and a known threshold.
     executor
-        What encodes them; None: this process.
+        Executor that encodes the pictures; None: this process.
     progress
-        Takes the share that is done, and what is done.
+        Function called with the completed fraction and a description of the work.
     """
     if folder is None:
         return {}

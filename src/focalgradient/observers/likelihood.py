@@ -1,8 +1,8 @@
-"""Fit observers to people's answers by likelihood.
+"""Maximum-likelihood fitting of observer models to people's answers.
 
-An observer predicts the distribution of each answer, given a few parameters and one number of the person's own (a
-standard normal effect, integrated out). Observers that can only be simulated are wrapped by `simulated_choices` or
-`simulated_ratings`, which estimate that distribution from repeated answers to the same trials.
+An observer predicts the distribution of each answer, given a few parameters and one random effect per person (standard
+normal, integrated out). Observers that can only be simulated are wrapped by `simulated_choices` or `simulated_ratings`,
+which estimate that distribution from repeated responses to the same trials.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ Values = Mapping[str, float]
 Conditions = Mapping[str, FloatArray]
 
 NODES = np.linspace(-5.0, 5.0, 25)
-"""Even steps of the integral over a person's own effect, in standard deviations."""
+"""Integration nodes of a person's random effect, in standard deviations, equally spaced."""
 
 ROUNDS = 4
-"""Rounds in which the steps are moved to each person's posterior: many answers leave little doubt about the effect."""
+"""Number of times the nodes are centred on each person's posterior, which is narrow with many answers."""
 
 FIRST_STEP = 0.3
-"""Size of the first simplex of the search, in free parameters: it crosses the steps of simulated shares."""
+"""Size of the initial simplex, in free parameters, large enough to bridge the steps of simulated proportions."""
 
 LARGEST_LOG = 30.0
-"""Largest absolute value of the logarithm of a positive parameter: a spread that vanishes stays above 0."""
+"""Maximum absolute logarithm of a positive parameter, which keeps vanishing standard deviations above 0."""
 
 GRADIENT = 1e-3
-"""Largest derivative of the log likelihood by a free parameter at the end of a search."""
+"""Maximum gradient of the log likelihood by a free parameter at convergence."""
 
 STEP = 1e-3
 """Step of the numerical second derivatives, in units of the free parameters."""
@@ -56,18 +56,18 @@ STEP = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """Answers of several people; arrays of one entry a trial.
+    """Answers of several people; arrays with one entry per trial.
 
     Parameters
     ----------
     participant
-        Who answered.
+        Participant of each answer.
     conditions
-        What was shown: an array for each name that the observer uses.
+        Stimulus conditions: one array for each name that the observer uses.
     answer
-        The answers: for `Choices` 1 or 0, for `Ratings` the logarithm of the rating, for `Durations` seconds.
+        Answers: 1 or 0 for `Choices`, log ratings for `Ratings`, seconds for `Durations`.
     count
-        How many identical answers each entry stands for; empty: 1.
+        Number of identical answers that an entry represents; empty: 1.
 
     Raises
     ------
@@ -94,12 +94,12 @@ class Answers:
             raise InputError("An answer is not a finite number: leave out trials without an answer.")
 
     def of(self, chosen: NDArray[np.bool_]) -> Answers:
-        """Some of the trials."""
+        """Return a subset of the trials."""
         conditions = {name: array[chosen] for name, array in self.conditions.items()}
         return Answers(self.participant[chosen], conditions, self.answer[chosen], self.count[chosen])
 
     def tallied(self) -> Answers:
-        """The same with identical trials and answers of a person counted together, which makes fits fast."""
+        """Combine identical trials and answers of a person into counts, which speeds up fits."""
         names, who = np.unique(self.participant, return_inverse=True)
         rows = np.column_stack([who, *self.conditions.values(), self.answer]).astype(float)
         rows, place = np.unique(rows, axis=0, return_inverse=True)
@@ -109,50 +109,50 @@ class Answers:
 
 
 class AnswerModel(Protocol):
-    """The distribution of answers that an observer predicts.
+    """Distribution of answers predicted by an observer.
 
-    `start` gives each parameter's first value; those in `positive` are searched on their logarithm. `log_density`
-    returns the log likelihood of each answer, trials x effects, for own effects (standard normal numbers of the
-    person): one set for all trials, or an array of trials x effects.
+    `start` gives the initial value of each parameter; those in `positive` are fitted on their logarithm. `log_density`
+    returns the log likelihood of each answer (trials x effects) for standardised random effects of the person: one set
+    for all trials, or an array of trials x effects.
     """
 
     @property
     def start(self) -> Values:
-        """Each parameter's first value."""
+        """Initial value of each parameter."""
 
     @property
     def positive(self) -> frozenset[str]:
-        """Names of those that must be positive."""
+        """Names of the positive parameters."""
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
-        """Log likelihood of each answer for each own effect."""
+        """Return the log likelihood of each answer for each random effect."""
 
 
 @runtime_checkable
 class PersonModel(Protocol):
-    """The distribution of all answers of a person, for observers who integrate people's own effects in closed form.
+    """Distribution of all answers of a person, for observers whose random effects are integrated in closed form.
 
     `start` and `positive` are as in `AnswerModel`.
     """
 
     @property
     def start(self) -> Values:
-        """Each parameter's first value."""
+        """Initial value of each parameter."""
 
     @property
     def positive(self) -> frozenset[str]:
-        """Names of those that must be positive."""
+        """Names of the positive parameters."""
 
     def log_likelihoods(self, answers: Answers, values: Values) -> dict[str, float]:
-        """Log likelihood of each person's answers."""
+        """Return the log likelihood of each person's answers."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Answers 1 (right) or 0, with the probability of 1 that `probability(conditions, values, own)` returns.
+    """Binary answers (1 or 0); `probability(conditions, values, own)` returns the probability of 1.
 
-    That takes arrays of shape (trials, 1) and own effects of shape (1, effects). `smooth` is False where the
-    probability changes in steps, as shares of simulated answers do: a gradient alone would not find the maximum.
+    Its arguments are arrays of shape (trials, 1) and random effects of shape (1, effects). `smooth` is False if the
+    probability changes in steps, as proportions of simulated answers do; a gradient search alone would then fail.
     """
 
     probability: Callable[[Conditions, Values, FloatArray], FloatArray]
@@ -161,7 +161,7 @@ class Choices:
     smooth: bool = True
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
-        """Log likelihood of each answer for each own effect."""
+        """Return the log likelihood of each answer for each random effect."""
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         probability = np.clip(self.probability(columns, values, np.atleast_2d(own)), 1e-9, 1 - 1e-9)
         right = answers.answer[:, None] > 0.5
@@ -170,7 +170,7 @@ class Choices:
 
 @dataclass(frozen=True)
 class Ratings:
-    """Normally distributed answers whose mean and standard deviation `moments(conditions, values, own)` returns.
+    """Normally distributed answers; `moments(conditions, values, own)` returns mean and standard deviation.
 
     `smooth` is as in `Choices`.
     """
@@ -181,7 +181,7 @@ class Ratings:
     smooth: bool = True
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
-        """Log likelihood of each answer for each own effect."""
+        """Return the log likelihood of each answer for each random effect."""
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         mean, sd = self.moments(columns, values, np.atleast_2d(own))
         score = (answers.answer[:, None] - mean) / sd
@@ -190,11 +190,11 @@ class Ratings:
 
 @dataclass(frozen=True)
 class Durations:
-    """Log-normal durations (s), whose log median and spread of log duration `law(conditions, values, own)` returns.
+    """Log-normal durations (s); `law(conditions, values, own)` returns the log median and the SD of log duration.
 
-    The condition `censored` is 1 where the end of the trial cut the percept off, else 0. Durations are independent
-    given the person's own effect; the correlation with the percept before and people's own spreads are in
-    `focalgradient.statistics.fit_dominance`.
+    The condition `censored` is 1 if the percept was cut off by the end of the trial, else 0. Durations are independent
+    given the person's random effect; `focalgradient.statistics.fit_dominance` also models serial correlation and
+    person-specific spreads.
     """
 
     law: Callable[[Conditions, Values, FloatArray], tuple[FloatArray, FloatArray]]
@@ -202,7 +202,7 @@ class Durations:
     positive: frozenset[str] = frozenset()
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
-        """Log likelihood of each duration for each own effect.
+        """Return the log likelihood of each duration for each random effect.
 
         Raises
         ------
@@ -224,20 +224,20 @@ class Durations:
 
 
 Respond = Callable[[Conditions, Values, FloatArray, np.random.Generator], FloatArray]
-"""Answers to all trials once: takes conditions, values, own effects (trials x effects) and a source of chance."""
+"""Simulated answers to all trials, from conditions, values, random effects (trials x effects) and a generator."""
 
 
 def _repeated(respond: Respond, conditions: Conditions, values: Values, own: FloatArray, draws: int) -> FloatArray:
     trials = len(next(iter(conditions.values())))
     effects = np.broadcast_to(own, (trials, own.shape[-1]))
-    random = np.random.default_rng(0)  # the same chance for all values, so that the likelihood is comparable
+    random = np.random.default_rng(0)  # common random numbers, so that likelihoods are comparable
     return np.array([respond(conditions, values, effects, random) for _ in range(draws)], float)
 
 
 def simulated_choices(
     respond: Respond, start: Values, positive: frozenset[str] = frozenset(), draws: int = 1000
 ) -> Choices:
-    """Choices of an observer that can only be simulated: shares of `draws` answers, half of one added to each side."""
+    """Wrap a simulated observer as `Choices`: proportions of `draws` answers, half an answer added to each side."""
 
     def probability(conditions: Conditions, values: Values, own: FloatArray) -> FloatArray:
         answers = _repeated(respond, conditions, values, own, draws)
@@ -249,7 +249,7 @@ def simulated_choices(
 def simulated_ratings(
     respond: Respond, start: Values, positive: frozenset[str] = frozenset(), draws: int = 1000
 ) -> Ratings:
-    """Ratings of an observer that can only be simulated: a synthetic likelihood (Wood 2010) from `draws` answers."""
+    """Wrap a simulated observer as `Ratings`: a synthetic likelihood (Wood 2010) from `draws` answers."""
 
     def moments(conditions: Conditions, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
         answers = _repeated(respond, conditions, values, own, draws)
@@ -260,21 +260,21 @@ def simulated_ratings(
 
 @dataclass(frozen=True, slots=True)
 class ObserverFit:
-    """An observer fitted by maximum likelihood.
+    """Maximum-likelihood fit of an observer.
 
     Parameters
     ----------
     values
-        All parameters, the fixed ones too.
+        All parameters, including fixed ones.
     standard_errors
-        Of the fitted ones, by the observed information; of a positive one by the delta method. Empty where it is
-        singular.
+        Standard errors of the fitted parameters from the observed information; by the delta method for positive ones.
+        Empty if the information is singular.
     log_likelihood
-        At the maximum, people's own effects integrated out.
+        Maximum of the marginal log likelihood.
     of_people
-        Its share of each person.
+        Contribution of each person to the log likelihood.
     parameters, answers
-        How many were fitted, and to how many answers.
+        Number of fitted parameters, and of answers.
     """
 
     values: dict[str, float]
@@ -286,17 +286,17 @@ class ObserverFit:
 
     @property
     def aic(self) -> float:
-        """Akaike's criterion: 2 parameters - 2 log likelihood."""
+        """Akaike information criterion: 2 parameters - 2 log likelihood."""
         return 2 * self.parameters - 2 * self.log_likelihood
 
     @property
     def bic(self) -> float:
-        """Schwarz's criterion: parameters x log of the number of answers - 2 log likelihood."""
+        """Bayesian information criterion: parameters x log of the number of answers - 2 log likelihood."""
         return self.parameters * math.log(self.answers) - 2 * self.log_likelihood
 
 
 def log_likelihood_by_person(answers: Answers, observer: AnswerModel | PersonModel, values: Values) -> dict[str, float]:
-    """Log likelihood of each person's answers, their own effects integrated over their distribution."""
+    """Return the marginal log likelihood of each person's answers."""
     if isinstance(observer, PersonModel):
         return observer.log_likelihoods(answers, values)
     names, who = np.unique(answers.participant, return_inverse=True)
@@ -317,21 +317,21 @@ def log_likelihood_by_person(answers: Answers, observer: AnswerModel | PersonMod
 def fit_observer(
     answers: Answers, observer: AnswerModel | PersonModel, parameters: Sequence[str] | None = None
 ) -> ObserverFit:
-    """Fit an observer's parameters to people's answers by maximum likelihood.
+    """Fit the parameters of an observer to people's answers by maximum likelihood.
 
     Parameters
     ----------
     answers
-        Of one person or several.
+        Answers of one or several people.
     observer
         `Choices`, `Ratings`, `Durations`, or another `AnswerModel` or `PersonModel`.
     parameters
-        Names of those to fit; None: all. The others keep their first value.
+        Names of the parameters to fit; None: all. The others keep their initial value.
 
     Raises
     ------
     InputError
-        If the observer has no parameter of a name.
+        If the observer has no parameter with a given name.
 
     Examples
     --------
@@ -362,21 +362,21 @@ def fit_observer(
 
 
 def values_near(answers: Answers, observer: AnswerModel | PersonModel, near: Values) -> dict[str, float]:
-    """Values of largest likelihood for answers that differ little from those whose values `near` are."""
+    """Refit an observer by gradient search from `near`, the fit to similar answers."""
     likelihood = _Likelihood(answers, observer, tuple(observer.start))
     by_simplex = not getattr(observer, "smooth", True)
     return likelihood.values(likelihood.searched(near, by_simplex=by_simplex))
 
 
 class _Likelihood:
-    """The likelihood of answers by an observer's free parameters: logarithms of those that must be positive."""
+    """Likelihood as a function of an observer's free parameters; positive ones enter by their logarithm."""
 
     def __init__(self, answers: Answers, observer: AnswerModel | PersonModel, names: tuple[str, ...]):
         self.answers = answers if isinstance(observer, PersonModel) else answers.tallied()
         self.observer, self.names = observer, names
 
     def values(self, free: FloatArray) -> dict[str, float]:
-        """Return all parameters; the fixed ones keep their first value."""
+        """Return all parameters; fixed ones keep their initial value."""
         found = {
             name: math.exp(min(max(value, -LARGEST_LOG), LARGEST_LOG)) if name in self.observer.positive else value
             for name, value in zip(self.names, free.tolist(), strict=True)
@@ -384,11 +384,11 @@ class _Likelihood:
         return {**self.observer.start, **found}
 
     def cost(self, free: FloatArray) -> float:
-        """Return minus the log likelihood."""
+        """Return the negative log likelihood."""
         return -sum(log_likelihood_by_person(self.answers, self.observer, self.values(free)).values())
 
     def searched(self, start: Values, *, by_simplex: bool) -> FloatArray:
-        """Return the free parameters of largest likelihood, by a gradient, and before that by a simplex."""
+        """Return the free parameters with maximum likelihood, by gradient search, optionally after a simplex search."""
         positive = self.observer.positive
         free = np.array([math.log(start[name]) if name in positive else start[name] for name in self.names])
         if not self.names:

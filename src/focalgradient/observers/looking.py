@@ -1,4 +1,4 @@
-"""Look at a picture without its layout: blur estimated at places, and depth by blur alone."""
+"""Blur at places of a picture, and depth from blur alone, without layout."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """What is seen in one fixation; arrays of rows x columns of places, NaN where blur cannot be estimated.
+    """Result of one fixation; arrays of rows x columns of places, NaN where blur cannot be estimated.
 
     Parameters
     ----------
     blur, blur_log_sd
-        Standard deviation of the blur of the picture (arcmin), without the eye's own, and the SD of its logarithm.
+        Standard deviation of the picture's blur (arcmin), without the blur of the eye, and SD of its logarithm.
     depth, depth_sd
-        Mean and standard deviation (D beyond the fixated place) of depth by blur: its sign is that of the prior with
-        the probability (1 + prior) / 2, its size errs by the Weber fraction.
+        Mean and SD of depth from blur (D beyond the fixated place): its sign is that of the prior with probability (1 +
+        prior) / 2, its magnitude has the relative error of the Weber fraction.
     texture_slope
-        Of the amplitude of the picture's texture, 1/f^slope.
+        Slope of the texture's amplitude spectrum, 1/f^slope.
     """
 
     blur: FloatArray
@@ -46,13 +46,13 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     Parameters
     ----------
     light
-        Linear luminance in shares of white, H x W; at least 64 pixels along each side.
+        Linear luminance relative to white, H x W; at least 64 pixels along each side.
     display
-        That shows it: its pixels per degree.
+        Display that shows the picture, with its pixels per degree.
     fixation
-        Pixels from the upper left corner, right and down.
+        Fixated point in pixels from the upper left corner, right and down.
     observer
-        Whose pupil, intrinsic blur, Weber fraction and prior apply.
+        Observer with pupil, intrinsic blur, Weber fraction and prior.
 
     Examples
     --------
@@ -76,21 +76,21 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     minute = 60 / ppd
     fixated = minute * fixated_blur(estimated, fixation, ppd)
     blur = np.where(known, minute * np.exp(log_blur), np.nan)
-    size = defocus(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)  # the intrinsic blur of both cancels
+    size = defocus(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)  # intrinsic blur cancels in the difference
     share = math.sqrt(observer.weber**2 + 1 - observer.prior**2)
     return Look(blur, np.where(known, estimated.log_sd, np.nan), observer.prior * size, share * size, slope)
 
 
 def defocus(blur: FloatArray, observer: Observer) -> FloatArray:
-    """Dioptres of defocus by which the observer's own pupil would make a blur of that standard deviation (arcmin)."""
+    """Return the defocus in dioptres that causes blur of that standard deviation (arcmin) with the observer's pupil."""
     return np.asarray(np.radians(np.asarray(blur) / 60) / SD_PER_RADIUS / (observer.pupil / 2))
 
 
 def blur_threshold(pedestal: float, observer: Observer) -> float:
-    """Just noticeable increment of blur (arcmin) upon a pedestal (arcmin).
+    """Return the just noticeable increment of blur (arcmin) for a pedestal (arcmin).
 
-    Both blurs are seen with the intrinsic blur added in quadrature, and differ by the Weber fraction at threshold. The
-    dip is a consequence: upon a small pedestal an increment adds more to the variance than upon none.
+    At threshold, the two blurs, with intrinsic blur added in quadrature, differ by the Weber fraction. This produces
+    the dipper: on a small pedestal an increment adds more variance than without a pedestal.
 
     Examples
     --------

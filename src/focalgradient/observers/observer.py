@@ -1,4 +1,4 @@
-"""Who observes: the few numbers that make an observer, and observers by name."""
+"""Parameters of simulated observers, and observers by name."""
 
 from __future__ import annotations
 
@@ -20,93 +20,99 @@ Answered = TypeVar("Answered")
 __all__ = ["CATEGORIES", "OBSERVERS", "Observer", "Sign", "observer_named"]
 
 Sign = Literal["prior", "trust", "layout"]
-"""How depth by blur meets the layout: what goes with it counts; all, if most goes with it; or in the layout's order."""
+"""Use of depth from blur along the layout: "prior", its component along the layout, discounted if negative; "trust", its
+full amplitude with the sign of that component; "layout", the absolute value of that component.
+"""
 
 CATEGORIES = 7
-"""Of an ordinal scale of ratings."""
+"""Number of steps of the ordinal rating scale."""
 
 WEBERS = 0.2
-"""Standard deviation over people of the logarithm of the Weber fraction: that of a uniform one between log 0.28 and
-log 0.56 (Mather & Smith 2002, the range of their thresholds)."""
+"""SD over people of the log Weber fraction: that of a uniform distribution between log 0.28 and log 0.56, the range of
+thresholds in Mather & Smith (2002).
+"""
 
 LAYOUTS = 0.35
-"""The same of the layout's uncertainty, and of the relief that people see in one picture: about a factor of 2 between
-observers (the kind of difference: Koenderink, van Doorn, Kappers & Todd 2001; the number is our choice)."""
+"""SD over people of the logarithm of the layout's uncertainty, and of the perceived relief of a picture: a factor of
+about 2 between observers (kind of difference: Koenderink, van Doorn, Kappers & Todd 2001; size: our choice).
+"""
 
 PRIORS = 0.4
-"""Standard deviation over people of the prior. No published figure was found: our choice."""
+"""SD over people of the prior (our choice; no published value was found)."""
 
 DISCOUNTS = 0.15
-"""Standard deviation of the half-normal share that people leave undiscounted. No published figure was found: ours."""
+"""SD of the half-normal fraction of contradicting blur that people do not discount (our choice; no published value)."""
 
 EXPONENTS = 0.25
-"""Standard deviation over people of the logarithm of the exponent from perception to rating; our choice."""
+"""SD over people of the logarithm of the exponent from perception to rating (our choice)."""
 
 DURATIONS, DURATION_SPREADS, PREFERENCES = 0.54, 0.17, 0.26
-"""Standard deviations over people of the logarithms of the mean duration of percepts and of its spread, and of the
-log odds by which a person prefers one reading: fitted with `dominance`, see there."""
+"""SDs over people of the logarithms of the mean duration and of the spread of percepts, and of the log odds of the
+preferred reading: fitted together with `Observer.dominance`.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observer:
-    """An observer. docs/observers.md says where each number comes from.
+    """Parameters of a simulated observer; docs/observers.md states their sources.
 
     Parameters
     ----------
     prior
-        What more blur means: from 1, farther, to -1, nearer; 0 where blur means nothing. Between them it is the
-        difference of the two probabilities.
+        Interpretation of more blur: from 1 (farther) to -1 (nearer), 0: uninformative. It is the difference between the
+        probabilities of farther and nearer.
     defocus
-        Probability that blur is of defocus, and not of the texture itself; our choice.
+        Probability that blur is due to defocus rather than to the texture itself (our choice).
     sign
-        How depth by blur meets the layout.
+        Combination of depth from blur with the layout.
     discounting
-        Share of the blur contradicting the layout's order that is discounted, 0 to 1.
+        Fraction (0 to 1) of the blur contradicting the layout's order that is discounted.
     guesses
-        Whether all is answered without looking.
+        True if all answers are given without looking.
     lapses
-        Share of trials that are.
+        Lapse rate.
     pupil
-        Diameter in metres of the pupil that blur is put down to.
+        Diameter in metres of the pupil to which blur is attributed.
     weber
-        Weber fraction of blur: by what share it must exceed that of the fixated object, and its depth errs.
+        Weber fraction of blur: minimum relative increase over the blur of the fixated object, and relative error of its
+        depth.
     intrinsic
-        Blur in minutes of arc that is added behind the optics of the eye.
+        Intrinsic blur in arcmin, added behind the optics of the eye.
     layout_spread
-        Standard deviation of the logarithm of the amplitude of relief that the layout leaves open.
+        SD of the logarithm of the relief amplitude, as left open by the layout.
     layout_gain
-        Amplitude by the layout over the scene's own.
+        Ratio of the layout's amplitude to the true one.
     layout_noise
-        Error of the layout's depth at single places, as a share of the spread over all.
+        Error of the layout's depth at single places, as a fraction of the SD over all places.
     layout_error
-        Standard deviation in dioptres of depth at places that a layout leaves open, a flat one too; our choice.
+        SD in dioptres of depth at places that a layout, including a flat one, leaves open (our choice).
     flatness
-        How surely the display is seen to be flat: standard deviation in dioptres.
+        SD in dioptres of the evidence that the display is flat.
     stereo
-        Just noticeable difference of disparity in minutes of arc, right in 75 % of two alternatives: 20 seconds, as
+        Just noticeable difference of disparity in arcmin, 75 % correct with two alternatives: 20 seconds of arc, which
         most people pass (Coutant & Westheimer 1993).
     interocular
-        Metres between the eyes.
+        Interocular distance in metres.
     rigidity
-        Log odds against a reading for each unit of its departure from rigid.
+        Log odds against a reading per unit of its departure from rigidity.
     dominance
-        Mean seconds that a percept lasts where both readings have equal odds.
+        Mean duration of a percept in seconds if both readings have equal odds.
     duration_spread
-        Standard deviation of the logarithm of these times, given the percept before.
+        SD of log duration, given the preceding percept.
     serial
-        Correlation of a percept's log duration with that of the percept before it. The three were fitted to 22 people
-        who watched an ambiguous Necker lattice (A. Pastukhov, Correlated switching rate in kinetic-depth effect
-        displays, CC-BY 4.0; percepts of at least 0.3 s, the ends of blocks censored) by
-        `focalgradient.statistics.fit_dominance`, blocks taken as alike: geometric mean of medians 3.82 s (standard
-        error of its logarithm .12), so a mean of 5.2 s; spread .77 (.04), serial correlation .24 (.03).
+        Serial correlation of log duration. The last three were fitted to 22 people who watched an ambiguous Necker
+        lattice (A. Pastukhov, Correlated switching rate in kinetic-depth effect displays, CC-BY 4.0; percepts of at
+        least 0.3 s, censored at the ends of blocks) by `focalgradient.statistics.fit_dominance`, without differences
+        between blocks: geometric mean of medians 3.82 s (standard error of its logarithm .12), hence a mean of 5.2 s;
+        spread .77 (.04), serial correlation .24 (.03).
     preference
-        Log odds of the rigid reading beyond what the picture gives.
+        Log odds of the rigid reading in addition to the evidence in the picture.
     scale
-        Exponent from the ratio that is perceived to the rating.
+        Exponent from perceived ratio to rating.
     scatter
-        Standard deviation of the logarithm of repeated ratings.
+        SD of the log of repeated ratings.
     categories
-        How many steps the scale of ratings has; 0 where ratings are ratios.
+        Number of steps of the rating scale; 0 for ratings as ratios.
     """
 
     prior: float = 0.8
@@ -140,9 +146,9 @@ class Observer:
         Parameters
         ----------
         light
-            Linear luminance in shares of white, H x W; at least 64 pixels along each side.
+            Linear luminance relative to white, H x W; at least 64 pixels along each side.
         display
-            That shows it: its pixels per degree.
+            Display that shows the picture, with its pixels per degree.
         question
             `DepthOrder`, `FigureGround`, `BlurDiscrimination`, `DistanceOfFixated`, `DepthExtent`, `DepthRating` or
             `Slant`.
@@ -150,11 +156,11 @@ class Observer:
         Raises
         ------
         InputError
-            If the picture is too small, or a region is not a mask of its shape or too small.
+            If the picture is too small, or a region is not a mask of its shape or is too small.
 
         Examples
         --------
-        A blurred border beside a blurred texture: the blurred side is in front, against the prior.
+        If border and left texture are both blurred, the left side occludes the right, against the prior.
 
         >>> from focalgradient.observers import DepthOrder
         >>> from focalgradient.stimuli import texture_border
@@ -170,7 +176,7 @@ class Observer:
         return question.answer(light, display, self)
 
     def person(self, random: np.random.Generator) -> Observer:
-        """One of the people whom this observer stands for; a control without a prior, or with the other, stays one."""
+        """Draw an individual from the population; control observers keep the sign of their prior, or its absence."""
         scale, pace, weber, spread, gain, prior, discounting, lasting, preference = random.standard_normal(9)
         return replace(
             self,
@@ -194,18 +200,18 @@ OBSERVERS: dict[str, Observer] = {
     "lapsing": Observer(lapses=0.15),
     "ordinal": Observer(categories=CATEGORIES),
 }
-"""The observer that is the hypothesis, controls that it must be distinguished from, and one who rates by categories."""
+"""Observer of the hypothesis, control observers, and one with an ordinal rating scale."""
 
 FORMER_NAMES = {"blind": "blur-blind"}
 
 
 def observer_named(name: str) -> Observer:
-    """The observer of that name.
+    """Return the observer with a name.
 
     Raises
     ------
     InputError
-        If there is none.
+        If the name is unknown.
 
     Examples
     --------

@@ -1,6 +1,7 @@
-"""Observers of the turning cube, who differ in what makes a reading last: a preference, blur, or neither.
+"""Observer models of the rotating cube that differ in what prolongs a reading: a preference, blur, or neither.
 
-Durations are log-normal. The median of a reading is the person's own level, moved by the preference for the rigid
+Durations are log-normal. The median of a reading is the person's own level, shifted by the preference for the rigid
+reading, by a blur gradient that favours a reading, by being first in the trial, and by the preceding percept.
 reading, by a gradient of blur that favours one of them, by being the first of its trial, and by the percept before.
 """
 
@@ -24,7 +25,7 @@ POSITIVE = frozenset({"level", "people", "spread"})
 
 
 def _median(conditions: Conditions, values: Values, before: str = "") -> FloatArray:
-    """Log median of a percept, or of the one before it, without the person's own effect."""
+    """Return the log median of a percept, or of the preceding one, without the person's random effect."""
     found = values["preference"] * conditions[f"{before}reading"] if "preference" in values else 0.0
     found = found + values.get("gradient", 0.0) * conditions[f"{before}favoured"]
     return np.asarray(math.log(values["level"]) + found + values.get("first", 0.0) * conditions[f"{before}first"])
@@ -39,27 +40,27 @@ def _law(conditions: Conditions, values: Values, own: FloatArray) -> tuple[Float
 
 
 def percept_observer(*terms: str) -> Durations:
-    """Observer whose readings last longer by the named of ``preference`` and ``gradient``; ``memory``: see below.
+    """Return an observer with the given terms out of "preference", "gradient" and "memory".
 
-    The conditions of its answers are `reading` (+0.5 rigid, -0.5 nonrigid), `favoured` (strength of a gradient over the
-    largest, times +0.5 for the reading that it favours and -0.5 for the other), `first` (1 for the first percept of a
-    trial), the same of the percept before, `before_reading` and so on, its log duration `before_log`, and `censored`.
-    The parameters are `level` (s; geometric mean of people's medians), `people` (SD over people of its logarithm),
-    `spread` (SD of log duration), `preference` and `gradient` (log ratios of the two readings' medians); with memory,
-    `first` (log ratio of a first percept to a later one) and `serial` (correlation with the percept before).
+    The conditions are `reading` (+0.5 rigid, -0.5 nonrigid), `favoured` (strength of a gradient relative to the
+    largest, times +0.5 for the favoured reading and -0.5 for the other), `first` (1 for the first percept of a trial),
+    the same of the preceding percept (`before_reading` etc.), its log duration `before_log`, and `censored`. The
+    parameters are `level` (s; geometric mean of the people's medians), `people` (SD of its logarithm over people),
+    `spread` (SD of log duration), `preference` and `gradient` (log ratios of the readings' medians); with memory,
+    `first` (log ratio of a first percept to a later one) and `serial` (correlation with the preceding percept).
     """
     start = {name: value for name, value in START.items() if name not in ("first", "serial") or "memory" in terms}
     return Durations(_law, start | {name: 0.1 for name in ("preference", "gradient") if name in terms}, POSITIVE)
 
 
 class GammaDurations:
-    """Observer of preference and gradient with gamma durations, whose mean they move; all people share one `shape`."""
+    """Gamma-distributed durations whose mean depends on preference and gradient; all people have the same `shape`."""
 
     start: Mapping[str, float] = {"level": 4.0, "people": 0.5, "shape": 1.5, "preference": 0.1, "gradient": 0.1}
     positive = frozenset({"level", "people", "shape"})
 
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
-        """Log likelihood of each duration for each own effect."""
+        """Return the log likelihood of each duration for each random effect."""
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         shape = values["shape"]
         log_scale = _median(columns, values) + values["people"] * own - math.log(shape)
@@ -79,4 +80,4 @@ PERCEPT_OBSERVERS: Mapping[str, AnswerModel] = {
     "preference and blur, without memory": percept_observer("preference", "gradient"),
     "preference and blur, without memory, gamma": GammaDurations(),
 }
-"""The observers that are compared."""
+"""Observers that are compared."""

@@ -1,19 +1,19 @@
-"""From an encoded stimulus to a percept: how deep it looks, by the layout, by blur and by the display's flatness.
+"""Perceived depth of an encoded stimulus, from layout, blur, and flatness of the display.
 
-Depth at places (D) is A l + C r: the layout's relief l, which other cues give up to its amplitude (the bas-relief
-ambiguity of pictures), and r, relief that the layout does not have; both of unit standard deviation and uncorrelated.
-Depth by blur is split alike, b along l and c off it. A picture's blur is of defocus with the probability `defocus`, and
-otherwise of the texture itself, when it tells nothing. Then the posteriors of A and of C have
+Depth at places (D) is A l + C r: the relief l of the layout, which other cues give up to its amplitude (the bas-relief
+ambiguity of pictures), and a relief r absent from the layout; both have unit standard deviation and are uncorrelated.
+Depth from blur is split likewise into b along l and c along r. The blur of a picture is due to defocus with probability
+`defocus`, and otherwise to the texture itself, when it is uninformative. The posteriors of A and C combine
 
     a prior          log A ~ N(log of the layout's own amplitude, layout_spread^2),  C ~ N(0, e^2 + (layout_noise A)^2),
-    the display      0 ~ N(A, flatness^2) and 0 ~ N(C, flatness^2), as the eye's focus says that the display is flat,
+    the display      0 ~ N(A, flatness^2) and 0 ~ N(C, flatness^2), as accommodation indicates a flat display,
     blur             b ~ N(p A, z^2 + (weber^2 + 1 - p^2) A^2), and c with C in the same way,
 
-e being the depth that a layout leaves open (`layout_error`), p the prior for farther (the difference of the
-probabilities of either side), and z the depth that intrinsic blur amounts to. The error of b is that of the amplitude
-which is assumed, not of the b that was sensed: so more b can only speak for more A (a monotone likelihood ratio;
-Milgrom 1981), and perceived depth never falls as b grows. Nothing here knows with which aperture a picture was made, or
-which of its objects is the nearest.
+where e is the depth that a layout leaves open (`layout_error`), p the prior for farther (difference between the
+probabilities of the two signs), and z the depth equivalent of intrinsic blur. The error of b depends on the
+hypothesised amplitude, not on the sensed b, so that more b always supports more A (monotone likelihood ratio; Milgrom
+1981), and perceived depth never decreases with b. The model has no access to the aperture of a picture, nor to which of
+its objects is the nearest.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 SD_PER_RADIUS = 0.55
-"""Standard deviation that is estimated from the blur of a disc / the disc's radius: tests/observers measure it."""
+"""Ratio of the estimated SD of a disc-shaped blur to the radius of the disc, measured in tests/observers."""
 
 AMPLITUDES = np.geomspace(0.005, 50.0, 300)
-"""Amplitudes (D) over which the posterior is summed, at equal steps of the logarithm: beyond any picture's."""
+"""Amplitudes (D) over which the posterior is summed, logarithmically spaced, beyond the range of any picture."""
 
 LEAST_DEPTH = 0.005
-"""Depth (D) that a picture is perceived to have at least; our choice."""
+"""Minimum perceived depth of a picture (D; our choice)."""
 
 
 def blur_depth(stimulus: EncodedStimulus, observer: Observer) -> FloatArray:
-    """Depth by blur alone, in dioptres beyond the fixated object: blurred is farther by a prior above 0.
+    """Return depth from blur alone, in dioptres beyond the fixated object; a positive prior makes blurred farther.
 
-    A disc of radius r on the retina is a defocus of 2 r / pupil.
+    A blur disc of radius r on the retina corresponds to a defocus of 2 r / pupil.
     """
     blur, fixated = (np.hypot(sd, observer.intrinsic) for sd in (stimulus.blur, stimulus.fixated_blur))
     depth = _dioptres(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)
@@ -64,9 +64,9 @@ def blur_depth(stimulus: EncodedStimulus, observer: Observer) -> FloatArray:
 
 
 def sensed_blur_depth(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> FloatArray:
-    """The same within one fixation: with an error at each place, and 0 where blur is not discriminated from none.
+    """Return depth from blur in one fixation, with an error at each place, and 0 where blur is below threshold.
 
-    Textures differ in grain: only what exceeds the fixated object's blur by a Weber fraction counts.
+    As textures differ in grain, only blur that exceeds that of the fixated object by a Weber fraction counts.
     """
     blur, fixated = (np.hypot(sd, observer.intrinsic) for sd in (stimulus.blur, stimulus.fixated_blur))
     depth = np.where(blur > (1 + observer.weber) * fixated, blur_depth(stimulus, observer), 0.0)
@@ -74,15 +74,15 @@ def sensed_blur_depth(stimulus: EncodedStimulus, observer: Observer, random: np.
 
 
 def _log_error(stimulus: EncodedStimulus, observer: Observer) -> FloatArray:
-    """Standard deviation of the logarithm of depth by blur at a place: Weber's and that of the estimate."""
+    """Return the SD of log depth from blur at each place: Weber's law and the error of the estimate."""
     return np.hypot(observer.weber, stimulus.blur_log_sd)
 
 
 def blur_amplitude(blur: FloatArray, layout: FloatArray, observer: Observer) -> float:
-    """Amplitude of depth by `blur` that goes with the relief of the `layout`, in dioptres; negative if it is reversed.
+    """Return the amplitude (D) of depth from `blur` along the relief of the `layout`; negative if reversed.
 
-    That is the least-squares factor of the layout's relief of unit standard deviation. Blur that contradicts the layout
-    counts as no blur, as far as the observer discounts it.
+    It is the least-squares coefficient on the layout's relief with unit standard deviation. Blur that contradicts the
+    layout is discounted to the observer's degree.
 
     >>> layout = np.array([0.0, 1.0, 2.0])
     >>> round(blur_amplitude(layout / 2, layout, Observer()), 3)
@@ -100,11 +100,11 @@ def blur_amplitude(blur: FloatArray, layout: FloatArray, observer: Observer) -> 
 
 
 def response(amplitude: float | FloatArray, observer: Observer) -> FloatArray:
-    """Amplitude of depth by blur on a scale where its error has unit standard deviation.
+    """Return the amplitude of depth from blur on a scale on which its error has unit standard deviation.
 
-    Blur of an amplitude a is p a on average, p being the prior, with the variance z^2 + (weber^2 + 1 - p^2) a^2: by
-    intrinsic blur, Weber's law and uncertainty about the side. The scale is p times the integral of da over its root:
-    linear below the depth z of the intrinsic blur, logarithmic far above it, and nothing without a prior.
+    For an amplitude a, depth from blur has mean p a, where p is the prior, and variance z^2 + (weber^2 + 1 - p^2) a^2,
+    due to intrinsic blur, Weber's law and uncertainty about the sign. The scale is p times the integral of da over the
+    root of this variance: linear below the depth z of intrinsic blur, logarithmic far above it, and 0 without a prior.
 
     >>> observer = Observer(weber=0.5, prior=1.0)
     >>> responses = response(np.array([100.0, 200.0]), observer)
@@ -117,14 +117,14 @@ def response(amplitude: float | FloatArray, observer: Observer) -> FloatArray:
 
 
 def amplitude(layout: float, blur: float, observer: Observer) -> float:
-    """Perceived amplitude: the geometric mean of the posterior, in dioptres.
+    """Return the perceived amplitude: the geometric mean of the posterior, in dioptres.
 
     Parameters
     ----------
     layout, blur
-        Amplitude of the layout's depth, and of depth by blur (`blur_amplitude`), in dioptres.
+        Amplitude of the layout's depth, and of depth from blur (`blur_amplitude`), in dioptres.
     observer
-        Whose.
+        Observer.
 
     Examples
     --------
@@ -140,16 +140,16 @@ def amplitude(layout: float, blur: float, observer: Observer) -> float:
 
 
 def off_layout(layout: float, blur: float, observer: Observer) -> float:
-    """Perceived amplitude of the relief that a layout does not have: the mean of the posterior, in dioptres.
+    """Return the perceived amplitude of relief absent from the layout: the posterior mean, in dioptres.
 
     Parameters
     ----------
     layout
         Amplitude of the layout's depth in dioptres; 0 for a flat one.
     blur
-        Amplitude of depth by blur off the layout, in dioptres.
+        Amplitude of depth from blur off the layout, in dioptres.
     observer
-        Whose.
+        Observer.
 
     Examples
     --------
@@ -168,14 +168,14 @@ def _weight(cost: FloatArray) -> FloatArray:
 
 
 class Percept(NamedTuple):
-    """What is perceived in one fixation.
+    """Percept of one fixation.
 
     Parameters
     ----------
     depth
-        At each place, in dioptres beyond the mean.
+        Depth at each place, in dioptres relative to the mean.
     along, off
-        Standard deviations over places of its parts: the layout's relief, and that by blur alone.
+        Standard deviations over places of its components: relief of the layout, and relief from blur alone.
     """
 
     depth: FloatArray
@@ -184,11 +184,11 @@ class Percept(NamedTuple):
 
 
 def perceive(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> Percept:
-    """Perceive depth at each place: the layout's relief with the perceived amplitude, and what blur adds to it.
+    """Perceive depth at each place: the layout's relief with its perceived amplitude, plus relief from blur.
 
     Examples
     --------
-    Two halves on a flat layout, the right one blurred by 4 arcmin and the left one by 1, which is fixated.
+    Two halves on a flat layout; the right one is blurred by 4 arcmin, the left one by 1 arcmin and fixated.
 
     >>> halves = EncodedStimulus(np.array([1.0, 1.0, 4.0, 4.0]), 1.0, np.zeros(4))
     >>> seen = perceive(halves, Observer(), np.random.default_rng(1))
@@ -202,7 +202,7 @@ def perceive(stimulus: EncodedStimulus, observer: Observer, random: np.random.Ge
     b = float((sensed * relief).mean())
     along = blur_amplitude(sensed, layout, observer)
     rest = sensed - sensed.mean() - b * relief
-    # Less what errors at single places make of it, by the variance of a log-normal one.
+    # subtract the contribution of errors at single places, with the variance of a log-normal distribution
     by_error = float((sensed**2 * -np.expm1(-(_log_error(stimulus, observer) ** 2))).mean())
     left = math.sqrt(max(float((rest**2).mean()) - by_error - (observer.layout_noise * b) ** 2, 0.0))
     own = observer.layout_gain * spread
@@ -212,19 +212,19 @@ def perceive(stimulus: EncodedStimulus, observer: Observer, random: np.random.Ge
 
 
 def perceived_depth(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> FloatArray:
-    """Depth at each place, in dioptres beyond the mean."""
+    """Return depth at each place, in dioptres relative to the mean."""
     return perceive(stimulus, observer, random).depth
 
 
 def relief(stimulus: EncodedStimulus, observer: Observer, random: np.random.Generator) -> float:
-    """How deep a picture looks: the standard deviation of perceived depth over its places, in dioptres.
+    """Return the perceived depth of a picture: standard deviation of depth over its places, in dioptres.
 
-    At least `LEAST_DEPTH`, so that pictures without any depth have a ratio.
+    It is at least `LEAST_DEPTH`, so that ratios are defined for pictures without depth.
     """
     percept = perceive(stimulus, observer, random)
     return max(math.hypot(percept.along, percept.off), LEAST_DEPTH)
 
 
 def _dioptres(blur: float | FloatArray, observer: Observer) -> FloatArray:
-    """Defocus that makes so much blur (arcmin)."""
+    """Return the defocus (D) that causes blur of that standard deviation (arcmin)."""
     return np.radians(np.asarray(blur) / 60) / SD_PER_RADIUS / (observer.pupil / 2)

@@ -1,4 +1,4 @@
-"""Sets of pictures and their encoded stimuli, made once and kept: observers add their own noise to them."""
+"""Picture sets and their encoded stimuli, computed once and cached; observers add their own noise."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ __all__ = [
 ]
 
 CACHE = "FOCALGRADIENT_CACHE"
-"""Environment variable that names another folder for what is made once and kept."""
+"""Environment variable that replaces the default cache folder."""
 
 ARRAYS = ("blur", "fixated_blur", "depth", "blur_log_sd")
 
 ENCODING = 3
-"""Version of how pictures are encoded: what another version has kept is not used."""
+"""Version of the encoding; cached data of other versions are ignored."""
 
 
 def cache_folder() -> Path:
-    """Where what can be made again is kept: the user's cache folder, unless the environment names another."""
+    """Return the cache folder: that of the environment variable, else the user's cache folder."""
     given = os.environ.get(CACHE)
     return Path(given) if given else platformdirs.user_cache_path("focalgradient", appauthor=False)
 
 
 def small_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
-    """A set of small pictures of plain spheres, made once and kept; ray cast, so that every machine can make it."""
+    """Return a cached set of small ray-cast pictures of plain spheres, rendered if necessary on any machine."""
     return make_depth_rating(
         cache_folder() / f"pictures-{scenes}",
         scenes=scenes,
@@ -64,12 +64,12 @@ def small_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
 
 
 def natural_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
-    """A set of path-traced natural scenes, 512 pixels wide, made once and kept: some minutes, and Mitsuba, are needed.
+    """Return a cached set of path-traced natural scenes, 512 pixels wide; rendering needs Mitsuba and some minutes.
 
     Raises
     ------
     InputError
-        If Mitsuba cannot be used here.
+        If Mitsuba is not available.
     """
     return make_depth_rating(
         cache_folder() / f"natural-{scenes}",
@@ -85,21 +85,21 @@ def natural_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
 def encoded_stimuli(
     stimuli: StimulusSet, executor: Executor | None = None, progress: Progress | None = None
 ) -> EncodedPictures:
-    """Encode every picture of a set, fixating what it has in focus; kept by the hash of the set's manifest.
+    """Encode every picture of a set, fixating the object in focus; cached by the hash of the set's manifest.
 
     Parameters
     ----------
     stimuli
-        The set.
+        Picture set.
     executor
-        Where several pictures are encoded at once; it must be able to read the set's folder. None: here.
+        Executor that encodes several pictures at once and can read the set's folder. None: this process.
     progress
-        Called with the share done, 0 to 1, and what is being done.
+        Function called with the completed fraction, 0 to 1, and a description of the work.
 
     Raises
     ------
     InputError
-        If the set is not as its manifest says, or the encoded stimuli cannot be kept.
+        If the set does not match its manifest, or the cache cannot be written.
     """
     kept = cache_folder() / f"encoded-{ENCODING}-{check_stimuli(stimuli.folder).sha256[:16]}.npz"
     if (known := _kept(stimuli, kept)) is not None:
@@ -120,7 +120,7 @@ def encoded_stimuli(
 
 
 def _encode(job: tuple[Path, list[PictureKey]]) -> list[EncodedStimulus]:
-    """Encode one file, once for each object that is fixated in it."""
+    """Encode one file, once for each fixated object in it."""
     folder, shown = job
     stimuli = read_set(folder)
     picture = stimuli.picture(*shown[0])
@@ -130,13 +130,13 @@ def _encode(job: tuple[Path, list[PictureKey]]) -> list[EncodedStimulus]:
 
 
 def _arrays(stimuli: StimulusSet, found: Mapping[PictureKey, EncodedStimulus]) -> dict[str, NDArray[Any]]:
-    """The encoded stimuli in the order of the set's pictures."""
+    """Return the encoded stimuli as arrays, in the order of the set's pictures."""
     ordered = [found[one.scene, one.aperture, one.fixation] for one in stimuli.pictures]
     return {name: np.array([getattr(one, name) for one in ordered]) for name in ARRAYS}
 
 
 def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
-    """Write them, whole or not at all."""
+    """Write arrays to a file atomically."""
 
     def write(path: Path) -> None:
         with path.open("wb") as file:
@@ -151,13 +151,13 @@ def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
 
 
 def _kept(stimuli: StimulusSet, place: Path) -> EncodedPictures | None:
-    """Encoded stimuli as they are kept, the same numbers as when computed; None for none, or damaged ones."""
+    """Read cached encoded stimuli; None if missing or damaged."""
     arrays = kept_arrays(place, (len(stimuli.pictures),))
     return None if arrays is None else _by_key(stimuli, arrays)
 
 
 def kept_arrays(place: Path, counts: tuple[int, ...]) -> dict[str, NDArray[Any]] | None:
-    """Return `ARRAYS` of encoded stimuli, whose shapes begin with `counts`; None for none, or damaged ones."""
+    """Read cached `ARRAYS` whose shapes begin with `counts`; None if missing or damaged."""
     try:
         arrays = read_arrays(place, ARRAYS)
     except InputError:
@@ -182,18 +182,18 @@ def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> Encoded
 def seen_pictures(
     design: DepthRatingDesign, folder: Path | None, executor: Executor | None, progress: Progress
 ) -> dict[str, Any]:
-    """Return what observers of ratings look at: arguments `encoded` and `stimuli` of `simulate`.
+    """Return the stimuli of rating observers: arguments `encoded` and `stimuli` of `simulate`.
 
     Parameters
     ----------
     design
-        That they take part in.
+        Design of the experiment.
     folder
-        Of the pictures; None: small ones are made.
+        Folder of the pictures; None: small ones are rendered.
     executor
-        What encodes them; None: this process.
+        Executor that encodes the pictures; None: this process.
     progress
-        Takes the share that is done, and what is done.
+        Function called with the completed fraction and a description of the work.
 
     Raises
     ------
@@ -206,7 +206,7 @@ def seen_pictures(
 
 
 def _scenes(design: DepthRatingDesign) -> int:
-    """How many scenes the small set needs for a design: all of them are named spheres-NN."""
+    """Return the number of scenes that the small set needs; the design's scenes must be named spheres-NN."""
     names = {*design.scenes, design.standard_scene}
     numbers = [name.removeprefix("spheres-") for name in names]
     if not all(number.isdigit() and len(number) == 2 for number in numbers):

@@ -1,9 +1,9 @@
-"""Questions that an observer answers by looking: each a small class, asked by `Observer.look`, answered from pixels.
+"""Questions that an observer answers from the pixels of a picture, one small class each, asked by `Observer.look`.
 
-What is assumed of the world is stated once: a place's blur is that of defocus with the probability `defocus` of the
-observer, and of the texture itself otherwise; the sharper of two regions is in focus, and the more blurred one lies
-beyond it with the probability (1 + prior) / 2; a border has the blur of the side that ends there, the nearer one. Two
-blurs, intrinsic blur included, are discriminated so that a ratio of 1 + weber is right in 75 % of two alternatives.
+Common assumptions: the blur of a place is due to defocus with probability `defocus`, and otherwise to the texture
+itself; the sharper of two regions is in focus, and the more blurred one lies beyond it with probability (1 + prior) /
+2; a border has the blur of the occluding (nearer) side. Two blurs, including intrinsic blur, whose ratio is 1 + weber
+are discriminated with 75 % correct with two alternatives.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ FloatArray = NDArray[np.float64]
 Region = NDArray[np.bool_]
 
 Answered = TypeVar("Answered", covariant=True)
-"""Of what kind a question's answers are: `Choice`, or `Magnitude`."""
+"""Type of a question's answer: `Choice` or `Magnitude`."""
 
 FIRST, SECOND = "first", "second"
 
 BLURS = 100.0
-"""Ratio of the greatest to the least blur that a border has which belongs to neither side; our choice."""
+"""Ratio of the largest to the smallest blur of a border that belongs to neither side (our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """An answer among alternatives: the probability of each.
+    """Answer among alternatives, with the probability of each.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class Choice:
 
     @property
     def likeliest(self) -> str:
-        """The alternative of the greatest probability."""
+        """Most probable alternative."""
         return max(self.probability, key=lambda name: self.probability[name])
 
     def simulate(self, random: np.random.Generator) -> str:
@@ -65,26 +65,26 @@ class Choice:
 
 
 class Question(Protocol[Answered]):
-    """What can be asked of a picture."""
+    """Question about a picture."""
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Answered:
-        """Answer from the pixels (H x W, shares of white) and the display alone."""
+        """Answer from the pixels (H x W, relative to white) and the display alone."""
         ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DepthOrder:
-    """Which of two regions is the nearer one: ``"first"`` or ``"second"``.
+    """Question for the nearer of two regions: ``"first"`` or ``"second"``.
 
-    Cues: which is more blurred, by the prior of the observer; where the regions meet, which one the border's blur
-    belongs to; and with two eyes, which one has more crossed disparity.
+    The cues are which region is more blurred, by the observer's prior; for adjacent regions, to which one the blur of
+    the border belongs; and with two eyes, which one has more crossed disparity.
 
     Parameters
     ----------
     first, second
-        Masks of the picture's shape, each with room for a square of 64 pixels or so.
+        Masks with the shape of the picture, each containing a square of about 64 pixels.
     right
-        The right eye's picture, where the one that is looked at is the left eye's.
+        Picture of the right eye; the picture that is looked at is then that of the left eye.
     """
 
     first: Region
@@ -92,7 +92,7 @@ class DepthOrder:
     right: FloatArray | None = None
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
-        """Answer by the product of the cues' odds."""
+        """Answer by the product of the odds of the cues."""
         regions = _checked(light, self.first, self.second)
         (seen,), slope = seen_by([light], display, observer.pupil)
         estimated = blur_of(seen, slope, display, observer.pupil)
@@ -115,17 +115,17 @@ class DepthOrder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FigureGround:
-    """Which of two regions that meet is the figure, to which the border belongs: ``"first"`` or ``"second"``.
+    """Question for the figure, which owns the border, out of two adjacent regions: ``"first"`` or ``"second"``.
 
-    The nearer of both owns the border, so that the answer is that of `DepthOrder`. Regions that do not meet are
-    refused.
+    The nearer region owns the border, so that the answer is that of `DepthOrder`. Regions that are not adjacent raise
+    `InputError`.
     """
 
     first: Region
     second: Region
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
-        """Answer as the order in depth of both."""
+        """Answer by the depth order of the regions."""
         if not share_border(*_checked(light, self.first, self.second)):
             raise InputError("first and second do not meet: figure and ground need a border of 16 pixels or more.")
         return DepthOrder(self.first, self.second).answer(light, display, observer)
@@ -133,21 +133,21 @@ class FigureGround:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlurDiscrimination:
-    """Which of two pictures is more blurred: ``"first"``, the one that is looked at, or ``"second"``.
+    """Question for the more blurred of two pictures: ``"first"``, the one that is looked at, or ``"second"``.
 
     Parameters
     ----------
     second
-        The other picture, in shares of white.
+        Other picture, relative to white.
     region
-        Where to compare them; None: everywhere.
+        Region of the comparison; None: the whole picture.
     """
 
     second: FloatArray
     region: Region | None = field(default=None)
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Choice:
-        """Answer by the ratio of both blurs, the intrinsic one included."""
+        """Answer by the ratio of the blurs, including intrinsic blur."""
         seen, slope = seen_by([light, self.second], display, observer.pupil)
         blurs = []
         for image in seen:
@@ -158,7 +158,7 @@ class BlurDiscrimination:
 
 
 def _answered(first: float, observer: Observer) -> Choice:
-    """The choice of the first, with what is answered without looking."""
+    """Return the choice of the first alternative, including lapses."""
     lapses = 1.0 if observer.guesses else observer.lapses
     share = lapses / 2 + (1 - lapses) * first
     return Choice({FIRST: share, SECOND: 1 - share})
@@ -168,20 +168,20 @@ def _checked(light: FloatArray, *regions: Region) -> tuple[Region, ...]:
     for region in regions:
         if np.shape(region) != np.shape(light) or np.asarray(region).dtype != np.bool_:
             raise InputError(
-                f"a region is a mask of shape {np.shape(region)} and type {np.asarray(region).dtype}, but must be of "
-                f"booleans and of the picture's shape, {np.shape(light)}."
+                f"a region is a mask of shape {np.shape(region)} and type {np.asarray(region).dtype}, but must be a "
+                f"boolean mask with the shape of the picture, {np.shape(light)}."
             )
     return regions
 
 
 def _region_blur(estimated: BlurEstimate, display: Display, region: Region) -> tuple[float, float]:
-    """Blur of a region (arcmin) and the sd of its logarithm: of the places well within it, by their precision."""
+    """Return the blur of a region (arcmin) and the SD of its logarithm, precision-weighted over its interior places."""
     rows, columns = estimated.log_sd.shape
     middle = SPACING * (np.arange(max(rows, columns)) + 0.5)
     inside = np.asarray(distance_transform_edt(region), float)
     depth = inside[np.ix_(middle[:rows].astype(int), middle[:columns].astype(int))]
     known = np.isfinite(estimated.log_sd)
-    for room in (SPACING, SPACING / 2):  # away from the border, where there is room
+    for room in (SPACING, SPACING / 2):  # margin to the border, reduced if necessary
         chosen = known & (depth >= room)
         if chosen.any():
             break
@@ -196,7 +196,7 @@ def _region_blur(estimated: BlurEstimate, display: Display, region: Region) -> t
 
 
 def _region_disparity(disparity: FloatArray, region: Region) -> float:
-    """Median disparity (arcmin) of the places whose middle lies within a region."""
+    """Return the median disparity (arcmin) of the places whose centre lies within a region."""
     rows, columns = (SPACING * np.arange(count) + SPACING // 2 for count in disparity.shape)
     inside = disparity[np.asarray(region)[np.ix_(rows, columns)]]
     if not np.isfinite(inside).any():
@@ -205,23 +205,23 @@ def _region_disparity(disparity: FloatArray, region: Region) -> float:
 
 
 def _seen(log: float, log_sd: float, display: Display) -> tuple[float, float]:
-    """Blur in arcmin, without that of the sampling, and the sd of the logarithm that was estimated."""
+    """Return blur in arcmin without sampling blur, and the SD of the log estimate."""
     return display.arcmin(1.0) * math.sqrt(max(math.exp(2 * log) - SAMPLING_BLUR**2, 0.0)), log_sd
 
 
 def more_blurred(one: tuple[float, float], other: tuple[float, float], observer: Observer) -> float:
-    """Probability that one of two looks more blurred: its precision is Weber's, or less where little is to be seen."""
+    """Return the probability that `one` looks more blurred, limited by Weber's law and the errors of the estimates."""
     ratio = math.log(math.hypot(one[0], observer.intrinsic) / math.hypot(other[0], observer.intrinsic))
     return float(ndtr(ratio / math.hypot(_weber_sd(observer), one[1], other[1])))
 
 
 def _weber_sd(observer: Observer) -> float:
-    """Standard deviation of the logarithm of the ratio of two blurs: 75 % are right at a ratio of 1 + weber."""
+    """Return the SD of the log ratio of two blurs at which a ratio of 1 + weber is judged with 75 % correct."""
     return math.log1p(observer.weber) / float(ndtri(0.75))
 
 
 def _belongs(border: tuple[float, float], side: tuple[float, float], observer: Observer) -> float:
-    """Likelihood of the border's blur if it belongs to a side; with 1 - defocus it is of the texture: any blur."""
+    """Return the likelihood of the border's blur if it belongs to a side; uniform if blur is of the texture itself."""
     ratio = math.log(math.hypot(border[0], observer.intrinsic) / math.hypot(side[0], observer.intrinsic))
     sd = math.hypot(_weber_sd(observer), border[1], side[1])
     own = math.exp(-((ratio / sd) ** 2) / 2) / (sd * math.sqrt(2 * math.pi))

@@ -1,4 +1,4 @@
-"""How deep a picture looks, and how it is rated beside another one: asked by looking."""
+"""Questions for the perceived depth of a picture, and for its rating relative to another one."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ __all__ = ["DepthExtent", "DepthRating"]
 FloatArray = NDArray[np.float64]
 
 FIXATIONS = 20
-"""Fixations whose depths give an answer's median and spread: a design, not a number of people's eyes."""
+"""Number of simulated fixations per answer, which determine its median and spread."""
 
 SEED = 1987
-"""Of the errors within these fixations: the same for all pictures, so that equal pictures look equally deep."""
+"""Random seed of the errors within these fixations, common to all pictures so that equal pictures look equally deep."""
 
 GUESSES = math.log(4) / math.sqrt(3)
-"""Standard deviation of the logarithm of a rating without looking, evenly spread from 1/4 to 4."""
+"""SD of the log of a rating without looking, log-uniform from 1/4 to 4."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DepthExtent:
-    """How deep a picture looks: the standard deviation of perceived depth over its places, in dioptres.
+    """Question for the perceived depth of a picture: SD of perceived depth over its places, in dioptres.
 
     Parameters
     ----------
     layout
-        What other cues give; its relief is (1 - nearness) / expected_m. None: a flat layout.
+        Layout given by other cues, with relief (1 - nearness) / expected_m. None: a flat layout.
     fixation
-        Pixels from the upper left corner, right and down; what lies there is in focus. None: what is sharpest.
+        Fixated point in pixels from the upper left corner, right and down, which is in focus. None: the sharpest point.
 
     Examples
     --------
-    Two halves of a texture, blurred by 1 and 4 arcmin, on a flat layout: their depth is that of blur.
+    Two halves of a texture on a flat layout, blurred by 1 and 4 arcmin: the perceived depth is due to blur.
 
     >>> from focalgradient.observers import OBSERVERS
     >>> from focalgradient.stimuli import texture_border
@@ -60,12 +60,12 @@ class DepthExtent:
     fixation: tuple[float, float] | None = None
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Magnitude:
-        """Answer by what `FIXATIONS` of them perceive, through the same inference as ratings in an experiment.
+        """Answer by the percepts of `FIXATIONS` fixations, with the same inference as ratings in an experiment.
 
         Raises
         ------
         InputError
-            If the layout is not of the picture's shape, has no fixation, or that lies outside.
+            If the layout differs in shape from the picture, or the fixation is missing or outside the picture.
         """
         shape = np.shape(light)
         if self.fixation is not None and len(shape) == 2:
@@ -75,8 +75,8 @@ class DepthExtent:
             ratio = np.asarray(self.layout.distance, float)
             if self.fixation is None or ratio.shape != shape:
                 raise InputError(
-                    f"the layout is of shape {ratio.shape} with the fixation {self.fixation}, but must be of the "
-                    f"picture's, {shape}, and have a fixation: give both."
+                    f"the layout has shape {ratio.shape} and the fixation {self.fixation}, but it must have the "
+                    f"picture's shape, {shape}, and a fixation: give both."
                 )
             right, down = (math.floor(at) for at in self.fixation)
             distance = ratio * (self.layout.expected_m / ratio[down, right])
@@ -88,16 +88,16 @@ class DepthExtent:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DepthRating:
-    """How many times as deep a picture looks as a standard: the ratio that a scale of ratings shows.
+    """Question for the perceived depth of a picture relative to a standard, as a ratio.
 
     Parameters
     ----------
     standard
-        The other picture, in shares of white.
+        Standard picture, relative to white.
     depth
-        How both are looked at.
+        Layout and fixation of both pictures.
     standard_depth
-        How the standard is; None: as the picture.
+        Layout and fixation of the standard; None: those of the picture.
 
     Examples
     --------
@@ -115,7 +115,7 @@ class DepthRating:
     standard_depth: DepthExtent | None = None
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> Magnitude:
-        """Answer by the ratio of both depths to the power `scale`, with the scatter of repeated ratings."""
+        """Answer by the ratio of the depths to the power `scale`, with the scatter of repeated ratings."""
         if observer.guesses:
             return Magnitude(1.0, GUESSES)
         shown = self.depth.answer(light, display, observer)

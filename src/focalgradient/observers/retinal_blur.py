@@ -1,13 +1,13 @@
-"""Blur estimated from one retinal image: where there is texture, and at edges.
+"""Estimation of blur from one retinal image, in textures and at edges.
 
-A texture of the world has about the amplitude spectrum 1/f; blurred by a Gaussian of variance b^2, and seen by centre-
-surround receptive fields (the Laplacian of a Gaussian of variance s^2), it gives the mean square
+Natural textures have an amplitude spectrum of about 1/f. Blurred by a Gaussian of variance b^2 and filtered by
+centre-surround receptive fields (Laplacian of a Gaussian of variance s^2), they have the mean square response
 
     E(s) = integral (2 pi f)^4 f^-2 exp(-4 pi^2 f^2 (s^2 + b^2)) 2 pi f df  =  C / (s^2 + b^2)^2 .
 
-So how responses fall from fields of one size to those of the next gives blur without knowing the contrast C. Here E is
-the root of the mean fourth power: of a texture it is the same but for a constant, and by it an edge, whose mean square
-falls with the power 3/2 only and would be taken for blurred, falls with 7/4. A thin line falls with 11/4.
+The decrease of responses with receptive-field size therefore gives blur without knowledge of the contrast C. Here E is
+the root of the mean fourth power: for textures it is the same up to a constant; for edges, whose mean square decreases
+with the power 3/2 only, so that they would seem blurred, it decreases with 7/4. For thin lines the power is 11/4.
 """
 
 from __future__ import annotations
@@ -39,45 +39,46 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 Law = Callable[[FloatArray, FloatArray], FloatArray]
-"""E, but for a factor, of receptive fields of each scale (px) and each blur (sd, px): blurs x scales."""
+"""Function for E, up to a factor, of receptive-field sizes (px) and blurs (SD, px): blurs x sizes."""
 
 TEXTURE, LINE = 2.0, 2.75
-"""Powers by which E falls with s^2 + b^2."""
+"""Exponents of the decrease of E with s^2 + b^2, for textures and for lines."""
 
 CONTRAST = 0.005
-"""Noise of seeing a pixel, as a contrast; responses below what it makes carry no information."""
+"""Noise contrast of vision per pixel; weaker responses carry no information."""
 
 NOISES = tuple(2.0 ** np.arange(0.0, 6.1, 0.5))
-"""Noise of the picture itself, as that of rendering with few rays, in units of `CONTRAST`: a place has any of these."""
+"""Candidate noise levels of the picture itself, such as rendering noise, in units of `CONTRAST`, for each place."""
 
 UNLIKELY = 2.0
-"""Cost, as twice the negative log likelihood, of noise e times as strong: twice the noise is half as likely. With none
-of it sharp textures pass for slightly blurred and noisy ones."""
+"""Penalty (twice the negative log likelihood) per factor of e in the picture noise: doubling it halves the likelihood.
+Without it, sharp textures would seem slightly blurred and noisy.
+"""
 
 STEP = 0.05
-"""Departure of an edge from a blurred step, as a contrast, that is not seen."""
+"""Deviation of an edge from a blurred step that remains unnoticed, as a contrast."""
 
 SAMPLING_BLUR = 0.5
-"""Blur in pixels of the sampling itself: what is estimated is hypot(blur, SAMPLING_BLUR)."""
+"""Sampling blur in pixels; estimates are hypot(blur, SAMPLING_BLUR)."""
 
 MISFIT = 0.1
-"""Departure of a texture's energies from the law, as a share, beyond chance."""
+"""Relative deviation of a texture's energies from the power law, in addition to sampling error."""
 
 VAGUE = 0.5
-"""Standard deviation of the logarithm of blur from which on it counts as unknown."""
+"""SD of log blur above which blur counts as unknown."""
 
 BAND = 16.0
-"""Length in pixels of edge that gives one estimate."""
+"""Length of edge in pixels that gives one independent estimate."""
 
 LEAST, LEVELS = 0.05, 50
-"""Least blur in pixels among those that a texture's is chosen from, and how many they are; the most is the widest
-field."""
+"""Smallest candidate blur of textures in pixels, and number of candidates; the largest is the widest receptive field.
+"""
 
 
 class BlurEstimate(NamedTuple):
-    """Blur at places on a square grid, rows x columns: the logarithm of sd in pixels, and that logarithm's own sd.
+    """Blur at places on a square grid (rows x columns): log SD in pixels, and the SD of that logarithm.
 
-    ``inf`` of the latter where it cannot be estimated.
+    The latter is ``inf`` where blur cannot be estimated.
     """
 
     log_blur: FloatArray
@@ -85,20 +86,20 @@ class BlurEstimate(NamedTuple):
 
 
 def retinal_image(light: NDArray[np.floating], pixels_per_degree: float, pupil: float) -> FloatArray:
-    """What the eye's own optics make of `light` (H x W) on a display in focus: blurred by the mean eye's transfer.
+    """Blur `light` (H x W) by the mean eye's transfer function, for a display in focus.
 
     Parameters
     ----------
     light
-        Linear, in any unit.
+        Linear light in any unit.
     pixels_per_degree
-        Of the display.
+        Pixels per degree of the display.
     pupil
-        Diameter in metres.
+        Pupil diameter in metres.
 
     Examples
     --------
-    A line one arcmin wide keeps its light, and half of its height at most.
+    A line one arcmin wide keeps its total light, and at most half of its height.
 
     >>> light = np.zeros((64, 64))
     >>> light[:, 32] = 1.0
@@ -110,14 +111,14 @@ def retinal_image(light: NDArray[np.floating], pixels_per_degree: float, pupil: 
     padded = np.pad(np.asarray(light, float), margin, mode="symmetric")
     down = np.fft.fftfreq(padded.shape[0])[:, None]
     frequency = pixels_per_degree * np.hypot(down, np.fft.rfftfreq(padded.shape[1]))
-    knots = np.linspace(0, frequency.max(), 256)  # the transfer is smooth, and takes long to compute
+    knots = np.linspace(0, frequency.max(), 256)  # interpolated, as the transfer function is smooth but slow
     transfer = np.interp(frequency, knots, mean_eye_mtf(knots, pupil_diameter=pupil))
     blurred = irfft2(rfft2(padded) * transfer, padded.shape)
     return np.asarray(blurred[margin:-margin, margin:-margin])
 
 
 def power_law(power: float) -> Law:
-    """E = (s^2 + b^2)^-power: of a texture or line without any transfer but that of a Gaussian blur.
+    """Return the law E = (s^2 + b^2)^-power of a texture or line with Gaussian blur only.
 
     >>> power_law(2.0)(np.array([1.0]), np.array([0.0, 1.0])).tolist()
     [[1.0], [0.25]]
@@ -130,14 +131,15 @@ def power_law(power: float) -> Law:
 
 
 def eye_law(slope: float, pixels_per_degree: float, pupil: float) -> Law:
-    """E of a texture of amplitude 1/f^slope seen through the mean eye: the blur is that of the picture alone.
+    """Return the law of E for a texture of amplitude 1/f^slope seen through the mean eye, whose blur is excluded.
 
-    The integral of (2 pi f)^4 f^(-2 slope) M(f)^2 exp(-4 pi^2 f^2 (s^2 + b^2)) over the frequencies that pixels have,
-    M being the eye's transfer. No Gaussian has its shape: taken for one, a steep texture looks blurred.
+    It is the integral of (2 pi f)^4 f^(-2 slope) M(f)^2 exp(-4 pi^2 f^2 (s^2 + b^2)) over the frequencies of the pixel
+    grid, where M is the transfer function of the eye. No Gaussian has this shape: approximated by one, steep textures
+    would seem blurred.
 
     Examples
     --------
-    The eye leaves less to fine fields than the texture has: the fall from one size to the next is less steep.
+    The eye attenuates the response of small receptive fields: the decrease from one size to the next is less steep.
 
     >>> scales, sharp = np.array([1.0, 2.0]), np.array([0.0])
     >>> one, other = (law(scales, sharp)[0] for law in (eye_law(1.0, 60, 0.004), power_law(TEXTURE)))
@@ -153,14 +155,16 @@ def eye_law(slope: float, pixels_per_degree: float, pupil: float) -> Law:
 
 
 def _eye_weight(pixels_per_degree: float, pupil: float) -> FloatArray:
-    """Squared transfer of the eye times what part of all frequencies each of `FREQUENCIES` stands for."""
-    within = np.clip(4 * np.arccos(np.minimum(0.5 / FREQUENCIES, 1.0)) / np.pi, 0, 1)  # of a circle cut by a square
+    """Return the squared transfer of the eye times the integration weight of each of `FREQUENCIES`."""
+    within = np.clip(
+        4 * np.arccos(np.minimum(0.5 / FREQUENCIES, 1.0)) / np.pi, 0, 1
+    )  # part of the circle outside the square
     transfer = mean_eye_mtf(pixels_per_degree * FREQUENCIES, pupil_diameter=pupil)
     return np.asarray(transfer**2 * FREQUENCIES**2 * (1 - within))  # f df = f^2 d log f
 
 
 def _gaussians(scales: FloatArray, blur: FloatArray) -> FloatArray:
-    """Squared transfer of field and blur: blurs x scales x frequencies."""
+    """Return the squared transfer of receptive field and blur: blurs x sizes x frequencies."""
     square = scales[:, None] ** 2 + blur[:, None, None] ** 2
     return np.asarray(np.exp(-((2 * np.pi * FREQUENCIES) ** 2) * square))
 
@@ -173,20 +177,20 @@ def estimate_blur(
     Parameters
     ----------
     image
-        Contrast, as the logarithm of light, H x W.
+        Contrast (log light), H x W.
     spacing
-        Between places, a multiple of 4; the first is half as far from the image's corner.
+        Distance between places, a multiple of 4; the first is half as far from the image's corner.
     law
-        How responses fall with the size of the field: that of a 1/f texture and a Gaussian blur if None;
-        ``power_law(LINE)`` for drawings of lines; `eye_law` where blur is asked for without the eye's own.
+        Decrease of responses with receptive-field size; None: that of a 1/f texture with Gaussian blur. Use
+        ``power_law(LINE)`` for line drawings, and `eye_law` to exclude the blur of the eye.
     own
-        Blur of the eye itself, in pixels, that is taken off that of edges.
+        Blur of the eye in pixels, which is subtracted from that of edges.
     edges
-        Whether sharp edges are used too.
+        True to use sharp edges as well.
 
     Examples
     --------
-    A 1/f texture, blurred by a Gaussian of sd 2 pixels.
+    A 1/f texture blurred by a Gaussian with an SD of 2 pixels.
 
     >>> rng = np.random.default_rng(1)
     >>> frequency = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
@@ -219,7 +223,7 @@ def _texture(image: FloatArray, spacing: int, law: Law) -> tuple[FloatArray, Flo
     costs = []
     for times in NOISES:
         noise = times**2 * floor
-        # The contrast that fits best, each energy weighted by its precision; then how well it fits.
+        # fit the contrast, each energy weighted by its precision; then compute the goodness of fit
         contrast = (precision * shape * (energy - noise)).sum(1) / (precision * shape**2).sum(1)
         expected = np.maximum(contrast, 0.0)[:, None] * shape + noise
         costs.append((np.log(energy / expected) ** 2 / variance).sum(1) + UNLIKELY * math.log(times))
@@ -231,23 +235,23 @@ def _texture(image: FloatArray, spacing: int, law: Law) -> tuple[FloatArray, Flo
     mean = (of_blur * log).sum(0)
     sd = np.sqrt((of_blur * (log - mean) ** 2).sum(0) + MISFIT**2)
     noise = floor * (of_noise.T @ np.array(NOISES)) ** 2
-    # Where only the widest fields respond, it is to what lies beside the place.
+    # if only the largest fields respond, they respond to structure outside the place
     reliable = ((energy[0] > 2 * noise).mean(0) > 0.6) & (sd < VAGUE)
     places = (image.shape[0] // spacing, image.shape[1] // spacing)
     return mean.reshape(places), np.where(reliable, sd, np.inf).reshape(places)
 
 
 SLOPES = np.arange(0.5, 1.91, 0.05)
-"""Slopes of texture that are compared: amplitude spectra from 1/f^0.5 to 1/f^1.9."""
+"""Candidate texture slopes: amplitude spectra from 1/f^0.5 to 1/f^1.9."""
 
 FREQUENCIES = np.geomspace(2e-4, math.sqrt(0.5), 400)
-"""Cycles per pixel over which E is summed, at equal steps of the logarithm, to the corner of what pixels have."""
+"""Frequencies in cycles per pixel of the integral of E, logarithmically spaced, up to the corner of the pixel grid."""
 
 
 def texture_slope(images: Sequence[FloatArray], spacing: int, pixels_per_degree: float, pupil: float) -> float:
-    """Estimate the slope of a texture's amplitude, 1/f^slope, one for all of the images, whatever each place's blur.
+    """Estimate one slope of the texture amplitude spectrum, 1/f^slope, for all images, independent of local blur.
 
-    The slope of the largest likelihood, blur and contrast of each place integrated or fitted, by `eye_law`.
+    It is the slope of maximum likelihood by `eye_law`, with contrast fitted and blur integrated at each place.
     """
     scales = _scales(spacing)
     blur = np.geomspace(LEAST, scales[-1], LEVELS)
@@ -266,12 +270,12 @@ def texture_slope(images: Sequence[FloatArray], spacing: int, pixels_per_degree:
 
 
 def _scales(spacing: int) -> FloatArray:
-    """Sizes of receptive fields in pixels: half octaves from a pixel up to what a place has room for."""
+    """Return receptive-field sizes in pixels: half octaves from one pixel to the largest that fits a place."""
     return np.asarray(2.0 ** np.arange(0.0, math.log2(spacing / 2.8) + 0.01, 0.5), float)
 
 
 def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray:
-    """E about each place for receptive fields of each scale, scales x places."""
+    """Return E around each place for receptive fields of each size (sizes x places)."""
     margin = int(4 * scales[-1])
     padded = np.pad(image, margin, mode="symmetric")
     square = (2 * np.pi) ** 2 * (np.fft.fftfreq(padded.shape[0])[:, None] ** 2 + np.fft.rfftfreq(padded.shape[1]) ** 2)
@@ -282,14 +286,14 @@ def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray
     for scale in scales:
         response = irfft2(spectrum * np.exp(-square * scale**2 / 2), padded.shape)[margin:, margin:]
         fourth = np.square(np.square(response[: rows * spacing, : columns * spacing]))
-        # A window of sd two cells about the middle of each place's four by four.
+        # window with an SD of two cells around the centre of each place's 4 x 4 cells
         smooth = gaussian_filter(fourth.reshape(4 * rows, cell, 4 * columns, cell).mean((1, 3)), 2.0)
         found.append(np.sqrt(smooth.reshape(rows, 4, columns, 4)[:, 1:3, :, 1:3].mean((1, 3)).ravel() / 3))
     return np.maximum(np.array(found), 1e-30)
 
 
 def _edges(image: FloatArray, spacing: int, own: float) -> tuple[FloatArray, FloatArray]:
-    """Mean logarithm of the blur of the edges in each place's square, and its weight: 1 / variance."""
+    """Return the mean log blur of the edges in the square of each place, and its weight, 1 / variance."""
     edges = measure_edges(image, noise=STEP, length=BAND)
     good = edges.valid
     rows, columns = (length // spacing for length in image.shape)
@@ -298,7 +302,7 @@ def _edges(image: FloatArray, spacing: int, own: float) -> tuple[FloatArray, Flo
     place = (row * columns + column)[inside]
     radius, sd = edges.radius[good][inside], edges.radius_sd[good][inside]
     seen, radius = radius, np.sqrt(np.maximum(radius**2 - own**2, 0.0))
-    # Points of one band are one estimate.
+    # points of one band count as one estimate
     weight = 1 / BAND / ((seen * sd / (radius**2 + SAMPLING_BLUR**2)) ** 2 + MISFIT**2)
     total = np.bincount(place, weight, rows * columns)
     weighted = np.bincount(place, weight * np.log(np.hypot(radius, SAMPLING_BLUR)), rows * columns)

@@ -1,4 +1,4 @@
-"""The rotating cube encoded: how blurred its lines are and where in depth, and the odds of its two readings by that."""
+"""Encoding of the rotating cube (blur and depth of its lines), and the log odds of its two readings."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from focalgradient.scenes.necker import EDGES, SYMMETRY
 __all__ = ["Condition", "EncodedCubes", "cube_of", "encode_cube", "encoded_cubes", "log_odds"]
 
 Condition = tuple[str, float, str]
-"""Gradient, strength and direction."""
+"""Identifier of a condition: gradient, strength and direction."""
 
 EncodedCubes = Mapping[Condition, EncodedStimulus]
-"""The encoded stimulus of each condition."""
+"""Encoded stimulus of each condition."""
 
 FRAMES = 3
-"""Moments encoded, of the quarter turn after which the picture repeats."""
+"""Number of encoded frames within the quarter turn after which the picture repeats."""
 
 PIXELS_PER_LINE = 1.6
-"""Pixels to a line's width, which blur is estimated from."""
+"""Line width in pixels for the estimation of blur."""
 
 SPACING = 24
-"""Pixels between the places at which blur is estimated."""
+"""Distance in pixels between the places at which blur is estimated."""
 
 UNAMBIGUOUS = 4.0
-"""Log odds for the one reading that an example has which can be seen in one way only."""
+"""Log odds of the correct reading in examples that are unambiguous."""
 
 
 def encoded_cubes(design: NeckerDesign, executor: Executor | None = None) -> EncodedCubes:
-    """Encode the cube of a design in all its conditions, several at once where there is an executor."""
+    """Encode the cube of a design in all conditions, in parallel if there is an executor."""
     shown = {_condition(trial): trial for trial in design.trials("01") if trial.shape == "ambiguous"}
     jobs = [(cube_of(design, trial.direction), trial.gradient, trial.strength) for trial in shown.values()]
     encoded = map(_encode, jobs) if executor is None else executor.map(_encode, jobs)
@@ -50,7 +50,7 @@ def encoded_cubes(design: NeckerDesign, executor: Executor | None = None) -> Enc
 
 
 def cube_of(design: NeckerDesign, direction: Direction) -> NeckerCube:
-    """The cube of a design.
+    """Return the cube of a design.
 
     >>> cube_of(NeckerDesign(), "left").distance
     0.5
@@ -75,9 +75,9 @@ def _encode(job: tuple[NeckerCube, Gradient, float]) -> EncodedStimulus:
 
 
 def encode_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> EncodedStimulus:
-    """Encode the turning cube, its lines blurred by an aperture of `strength` millimetres, at places on its lines.
+    """Encode the rotating cube, blurred by an aperture of `strength` millimetres, at places on its lines.
 
-    The depth is that of the rigid reading; in the other it is the opposite.
+    The depth is that of the rigid reading; in the nonrigid reading it is reversed.
     """
     pixel = cube.line_width / PIXELS_PER_LINE
     height, width = (2 * SPACING * math.ceil(1.05 * half / pixel / SPACING) for half in reversed(cube.extent))
@@ -102,7 +102,7 @@ def encode_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> Encode
 
 
 def _line_depth(cube: NeckerCube, turn: float, pixel: float, shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Mean depth, in dioptres beyond the cube's centre, of the true cube's lines in each place; NaN without lines."""
+    """Return the mean depth of the true cube's lines at each place, in D beyond its centre; NaN without lines."""
     ends = cube.vertices(turn)[EDGES]
     share = np.linspace(0, 1, 200)[:, None, None]
     points = (ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 3)
@@ -116,16 +116,16 @@ def _line_depth(cube: NeckerCube, turn: float, pixel: float, shape: tuple[int, i
 
 @lru_cache(maxsize=8)
 def _departure(cube: NeckerCube) -> float:
-    """How far the depth-reversed cube departs from rigid over a turn."""
+    """Return the departure of the depth-reversed cube from rigidity over one turn."""
     return departure_from_rigid(cube.reversed(np.arange(360) / 360)).whole
 
 
 def log_odds(design: NeckerDesign, trial: NeckerTrial, encoded: EncodedCubes, observer: Observer) -> float:
-    """Log odds of the rigid reading: by how far the other departs from rigid, and by the order in depth by blur.
+    """Return the log odds of the rigid reading, from the nonrigidity of the other reading and from depth order by blur.
 
-    The depth of the cube's lines is known but for its sign, which is the reading: amplitude A or -A. On the scale of
-    `response`, where it errs by 1, an amplitude b by blur has the log likelihood ratio 2 response(b) response(A).
-    Nothing is discounted, for neither order is given. Errors at single places average out within a trial.
+    The depth of the lines is known except for its sign, which is the reading: amplitude A or -A. On the scale of
+    `response`, where the error is 1, an amplitude b from blur has the log likelihood ratio 2 response(b) response(A).
+    Nothing is discounted, as the layout specifies neither order. Errors at single places average out within a trial.
     """
     if trial.shape != "ambiguous":
         return UNAMBIGUOUS if trial.shape == "rigid" else -UNAMBIGUOUS

@@ -1,8 +1,8 @@
-"""Slant by the gradient of blur, and by that of disparity where there are two eyes.
+"""Surface slant from gradients of blur, and with two eyes of disparity.
 
-A plane through the fixated point at D metres lies, at the angle t along its tilt, tan(slant) tan(t) / D dioptres beyond
-it: linear in the picture. Blur gives the amount of slant, as it is alike on either side of fixation; disparity gives
-its direction, too.
+At the visual angle t along the tilt, a plane through the fixated point at D metres lies tan(slant) tan(t) / D dioptres
+beyond it: linear in the picture. Blur gives the magnitude of slant only, as it is symmetric about fixation; disparity
+also gives its direction.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ __all__ = ["PerceivedSlant", "Slant"]
 FloatArray = NDArray[np.float64]
 
 SLANTS = np.radians(np.arange(-88.0, 88.1, 1.0))
-"""Slants compared, in radians; negative: the far side is opposite to the tilt."""
+"""Candidate slants, in radians; negative if the far side is opposite to the tilt."""
 
 SCALES = np.linspace(-2, 2, 9)
-"""Errors of the scale of all blurs, in standard deviations, that are integrated over."""
+"""Nodes of the integral over the common scale error of all blurs, in standard deviations."""
 
 GRADIENT = 0.1
-"""Error of a gradient of disparity, as a share of it; our choice."""
+"""Relative error of a disparity gradient (our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
 class PerceivedSlant:
-    """A slant as it is perceived.
+    """Perceived slant.
 
     Parameters
     ----------
     median_deg, sd_deg
-        Amount of slant, 0 to 90 degrees.
+        Median and SD of the magnitude of slant, 0 to 90 degrees.
     along
-        Probability that the surface goes away along the tilt that was asked about, and not opposite to it.
+        Probability that the surface recedes along the tilt of the question rather than opposite to it.
 
     Examples
     --------
@@ -59,29 +59,29 @@ class PerceivedSlant:
     along: float
 
     def simulate(self, random: np.random.Generator) -> float:
-        """Draw one answer in degrees; negative where the surface seems to go away opposite to the tilt."""
+        """Draw one answer in degrees; negative if the surface seems to recede opposite to the tilt."""
         amount = min(max(self.median_deg + self.sd_deg * random.standard_normal(), 0.0), 90.0)
         return amount if random.random() < self.along else -amount
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slant:
-    """How slanted a plane looks; its tilt is known but for the direction.
+    """Question for the slant of a plane whose tilt is known except for its direction.
 
     Parameters
     ----------
     tilt_deg
-        Way in which the plane may go away: 0 to the right, 90 upwards.
+        Direction in which the plane may recede: 0 to the right, 90 upwards.
     distance_m
-        Of the fixated point; None: that of the display.
+        Distance of the fixated point; None: that of the display.
     fixation
-        Pixels from the upper left corner, right and down; None: the middle.
+        Fixated point in pixels from the upper left corner, right and down; None: the centre.
     right
-        The right eye's picture, where the one that is looked at is the left eye's.
+        Picture of the right eye; the picture that is looked at is then that of the left eye.
 
     Examples
     --------
-    A plane that is slanted by 70 degrees, and one that is not, as blur shows them.
+    Planes slanted by 70 and by 0 degrees, from blur.
 
     >>> from focalgradient.observers import OBSERVERS
     >>> from focalgradient.stimuli import slanted_plane
@@ -99,12 +99,12 @@ class Slant:
     right: FloatArray | None = None
 
     def answer(self, light: FloatArray, display: Display, observer: Observer) -> PerceivedSlant:
-        """Answer by the product of what the flat display, blur and disparity make of each slant.
+        """Answer by the product of the likelihoods of each slant from flatness of the display, blur and disparity.
 
         Raises
         ------
         InputError
-            If the distance is not positive, the fixation lies outside, or the right eye's picture is of another shape.
+            If the distance is not positive, the fixation lies outside, or the pictures of the eyes differ in shape.
         """
         metres = display.distance if self.distance_m is None else self.distance_m
         if not (metres > 0 and math.isfinite(metres)):
@@ -117,7 +117,7 @@ class Slant:
         tilt = math.radians(self.tilt_deg)
         pixels = (right - fixation[0]) * math.cos(tilt) - (down - fixation[1]) * math.sin(tilt)
         away = np.tan(np.radians(pixels / display.pixels_per_degree))  # tan(t) along the tilt
-        gradient = np.tan(SLANTS) / metres  # dioptres beyond the fixated point for each unit of it
+        gradient = np.tan(SLANTS) / metres  # dioptres beyond the fixated point, per unit of `away`
         cost = (np.abs(gradient) * float(away.std()) / observer.flatness) ** 2
         without = np.exp(-cost / 2)
 
@@ -133,7 +133,7 @@ class Slant:
             expected = np.log(np.hypot(arcmin * math.exp(observer.weber * error), focused))
             misfit = observer.weber**2 + (blur - expected) ** 2 @ weight
             likelihood += math.exp(-(error**2) / 2) * misfit ** (-min(INDEPENDENT, each.size) / 2)
-        # Blurred is farther by the prior: which way that is depends on where fixation lies.
+        # by the prior, blurred places are farther: the implied direction depends on the position of fixation
         beyond = float(np.abs(away[away > 0]).sum() / max(np.abs(away).sum(), 1e-12))
         sign = np.where(SLANTS > 0, 1, -1) * observer.prior * (2 * beyond - 1)
         by_blur = without * likelihood * (1 + sign)
@@ -151,7 +151,7 @@ class Slant:
     def _by_disparity(
         self, light: FloatArray, display: Display, observer: Observer, away: FloatArray, gradient: FloatArray
     ) -> FloatArray:
-        """Likelihood of each slant by the gradient of disparity, which is the interocular distance times dioptres."""
+        """Return the likelihood of each slant from the disparity gradient, the interocular distance times dioptres."""
         assert self.right is not None
         disparity = disparity_at_places(np.asarray(light, float), self.right, display)
         known = np.isfinite(disparity)

@@ -1,7 +1,7 @@
-"""Observers of the adaptive experiment: they look at the pictures, or have a known psychometric function.
+"""Observers of the adaptive experiment, who look at pictures or have a known psychometric function.
 
-Of those who look the threshold follows from the rule of discrimination and from what is left of blur in the pixels.
-With a known threshold and no pictures the procedure, the records, the fit and its interval are tried.
+The threshold of observers who look follows from the discrimination rule and the blur that remains in the pixels. Known
+thresholds without pictures serve to test procedure, records, fit and interval.
 """
 
 from __future__ import annotations
@@ -24,24 +24,25 @@ if TYPE_CHECKING:
 __all__ = ["SLOPE", "choose", "known_threshold", "right_share", "seen_threshold"]
 
 THRESHOLDS = {"D": 0.14, "mm": 1.0}
-"""Median threshold over observers, by the unit of the levels: the middle of 0.10 to 0.18 D for detecting blur
-(Campbell & Westheimer 1958; Walsh & Charman 1988), and for depth a choice of ours."""
+"""Median threshold over observers, by the unit of the levels: for detecting blur, the centre of 0.10 to 0.18 D
+(Campbell & Westheimer 1958; Walsh & Charman 1988); for depth, our choice.
+"""
 
 SPREAD = 0.4
-"""Standard deviation of its logarithm over observers; our choice, of the size of the spread of Weber fractions."""
+"""SD over observers of the log threshold (our choice, similar to that of Weber fractions)."""
 
 SLOPE = 3.5
-"""Weibull slope, that of QUEST (Watson & Pelli 1983)."""
+"""Weibull slope of QUEST (Watson & Pelli 1983)."""
 
 CRITERION = 0.75
-"""Share of right answers at threshold."""
+"""Proportion correct at threshold."""
 
 LEAST_S = 0.2
-"""Seconds that the quickest answer takes."""
+"""Minimum response time, in seconds."""
 
 
 def known_threshold(design: BlurThresholdDesign, participant: str, seed: int) -> float:
-    """The threshold that a simulated observer has, in the unit of the levels: known, so that it can be recovered.
+    """Return the known threshold of a simulated observer, in the unit of the levels.
 
     >>> known_threshold(BlurThresholdDesign(), "01", 1) == known_threshold(BlurThresholdDesign(), "01", 1)
     True
@@ -54,7 +55,7 @@ def known_threshold(design: BlurThresholdDesign, participant: str, seed: int) ->
 def seen_threshold(
     design: BlurThresholdDesign, observer: Observer, participant: str, seed: int, seen: Mapping[str, SeenLevels]
 ) -> float | None:
-    """Level at which a person who looks is right in 75 % of trials but for lapses; None if at none of them."""
+    """Return the level with 75 % correct, apart from lapses, for a person who looks; None if outside the levels."""
     person = replace(observer.person(random_stream(seed, design.task, participant)), lapses=0.0)
     levels = next(iter(seen.values())).levels
     share = np.maximum.accumulate(np.mean([one.right_shares(person) for one in seen.values()], axis=0))
@@ -64,7 +65,7 @@ def seen_threshold(
 
 
 def right_share(level: float, threshold: float, slope: float = SLOPE, lapses: float = 0.01) -> float:
-    """Probability of a right answer between two intervals: 75 % at the threshold, without lapses.
+    """Return the probability of a correct answer with two intervals: 75 % at threshold, without lapses.
 
     >>> right_share(0.2, 0.2, lapses=0.0), round(right_share(2.0, 0.2, lapses=0.02), 6)
     (0.75, 0.98)
@@ -81,20 +82,20 @@ def choose(
     slope: float = SLOPE,
     seen: Mapping[str, SeenLevels] | None = None,
 ) -> tuple[Chosen, ...]:
-    """Answer every trial of a participant's list, at the levels that the procedure chooses from the answers before.
+    """Answer every trial of a participant's list, at the levels that the adaptive procedure chooses.
 
     Parameters
     ----------
     design, participant
-        The list.
+        Design and participant of the trial list.
     observer
-        Lapses by its share, guesses if it does; one for whom blur means nothing guesses, too.
+        Observer, with its lapse rate; observers who guess, or for whom blur is uninformative, guess.
     seed
-        Of all that is random.
+        Random seed.
     threshold, slope
-        Of the psychometric function; None: `known_threshold`.
+        Threshold and slope of the psychometric function; None: `known_threshold`.
     seen
-        What is looked at, by scene (`encoded_levels`); None: no pictures, and the psychometric function instead.
+        Encoded levels by scene (`encoded_levels`); None: no pictures, the psychometric function is used instead.
     """
     person = observer.person(random_stream(seed, design.task, participant))
     known = known_threshold(design, participant, seed) if threshold is None else threshold

@@ -1,8 +1,8 @@
-"""Observers at threshold, who differ in how sensitivity grows with the level.
+"""Observer models of threshold data that differ in the growth of sensitivity with level.
 
-With two intervals an answer is right with the probability Phi(d' / sqrt 2), and d' is 0.954 (level / threshold) to the
-power of the exponent, so that 75 % are right at the threshold. With another guess rate g that probability is scaled to
-run from g.
+With two intervals the probability of a correct answer is Phi(d' / sqrt 2), and d' is 0.954 (level / threshold) to the
+power of an exponent, so that 75 % are correct at threshold. For another guess rate g the probability is rescaled to
+start at g.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ __all__ = ["transducer_observers"]
 FloatArray = NDArray[np.float64]
 
 LAPSES = 0.02
-"""Share of answers without looking (Wichmann & Hill 2001); fixed."""
+"""Lapse rate, fixed (Wichmann & Hill 2001)."""
 
 EXPONENTS: Mapping[str, float | None] = {"linear transducer": 1.0, "square transducer": 2.0, "power transducer": None}
-"""Exponent of d' by the level, None where it is fitted: linear, of energy (the square), and any (Nachmias 1981)."""
+"""Exponent of d' as a function of level: 1 (linear), 2 (energy), or None (fitted; Nachmias 1981)."""
 
 
 def transducer_observers(levels: ArrayLike, conditions: ArrayLike, guess: float = 0.5) -> dict[str, Choices]:
-    """Observers of detection or discrimination at levels.
+    """Return observer models of detection or discrimination.
 
-    The conditions of their answers are `level`, and `condition`, a number from 0; the answer is 1 where right.
-    Parameters: `threshold` (in the unit of the levels; geometric mean over people), with several conditions
-    `threshold_1` and so on, `people` (SD over people of its logarithm), and `exponent`.
+    The conditions are `level`, and `condition`, an index from 0; the answer is 1 if correct. The parameters are
+    `threshold` (in the unit of the levels; geometric mean over people), with several conditions `threshold_1` etc.,
+    `people` (SD of the log threshold over people), and `exponent`.
 
     Parameters
     ----------
     levels
-        Of each trial, above 0: their geometric mean is where the search starts.
+        Level of each trial, above 0; the search starts at the geometric mean.
     conditions
-        Number of each trial's condition.
+        Condition index of each trial.
     guess
-        Share of right answers without a stimulus.
+        Guess rate: proportion correct without a stimulus.
 
     Examples
     --------
