@@ -67,7 +67,7 @@ def test_ratings_have_the_observers_scale_and_scatter():
 @pytest.mark.parametrize(
     ("question", "words"),
     [
-        (DepthExtent(RelativeLayout(np.ones((64, 64)))), "have a fixation"),
+        (DepthExtent(RelativeLayout(np.ones((64, 64)))), "and a fixation"),
         (DepthExtent(RelativeLayout(np.ones((64, 65))), (1, 1)), "shape"),
         (DepthExtent(fixation=(64, 1)), "fixation"),
     ],

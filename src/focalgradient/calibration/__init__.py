@@ -1,14 +1,14 @@
-"""What a camera's blur really is, from views of a flat target with sharp edges at known distances.
+"""Calibration of a camera's blur from views of a flat target with sharp edges at known distances.
 
-The marks on a lens give its blur to a tenth. A target gives it better: along its edges the blur on the sensor has a
-variance w^2 = (k r)^2 + own, with ``r = (F / 2N) |V_f - V| v0`` the radius of the blur disc (Pentland 1987, Eqs. 12-16,
-in vergence) and V = 1 / (distance + offset). Unknown are k (sigma / disc radius), the residual blur variance `own`
-(negative where the camera sharpens its pictures), the offset of the plane that distances are measured from, the
-effective f-number N of each setting and the focus vergence V_f.
+The marks on a lens give its blur to within 10 %; a target is more accurate. Along its edges the blur on the sensor has
+the variance w^2 = (k r)^2 + own, where ``r = (F / 2N) |V_f - V| v0`` is the radius of the blur disc (Pentland 1987,
+Eqs. 12-16, in vergence) and V = 1 / (distance + offset). Unknown are k (sigma / disc radius), the residual blur
+variance `own` (negative if the camera sharpens its pictures), the offset between the reference plane of distances and
+the entrance pupil, the effective f-number N of each setting, and the focus vergence V_f.
 
-Views do not determine all of these: k / N is one product, and two distances leave the offset open. So each has a prior,
-as wide as an honest photographer would put it; the most probable values come with their joint covariance, and with the
-share of each prior's variance that the views removed.
+Views do not determine all of these: only the product k / N is identifiable, and two distances leave the offset
+undetermined. Therefore each parameter has a prior, as wide as a photographer's knowledge; the posterior mode is
+returned with its joint covariance, and with the fraction of each prior variance that the views removed.
 """
 
 from focalgradient.calibration.camera import Calibration, Field, Prediction, Reading, disc_radius

@@ -1,4 +1,4 @@
-"""A calibrated camera: its optics wherever its marks stand, and how uncertain they remain."""
+"""Calibrated camera: its optics at the calibrated settings, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -20,25 +20,27 @@ FloatArray = NDArray[np.float64]
 
 
 SAME_MARK = 0.03
-"""Share by which an f-number or a focus distance may differ from a mark and mean it: a quarter of a third of a stop."""
+"""Relative tolerance of an f-number or focus distance to be identified with a mark: about a quarter of a third of a
+stop.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How blurred the edges of a target are in one view.
+    """Blur of the edges of a target in one view.
 
     Parameters
     ----------
     distance
-        Of the target, in metres from the user's reference plane.
+        Distance of the target in metres, from the user's reference plane.
     f_number, focus_distance
-        As marked; the focus (m) None where it is not known. Readings that agree in it share one focus.
+        Values as marked; the focus distance (m) is None if unknown. Readings with equal values share one focus.
     width
-        Standard deviation on the sensor, in metres, of the Gaussian that fits the edges.
+        Standard deviation on the sensor, in metres, of the Gaussian fitted to the edges.
     width_sd
-        Its standard deviation, in metres.
+        Standard error of the width, in metres.
     scatter
-        What single segments of edges scatter by about it, in metres.
+        Scatter of single edge segments around the width, in metres.
     """
 
     distance: float
@@ -54,22 +56,22 @@ _FLAT = (0.0,) * 5
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """How focus and blur vary over the field, as polynomials of x, y, x^2, x y, y^2.
+    """Variation of focus and blur over the field, as polynomials of x, y, x^2, x y, y^2.
 
-    Coordinates count from the middle of the frame, right and down, in halves of its longer side.
+    Coordinates are relative to the centre of the frame, right and down, in units of half its longer side.
 
     Parameters
     ----------
     focus
-        Coefficients of what is to be added to the vergence that is estimated, in dioptres.
+        Coefficients of the correction that is added to the estimated vergence, in dioptres.
     blur
-        Coefficients of the share of the blur that is estimated by which it is larger than in the middle.
+        Coefficients of the relative increase of blur over that in the centre.
     bounds
-        Least and largest x, then y, that the calibration saw: beyond, their values there hold.
+        Minimum and maximum x, then y, covered by the calibration; the polynomials are constant beyond.
     split_band_scale
-        What a calibrated map scatters by beyond noise, over what the split-band test says.
+        Ratio of the measured scatter of a calibrated map, beyond noise, to that given by the split-band test.
     tilt
-        Standard deviation of the focus's slope along x and y (D), which slanted sheets leave open.
+        Standard deviation of the slope of focus along x and y (D), which slanted sheets leave undetermined.
 
     Examples
     --------
@@ -86,19 +88,19 @@ class Field:
 
     @staticmethod
     def coordinates(shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-        """Coordinates x (1 x W) and y (H x 1) of the pixels of a frame."""
+        """Return the coordinates x (1 x W) and y (H x 1) of the pixels of a frame."""
         longer = max(shape)
         y, x = ((2 * np.arange(n) + 1 - n) / longer for n in shape)
         return x[None], y[:, None]
 
     @staticmethod
     def terms(x: ArrayLike, y: ArrayLike) -> FloatArray:
-        """The five terms at `x`, `y`, first axis; broadcasts."""
+        """Return the five polynomial terms at `x`, `y` along the first axis; the arguments are broadcast."""
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         return np.stack([x, y, x**2, x * y, y**2])
 
     def corrected(self, vergence: NDArray[np.floating], focus: float) -> FloatArray:
-        """The vergence (D, H x W) that was read in a frame focused at `focus` (D), made even over the field."""
+        """Correct the estimated vergence (D, H x W) of a frame focused at `focus` (D) for its variation over the field."""
         if not any(self.focus) and not any(self.blur):
             return np.asarray(vergence, float)
         x, y = self.coordinates((vergence.shape[0], vergence.shape[1]))
@@ -110,7 +112,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Where a calibration sees the target of one view: vergence (D) and distance (m, the user's), with their sd."""
+    """Predicted position of the target of one view: vergence (D) and distance (m, user's plane), with SDs."""
 
     vergence: float
     vergence_sd: float
@@ -120,37 +122,36 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Calibration:
-    """A camera as estimated from its target.
+    """Camera parameters estimated from a target.
 
     Parameters
     ----------
     focal_length, pixel_pitch
-        In metres, as they were given: the blur is given in their terms.
+        Values in metres, as given; blur is relative to them.
     k
-        sigma / disc radius along edges.
+        Ratio of edge sigma to disc radius.
     own
-        Residual blur variance on the sensor, there even in focus, in m^2; negative where the camera sharpens.
+        Residual blur variance on the sensor in m^2, present also in focus; negative if the camera sharpens.
     offset
-        Optical distance = distance from the user's reference plane + `offset`, in metres.
+        Optical distance minus distance from the user's reference plane, in metres.
     f_numbers
-        Effective f-number by marked one.
+        Effective f-number by marked f-number.
     focus
-        Vergence in true focus, in dioptres, by marked focus distance in metres (None: not marked).
+        True focus vergence in dioptres, by marked focus distance in metres (None: not marked).
     model_error
-        Relative error of the widths that remains.
+        Remaining relative error of the widths.
     covariance
-        Joint, of `parameters`.
+        Joint covariance of `parameters`.
     informed
-        For each of these the share of the prior's variance that the views removed, 0 to 1.
+        Fraction of the prior variance (0 to 1) that the views removed, for each parameter.
     telecentric
-        Whether the lens is telecentric on the image side: a pixel's angle is then pitch / focal length.
+        True for lenses telecentric on the image side: the angle of a pixel is then pitch / focal length.
     psf
-        Shape of the blur that the target showed, of which `k` is the parameter; None: measured along edges.
+        Shape of the blur of the target, with parameter `k`; None: measured along edges.
     field
-        How focus and blur vary over the field.
+        Variation of focus and blur over the field.
     edge_scatter
-        What single segments of edges scatter by on the sensor, in metres: part of the standard deviation of depth by
-        edges.
+        Scatter of single edge segments on the sensor, in metres: part of the standard deviation of depth by edges.
     """
 
     focal_length: float
@@ -169,14 +170,14 @@ class Calibration:
     edge_scatter: float = 0.0
 
     def __repr__(self) -> str:
-        """Focal length, k, and how many marks were calibrated."""
+        """Return focal length, k, and the number of calibrated marks."""
         return (
             f"Calibration({1e3 * self.focal_length:.4g} mm, k = {self.k:.3g}, {len(self.f_numbers)} apertures, "
             f"{len(self.focus)} foci)"
         )
 
     def summary(self) -> str:
-        """Every parameter with its standard deviation, a line each."""
+        """Return every parameter with its standard deviation as text, one per line."""
         sd = self.sd
         stops = len(self.f_numbers)
         lines = [
@@ -194,7 +195,7 @@ class Calibration:
 
     @property
     def parameters(self) -> FloatArray:
-        """Logarithm of k, own (um^2), offset (m), logarithm of each f-number, each focus vergence (D)."""
+        """Log k, own (um^2), offset (m), log of each f-number, each focus vergence (D)."""
         stops, focus = list(self.f_numbers.values()), list(self.focus.values())
         return np.array([math.log(self.k), self.own * 1e12, self.offset, *np.log(stops), *focus])
 
@@ -204,25 +205,25 @@ class Calibration:
         return np.sqrt(np.diag(self.covariance))
 
     def lens(self, f_number: float, focus_distance: float | None = None) -> Lens:
-        """The lens as it is where its marks say `f_number` and `focus_distance` (m).
+        """Return the lens at the marks `f_number` and `focus_distance` (m).
 
         Raises
         ------
         InputError
-            If the camera was not calibrated there.
+            If the camera was not calibrated at these marks.
         """
         stop, focus = self._place(f_number, focus_distance)
         lens = Lens(self.focal_length, list(self.f_numbers.values())[stop], 1 / list(self.focus.values())[focus])
         return replace(lens, residual_blur_variance=self.own / self._throw(lens) ** 2)
 
     def _throw(self, lens: Lens) -> float:
-        """Metres on the sensor for a radian."""
+        """Return the metres on the sensor per radian."""
         return self.focal_length if self.telecentric else lens.sensor_distance
 
     def _place(self, f_number: float, focus_distance: float | None) -> tuple[int, int]:
-        """Which of the f-numbers and of the focus vergences is meant."""
+        """Return the indices of the f-number and of the focus vergence."""
         stops, marks = list(self.f_numbers), list(self.focus)
-        with np.errstate(all="ignore"):  # an f-number that is none is not near any
+        with np.errstate(all="ignore"):  # invalid f-numbers match no mark
             off = np.abs(np.log(np.array(stops) / f_number))
         stop = int(np.argmin(off))
         if not off[stop] < SAME_MARK:
@@ -241,7 +242,7 @@ class Calibration:
         raise InputError(f"{given}, but the camera was calibrated at {known}: give the focus distance as marked then.")
 
     def predict(self, reading: Reading) -> Prediction:
-        """Where the calibration sees the target of `reading`, on that side of focus where it really lies.
+        """Predict the position of the target of `reading`, on the side of focus where it lies.
 
         >>> camera = Calibration(
         ...     0.05, 5e-6, 0.5, 0.0, 0.1, {4.0: 4.0}, {None: 1.0}, 0.0, np.zeros((5, 5)), np.zeros(5)
@@ -275,12 +276,12 @@ class Calibration:
         *,
         of: Literal["vergence", "distance"] = "vergence",
     ) -> FloatArray:
-        """Standard deviation that the calibration's own errors give to recovered depth, shared by all pixels.
+        """Return the standard deviation of recovered depth due to calibration errors, common to all pixels.
 
         Parameters
         ----------
         settings, vergence, psf, of
-            As of `systematic_modes`.
+            As for `systematic_modes`.
         """
         return np.sqrt((self.systematic_modes(settings, vergence, psf, of=of) ** 2).sum(axis=0))
 
@@ -292,23 +293,23 @@ class Calibration:
         *,
         of: Literal["vergence", "distance"] = "vergence",
     ) -> FloatArray:
-        """Changes of recovered depth by independent errors of the calibration, each at one standard deviation.
+        """Return the changes in recovered depth due to independent calibration errors of one standard deviation each.
 
         Parameters
         ----------
         settings
-            Marked f-number and focus distance (m) of each view. One: its blur was measured; more: they were compared.
+            Marked f-number and focus distance (m) of each view. One view: absolute blur; several: compared blur.
         vergence
-            As recovered, D; any shape.
+            Recovered vergence, D; any shape.
         psf
-            Shape of the blur: a Gaussian's has `k` in it, with its error.
+            Shape of the blur: for a Gaussian the error of `k` is included.
         of
-            What the answer is of: vergence (D), or the user's distance (m).
+            Returned quantity: vergence (D), or the user's distance (m).
 
         Returns
         -------
         ndarray
-            K x the shape of `vergence`, for the K parameters and views.
+            K x the shape of `vergence`, for K parameters and views.
         """
         shape = psf_of(psf)
         places = [self._place(*setting) for setting in settings]
@@ -316,7 +317,7 @@ class Calibration:
         vergence = np.asarray(vergence, float)
 
         def measured(parameters: FloatArray, at: FloatArray) -> FloatArray:
-            """What is measured: the blur's variance (um^2), or where views are compared its differences."""
+            """Return the measured quantity: blur variance (um^2), or for compared views its differences."""
             errors = parameters[-len(places) :]
             squares = []
             for (stop, focus), error in zip(places, errors, strict=True):
@@ -327,7 +328,7 @@ class Calibration:
                 squares.append((k * radius * (1 + error)) ** 2 * 1e12)
             return np.stack([squares[0] + parameters[1]] if len(places) == 1 else [s - squares[0] for s in squares[1:]])
 
-        # Beside the parameters, each view's blur errs by itself.
+        # in addition to the parameters, the blur of each view has an error of its own
         joint = np.concatenate([self.parameters, np.zeros(len(places))])
         spread = np.zeros((joint.size, joint.size))
         spread[: -len(places), : -len(places)] = self.covariance
@@ -337,7 +338,7 @@ class Calibration:
         def slope_at(at: FloatArray) -> FloatArray:
             return (measured(joint, at + step) - measured(joint, at - step)) / (2 * step)
 
-        # In exact focus blur does not change to first order, and nothing would follow: what follows beside it is taken.
+        # in exact focus blur is stationary, so that the slope is taken next to it
         flat = (slope_at(vergence) ** 2).sum(axis=0) < 1e-12
         vergence = np.where(flat, vergence + 10 * step, vergence)
         slope = slope_at(vergence)
@@ -355,7 +356,7 @@ class Calibration:
 
 
 def _apart(mark: float | None, given: float | None) -> float:
-    """How far apart two focus distances are, as a share; infinitely, where one is not known."""
+    """Return the relative difference of two focus distances; infinite if one is unknown."""
     if mark == given:
         return 0.0
     return abs(mark / given - 1) if mark and given else math.inf
@@ -364,18 +365,18 @@ def _apart(mark: float | None, given: float | None) -> float:
 def disc_radius(
     focal_length: float, f_number: float, focus: float, vergence: ArrayLike, telecentric: bool = False
 ) -> FloatArray:
-    """Radius of the blur disc on the sensor, in metres: as a Lens has it, defined for any vergence.
+    """Return the radius of the blur disc on the sensor in metres, as `Lens`, but for any vergence.
 
     Parameters
     ----------
     focal_length
-        In metres.
+        Focal length in metres.
     f_number
-        As photographers state it: focal length over the diameter of the aperture.
+        F-number: focal length divided by aperture diameter.
     focus, vergence
-        Vergence in focus, and of the point, in dioptres; `vergence` may have any shape, which is the result's.
+        Vergence in focus, and of the point, in dioptres; `vergence` may have any shape, which is that of the result.
     telecentric
-        Whether the lens is so on the side of the sensor: blur is then counted in focal lengths.
+        True for lenses telecentric on the image side: blur is then relative to the focal length.
 
     Examples
     --------

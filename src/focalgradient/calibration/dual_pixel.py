@@ -1,4 +1,4 @@
-"""The asymmetry of a dual-pixel sensor's halves, from one photograph of a flat sheet at a known distance."""
+"""Calibration of the asymmetry of a dual-pixel sensor from one photograph of a flat sheet at a known distance."""
 
 from __future__ import annotations
 
@@ -16,34 +16,35 @@ from focalgradient.view import View
 __all__ = ["DualPixelFit", "calibrate_dual_pixel"]
 
 CANDIDATES = np.arange(0.02, 0.9, 0.02)
-"""Asymmetries that are compared."""
+"""Candidate asymmetries."""
 
 WINDOW = 16.0
-"""Window in pixels: a sheet's asymmetry varies slowly."""
+"""Window in pixels, large as the asymmetry of a sheet varies slowly."""
 
 LEAST_RADIUS = 1.5
-"""Blur radius (pixels) that the sheet must have: below, asymmetry hardly shows."""
+"""Minimum blur radius of the sheet in pixels: with less blur, the asymmetry is hardly measurable."""
 
 LEAST_SHARE = 0.25
-"""Share of the sheet that must show its asymmetry."""
+"""Minimum fraction of the sheet with a measurable asymmetry."""
 
 LEFT_ERROR = 0.05
-"""Relative standard deviation of asymmetry times aperture at another distance than the sheet's: prior, as lenses do
-not blur quite as discs."""
+"""Relative standard deviation of asymmetry times aperture at other distances than that of the sheet: a prior, as real
+blur is not exactly a disc.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class DualPixelFit:
-    """What a sheet shows of a dual-pixel sensor.
+    """Result of the calibration of a dual-pixel sensor.
 
     Parameters
     ----------
     left, right
-        Optics of the halves, with the asymmetry and the field that were found.
+        Optics of the two halves, with the fitted asymmetry and field.
     scatter
-        Robust scatter of the sheet's asymmetry about the field, as a share of it.
+        Robust relative scatter of the sheet's asymmetry around the field.
     radius
-        Blur radius of the sheet, in pixels, signed: positive nearer than focus.
+        Signed blur radius of the sheet in pixels: positive nearer than focus.
     """
 
     left: DualPixel
@@ -53,20 +54,20 @@ class DualPixelFit:
 
 
 def calibrate_dual_pixel(views: Sequence[View], distance: float) -> DualPixelFit:
-    """Calibrate the halves of dual pixels from the left and right view of a flat sheet that faces the camera.
+    """Calibrate the dual-pixel halves from the left and right view of a flat sheet that faces the camera.
 
     Parameters
     ----------
     views
-        Left and right, with `DualPixel` optics whose lens is right and whose asymmetry is any guess.
+        Left and right view, with `DualPixel` optics whose lens is correct; the asymmetry is a starting value.
     distance
-        From the entrance pupil to the sheet, in metres. An error of the lens's focus acts on the asymmetry: it is best
-        measured at about the distance of later scenes.
+        Distance from the entrance pupil to the sheet, in metres. Errors of the lens's focus affect the asymmetry:
+        measure at about the distance of later scenes.
 
     Raises
     ------
     InputError
-        If the views are not a pair of halves, or the sheet is in focus or without texture.
+        If the views are not a pair of halves, or the sheet is in focus or lacks texture.
 
     Examples
     --------
@@ -95,8 +96,8 @@ def calibrate_dual_pixel(views: Sequence[View], distance: float) -> DualPixelFit
     radius = (1 / distance - optics.focus_vergence) * optics.aperture_diameter / 2 / left.pixel_angle
     if not abs(radius) >= LEAST_RADIUS:
         raise InputError(
-            f"the sheet's blur has a radius of {abs(radius):.2g} pixels, but {LEAST_RADIUS:g} are needed to show the "
-            "halves' asymmetry: photograph it farther from the plane of focus."
+            f"the sheet's blur has a radius of {abs(radius):.2g} pixels, but {LEAST_RADIUS:g} are needed to measure "
+            "the halves' asymmetry: photograph it farther from the plane of focus."
         )
     found, sd, clear = half_asymmetry(left.image, right.image, radius, CANDIDATES, WINDOW)
     if clear.mean() < LEAST_SHARE:

@@ -1,11 +1,11 @@
-"""Focus and blur over the field: what a lens makes of a flat sheet, as a polynomial of second order.
+"""Variation of focus and blur over the field, estimated from flat sheets as second-order polynomials.
 
-Depth maps of a flat target, by the default method, are slanted and curved. The slant is the sheet's own: measured, it
-goes as 1 / distance; it is fitted for each sheet and not written, but for what may be a sensor's tilt. Curvature is
-blur that varies over the field, as vignetting makes it: it changes sign with the side of focus. Where sheets at
-different defocus tell the two apart, curvature of the focus is fitted beside it. Terms are taken where they predict
-left-out parts of the frame better. What is left beyond noise is compared with what the
-split-band test says of the same maps, so that a calibrated camera's standard deviations are those that were measured.
+Depth maps of a flat target by the default method are slanted and curved. The slant is that of the sheet: measured
+slants are proportional to 1 / distance. It is fitted for each sheet and not stored, except for the possible tilt of the
+sensor. The curvature is due to blur that varies over the field, as with vignetting: it changes sign with the side of
+focus. If sheets at different defocus separate the two, curvature of the focus is fitted as well. Terms are included if
+they reduce the prediction error of left-out parts of the frame. The residual scatter beyond noise is compared with the
+split-band test of the same maps, so that the standard deviations of a calibrated camera match the measured ones.
 """
 
 from __future__ import annotations
@@ -28,52 +28,54 @@ __all__ = ["FieldFit", "apply_calibration", "fit_field"]
 FloatArray = NDArray[np.float64]
 
 GRID = 12
-"""Cells of the frame, in each direction, whose medians are fitted."""
+"""Number of cells of the frame, in each direction, whose medians are fitted."""
 
 LEAST_SHARE = 0.05
-"""Share of a cell that must be valid."""
+"""Minimum valid fraction of a cell."""
 
 LEAST_CELLS = 24
-"""Cells below which nothing is said of the field: four times the terms of second order."""
+"""Minimum number of cells for fitting a field: four times the number of second-order terms."""
 
 LEAST_VALID = 0.25
-"""Share of a map's pixels that must be valid: what is valid in a few spots beside hard edges is mostly their error."""
+"""Minimum valid fraction of a map: isolated valid spots near hard edges mostly contain the errors of edges."""
 
 SPAN = 0.6
-"""Share of the frame, in each direction, that the cells must span."""
+"""Minimum extent of the cells in each direction, as a fraction of the frame."""
 
 TILT_SHARE = 0.3
-"""Standard deviation of the sensor's tilt, as a share of the slant that a sheet shows: of two sheets of one camera all
-of the slant went as 1 / distance, to a tenth."""
+"""Standard deviation of the sensor's tilt, as a fraction of a sheet's slant: for two sheets of one camera, the slant
+was proportional to 1 / distance within a tenth.
+"""
 
 GAIN = 0.95
-"""Left-out error, over that of a simpler polynomial, from which more terms are taken."""
+"""Maximum ratio of left-out errors at which a more complex polynomial is preferred."""
 
 LEFT_OUT = 0.045
-"""Relative error of the width of edges at distances that were not calibrated: of printed squares at 1 and 2.5 m 4 and
-6 % (calibrated at 0.5 and 1.5 m), of one edge at 2.5 m 9 %, at two others 1 %."""
+"""Relative error of edge widths at distances that were not calibrated: 4 and 6 % for printed squares at 1 and 2.5 m
+(calibrated at 0.5 and 1.5 m), 9 % for one edge at 2.5 m, 1 % at two others.
+"""
 
 SCALE_LIMITS = (0.25, 2.0)
-"""Limits of what is left of the maps over what the split-band test said: beyond, a sheet is too little to say so."""
+"""Limits of the ratio of residual scatter to the split-band estimate; a sheet is too small to support values beyond."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FieldFit:
-    """What maps of the target say of the field."""
+    """Field estimated from maps of the target."""
 
     field: Field
-    centres: FloatArray  # D, of each map: vergence read at the middle of the frame; nan where the map says too little
+    centres: FloatArray  # D, vergence estimated at the centre of the frame for each map; NaN without enough valid cells
     centre_sd: FloatArray
-    left: float  # D: scatter of left-out cells about the field
-    left_without: float  # D: the same about a constant
-    coverage: float  # share of left-out pixels within two standard deviations; nan where there are none
+    left: float  # D: scatter of left-out cells around the field
+    left_without: float  # D: scatter around a constant
+    coverage: float  # fraction of left-out pixels within two standard deviations; NaN without any
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cells:
     """Medians of the valid pixels of cells."""
 
-    which: NDArray[np.intp]  # the map
+    which: NDArray[np.intp]  # index of the map
     x: FloatArray
     y: FloatArray
     vergence: FloatArray
@@ -101,14 +103,14 @@ def _cells(maps: Sequence[DepthMap], focus: Sequence[float]) -> _Cells:
 
 @dataclass(frozen=True, slots=True)
 class _Terms:
-    """What is fitted beside a constant for each map."""
+    """Terms fitted in addition to a constant for each map."""
 
-    tilt: bool = False  # a slant of each sheet
-    blur: bool = False  # curvature in proportion to defocus
+    tilt: bool = False  # slant of each sheet
+    blur: bool = False  # curvature proportional to defocus
     focus: bool = False  # curvature of the focus
 
     def columns(self, cells: _Cells) -> FloatArray:
-        """The columns of the fit, cells x terms: constants, slants, blur, focus."""
+        """Return the design matrix (cells x terms): constants, slants, blur, focus."""
         own = (cells.which == np.arange(int(cells.which.max()) + 1)[:, None]).astype(float)
         curved = Field.terms(cells.x, cells.y)[2:]
         parts = [own]
@@ -121,7 +123,7 @@ class _Terms:
         return np.concatenate(parts).T
 
     def parts(self, fit: FloatArray, maps: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Constants, slants (2 x maps), and curvature of blur and of focus, from the coefficients of a fit."""
+        """Split coefficients into constants, slants (2 x maps), curvature of blur and curvature of focus."""
         sizes = (maps, 2 * maps * self.tilt, 3 * self.blur, 3 * self.focus)
         constant, slant, blur, focus = np.split(fit, np.cumsum(sizes)[:-1])
         zero = np.zeros(3)
@@ -130,7 +132,7 @@ class _Terms:
 
 
 def _fit(cells: _Cells, terms: _Terms, use: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Coefficients, and the residual of all cells; robust."""
+    """Return robust coefficients, and the residuals of all cells."""
     columns = terms.columns(cells)
     weight = use.astype(float)
     for _ in range(5):
@@ -142,7 +144,7 @@ def _fit(cells: _Cells, terms: _Terms, use: NDArray[np.bool_]) -> tuple[FloatArr
 
 
 def _left_out(cells: _Cells, terms: _Terms) -> FloatArray:
-    """Residuals of cells, each predicted by the other half of the frame's cells (a chessboard of pairs)."""
+    """Return the residuals of cells predicted from the other half of the frame's cells (a chessboard of cell pairs)."""
     left = np.empty(cells.x.size)
     for fold in (False, True):
         left[cells.fold == fold] = _fit(cells, terms, cells.fold != fold)[1][cells.fold == fold]
@@ -154,9 +156,9 @@ def _spread(values: FloatArray) -> float:
 
 
 def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> FieldFit:
-    """The field, from depth maps of a flat target and the views that each was made of (one focus each).
+    """Fit the field to depth maps of a flat target, given the views of each map (one focus each).
 
-    Where the maps say too little of it, it is flat.
+    The field is flat if the maps contain too little information.
     """
     focus = [pair[0].optics.focus_vergence for pair in views]
     cells = _cells(maps, focus)
@@ -187,7 +189,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
                 best, error = terms, now
     fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
     _, slants, blur, focus_curve = best.parts(fit, len(places))
-    # The map estimates V = middle + slant + f + b (V - focus): the last two are to be taken off.
+    # the map estimates V = centre + slant + f + b (V - focus); the last two terms are to be removed
     bounds = (cells.x.min(), cells.x.max(), cells.y.min(), cells.y.max())
     field = Field(
         tuple(float(v) + 0.0 for v in (0.0, 0.0, *-focus_curve)),
@@ -200,7 +202,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
     for number, place in enumerate(places):
         mine = cells.which == number
         centres[place] = fit[number]
-        centre_sd[place] = 1.25 * _spread(rest[mine]) / np.sqrt(mine.sum() / 2)  # neighbours err alike
+        centre_sd[place] = 1.25 * _spread(rest[mine]) / np.sqrt(mine.sum() / 2)  # errors of neighbours are correlated
     ratios = [
         _excess(maps[place], views[place], field, centres[place], slant_of[int(place)], parity)
         for place in places
@@ -210,7 +212,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
     scale = float(np.clip(np.sqrt(np.mean(known)), *SCALE_LIMITS)) if known else 1.0
     swapped = [ratios[n ^ 1][0] for n in range(len(ratios))]
     within = []
-    for n, ratio in enumerate(swapped):  # each half of the frame by the other's
+    for n, ratio in enumerate(swapped):  # each half of the frame with the ratio of the other
         used = 1.0 if ratio is None else float(np.clip(np.sqrt(ratio), *SCALE_LIMITS))
         within.append(ratios[n][1](used))
     return FieldFit(replace(field, split_band_scale=scale), centres, centre_sd, error, without, float(np.mean(within)))
@@ -219,7 +221,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
 def _excess(
     depth: DepthMap, views: Sequence[View], field: Field, centre: float, slant: Sequence[float], parity: int
 ) -> tuple[float | None, Callable[[float], float]]:
-    """Scatter beyond noise, over what the split-band test says, squared, in half of the frame; and its coverage."""
+    """Return the squared ratio of excess scatter to the split-band estimate in half of the frame, and its coverage."""
     model, noise = _parts(depth, views)
     height, width = depth.shape
     rows, columns = np.ogrid[:height, :width]
@@ -235,7 +237,7 @@ def _excess(
     square = float(np.mean(model[half] ** 2)) if off.size else 0.0
     if square <= 0:
         return None, coverage
-    # By the quantile that two standard deviations are to cover, outliers and all.
+    # matches the quantile that two standard deviations should cover, including outliers
     low, high = 0.0, 4.0
     for _ in range(30):
         middle = (low + high) / 2
@@ -244,13 +246,13 @@ def _excess(
 
 
 def _radius(camera: Calibration, f_number: float, focus: float) -> float:
-    """Radius of the blur disc on the sensor of a dioptre of defocus, in metres."""
+    """Return the radius of the blur disc on the sensor per dioptre of defocus, in metres."""
     return float(disc_radius(camera.focal_length, f_number, focus, focus + 1, camera.telecentric))
 
 
 def _parts(depth: DepthMap, views: Sequence[View]) -> tuple[FloatArray, FloatArray]:
-    """Standard deviation in dioptres by the split-band test, and the rest, by noise; each H x W."""
-    from focalgradient.depth.model_error import LEAST_BLUR  # loaded when there is a map
+    """Return the SDs in dioptres due to the split-band test and due to noise (H x W each)."""
+    from focalgradient.depth.model_error import LEAST_BLUR  # deferred import: needed only with a map
 
     tau = float(depth.details.get("split_band", {}).get("tau", 0.0))
     pixel_angle = views[0].pixel_angle
@@ -271,33 +273,32 @@ def apply_calibration(
     plane: str | None = None,
     psf: Psf | str | None = None,
 ) -> DepthMap:
-    """A depth map as a calibrated camera has it: corrected over the field, with total standard deviations.
+    """Apply a calibration to a depth map: correct it over the field, and set total standard deviations.
 
     Parameters
     ----------
     depth
-        As recovered from `views`.
+        Depth map recovered from `views`.
     views
-        Their lenses are the calibration's (`Calibration.lens`).
+        Views whose lenses are those of the calibration (`Calibration.lens`).
     camera
-        The calibration.
+        Calibration.
     settings
         Marked f-number and focus distance (m) of each view.
     offset, plane
-        From the plane that distances are to count from to the entrance pupil (m), and its name; None: as calibrated.
+        Distance from the desired reference plane to the entrance pupil (m), and name of the plane; None: as calibrated.
     psf
-        Shape of the blur that the map was made by; None: the one that its details name.
+        Shape of the blur with which the map was made; None: the one named in its details.
 
     Returns
     -------
     DepthMap
-        ``vergence_sd`` is that of noise and of the blur model (by edges, what single edges of the target
-        scattered by, and what edges at other distances depart from the law by).
-        ``common_errors`` are the calibration's own: those of the *distance* from the calibration's plane, in which an
-        error of the plane's own place cancels.
+        ``vergence_sd`` includes noise and blur-model error (for depth by edges, the scatter of single target edges, and
+        the deviation of edges at other distances from the law). ``common_errors`` are those of the calibration: errors
+        of the *distance* from the calibration's plane, in which errors of the plane's position cancel.
     """
     method = depth.details.get("method")
-    if method == "edges":  # each view is read by itself, the most blurred one best
+    if method == "edges":  # each view is evaluated alone, and the most blurred one is the most accurate
         settings = [min(settings, key=lambda setting: setting[0])]
     vergence, sd = depth.vergence, depth.vergence_sd
     if method == "equalise":
@@ -310,11 +311,11 @@ def apply_calibration(
         per_dioptre = camera.k * _radius(camera, lens.f_number, lens.focus_vergence)  # width on the sensor
         law = max(camera.model_error, LEFT_OUT) * np.abs(lens.focus_vergence - vergence)
         sd = np.hypot(np.hypot(sd, camera.edge_scatter / per_dioptre), law)
-        camera = replace(camera, model_error=0.0)  # it is in `sd`
+        camera = replace(camera, model_error=0.0)  # already included in `sd`
     used = used_blur(depth.details) if psf is None else psf_of(psf)
-    shape = used if isinstance(used, Psf) else Disc()  # no other blur has a scale of its own that is calibrated
+    shape = used if isinstance(used, Psf) else Disc()  # only Psf shapes have a calibrated scale
     optical = np.maximum(np.asarray(vergence, float), 1e-6)
-    # The calibration's error changes slowly with vergence: at some, and between them.
+    # the calibration error varies slowly with vergence: computed at some vergences, interpolated between them
     levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)
     own = camera.systematic_modes(settings, levels, shape, of="distance") * levels**2
     common = spread_over(optical, levels, own)

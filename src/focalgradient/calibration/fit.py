@@ -1,4 +1,4 @@
-"""The most probable camera, given what its target showed and the priors."""
+"""Posterior mode of the camera parameters, given readings of a target and priors."""
 
 from __future__ import annotations
 
@@ -20,43 +20,44 @@ __all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate", "improbability"]
 FloatArray = NDArray[np.float64]
 
 EDGE_K = 0.546
-"""sigma / radius of the Gaussian that fits the edge of a step blurred by a uniform disc best (3 pixels and more)."""
+"""Ratio sigma / radius of the Gaussian that best fits an edge blurred by a uniform disc (radius of 3 pixels and more).
+"""
 
 UNDECIDED = 6.0
-"""Difference of chi-square between one side of focus and the other below which the target leaves the side open."""
+"""Minimum difference of chi-square between the two sides of focus; below it, the target does not determine the side."""
 
 
 ROUGH = 1e-4
-"""Relative tolerance of fits that are only compared."""
+"""Relative tolerance of fits used for comparison only."""
 
 SAME = 0.1
-"""Difference of vergence, as a share, up to which a target may lie on either side of a marked focus."""
+"""Relative difference of vergence below which a target may lie on either side of a marked focus."""
 
 
 @dataclass(frozen=True, slots=True)
 class Priors:
-    """What is known of a camera before its target is measured: means, and standard deviations of normal priors.
+    """Prior knowledge of a camera: means and standard deviations of normal priors.
 
     Parameters
     ----------
     k, k_sd
-        sigma / disc radius along edges, and its relative standard deviation.
+        Ratio of edge sigma to disc radius, and its relative standard deviation.
     own_sd
-        Standard deviation of the variance of the camera's own blur about 0, in square pixels.
+        Standard deviation (around 0) of the residual blur variance, in square pixels.
     offset, offset_sd
-        From the user's reference plane to the entrance pupil of the lens, in metres.
+        Distance from the user's reference plane to the entrance pupil of the lens, in metres.
     focus_offset
-        The same for the plane that marked focus distances count from; None: the user's reference plane.
+        The same from the reference plane of marked focus distances; None: the user's reference plane.
     f_number_sd
-        Of an effective f-number about the marked one, relative.
+        Relative standard deviation of effective f-numbers around the marked ones.
     focus_sd
-        Of the true focus vergence about a marked one, relative.
+        Relative standard deviation of the true focus vergence around a marked one.
     telecentric
-        Whether the lens is telecentric on the image side.
+        True for lenses telecentric on the image side.
     distance_sd
-        Of each distance that was measured, in metres.
+        Standard deviation of each measured distance, in metres.
     model_error, model_weight
-        Relative error of a real lens's widths about the law: as expected, and how many residuals that is worth.
+        Expected relative error of a real lens's widths from the law, and its weight as a number of residuals.
     """
 
     k: float = EDGE_K
@@ -76,23 +77,23 @@ class Priors:
 def calibrate(
     readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors | None = None
 ) -> Calibration:
-    """The most probable camera, given `readings` of its target, and the priors.
+    """Estimate the camera from `readings` of its target and priors, as the posterior mode.
 
-    Readings of one distance and setting count as one: their median.
+    Readings of one distance and setting are combined by their median.
 
     Parameters
     ----------
     readings
-        One for each view of the target.
+        One reading per view of the target.
     focal_length, pixel_pitch
-        In metres.
+        Values in metres.
     priors
-        By default those of `Priors`.
+        Priors; default: those of `Priors`.
 
     Raises
     ------
     InputError
-        If there is no reading, a length is out of range, or the readings fit no lens, or fit both sides of focus.
+        If there is no reading, a length is out of range, no lens fits the readings, or both sides of focus fit.
 
     Examples
     --------
@@ -115,9 +116,9 @@ def calibrate(
 
 
 def _check(reading: Reading, focal_length: float) -> None:
-    """Refuse what no lens of this focal length can have shown."""
+    """Raise `InputError` for readings that are impossible with a lens of this focal length."""
     mark = reading.focus_distance
-    Lens(focal_length, reading.f_number, math.inf if mark is None else mark)  # refuses what is none
+    Lens(focal_length, reading.f_number, math.inf if mark is None else mark)  # validates the values
     check_number("f_number", reading.f_number, "f-stops", positive=True)
     check_number("distance", reading.distance, "metres", positive=True)
     check_number("width", reading.width, "metres", least=0)
@@ -127,22 +128,22 @@ def _check(reading: Reading, focal_length: float) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fit:
-    """The least-squares problem: parameters as in `Calibration.parameters`, then the error of each distance."""
+    """Least-squares problem: parameters as in `Calibration.parameters`, then the error of each distance."""
 
     focal_length: float
     priors: Priors
     stops: list[float]
     marks: list[float | None]
     distances: FloatArray
-    place: NDArray[np.intp]  # of each cell: which distance, f-number, focus
+    place: NDArray[np.intp]  # indices of distance, f-number and focus of each cell
     width: FloatArray  # um
     width_sd: FloatArray  # um
     own_sd: float  # um^2
-    tolerance: float = 1e-8  # relative, at which the fit stops
+    tolerance: float = 1e-8  # relative tolerance of the fit
 
     @classmethod
     def of(cls, readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> _Fit:
-        """Gather the readings into cells, one for each distance and setting."""
+        """Group the readings into cells of equal distance and setting."""
         stops = sorted({r.f_number for r in readings})
         marks = sorted({r.focus_distance for r in readings}, key=lambda mark: math.inf if mark is None else mark)
         distances = sorted({r.distance for r in readings})
@@ -154,7 +155,8 @@ class _Fit:
         for members in cells.values():
             widths = np.array([r.width for r in members])
             middle = np.median(widths)
-            # What exposures differ by, or what is known of each; the median is a little less precise than the mean.
+            # scatter between exposures, or the stated standard errors; the median is slightly less precise than the
+            # mean
             each = max(
                 float(np.median([r.width_sd for r in members])), 1.48 * float(np.median(np.abs(widths - middle)))
             )
@@ -168,7 +170,7 @@ class _Fit:
         )
 
     def residuals(self, theta: FloatArray, model_error: float) -> FloatArray:
-        """How far the law lies from the cells, and the parameters from the priors, in standard deviations."""
+        """Return the deviations of cells from the law, and of parameters from the priors, in standard deviations."""
         priors, first = self.priors, 3 + len(self.stops)
         distance, stop, focus = self.place
         vergence_focus, slip = theta[first : first + len(self.marks)], theta[first + len(self.marks) :]
@@ -177,7 +179,7 @@ class _Fit:
             self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance], priors.telecentric
         )
         square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
-        # Of edges in focus the width may be 0: its square is then known to that of its sd.
+        # edges in focus may have width 0, for which the SD of the squared width is that of its SD squared
         error = 2 * np.maximum(self.width, self.width_sd) * np.hypot(self.width_sd, model_error * self.width)
         marked = [
             (v * (mark + (theta[2] if priors.focus_offset is None else priors.focus_offset)) - 1) / priors.focus_sd
@@ -199,11 +201,11 @@ class _Fit:
         )
 
     def best(self, pixel_pitch: float) -> Calibration:
-        """The most probable camera; refused where one on the other side of focus explains the readings as well."""
+        """Return the posterior mode; raise `InputError` if a camera on the other side of focus fits as well."""
         priors, first = self.priors, 3 + len(self.stops)
         found = sorted(self.minima(priors.model_error), key=lambda minimum: minimum[0])
         marked_sides = self.marked_sides()
-        if marked_sides is not None:  # the mark decides what the views leave open
+        if marked_sides is not None:  # the marks resolve what the views leave undetermined
             agreeing = [one for one in found if (self.sides(one[1]) == marked_sides).all()]
             if agreeing and agreeing[0][0] < found[0][0] + UNDECIDED:
                 found = agreeing
@@ -238,14 +240,14 @@ class _Fit:
         )
 
     def refined(self, theta: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-        """Parameters from the minimum at `theta`, the relative model error of the widths, and the covariance."""
+        """Refine the minimum at `theta`; return parameters, relative model error of the widths, and covariance."""
         priors, error, known = self.priors, self.priors.model_error, self.width > self.width_sd
         for _ in range(8):
             _, theta, jacobian = self.converge(theta, error)
             covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
             fitted = jacobian[: len(self.width)]
             residual_df = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
-            # A width that is not known from 0 says nothing of relative errors.
+            # widths not distinguishable from 0 carry no information on relative errors
             relative = np.divide(self.width_sd, self.width, out=np.zeros(len(known)), where=known)
             left = self.residuals(theta, error)[: len(self.width)] * np.hypot(relative, error) * known
             error = math.sqrt(
@@ -255,10 +257,10 @@ class _Fit:
         return theta, error, covariance
 
     def improbability(self) -> float:
-        """Return minus twice the log posterior density of the most probable camera, over that of a perfect fit.
+        """Return minus twice the log posterior density of the best camera, relative to that of a perfect fit.
 
-        The density is that of the widths relative to those measured, so that readings of other units compare. The
-        model error has its prior (scaled inverse chi-square) and counts.
+        The density is that of widths relative to the measured ones, so that readings in other units are comparable. The
+        model error is included with its prior (scaled inverse chi-square).
         """
         found = min(self.minima(self.priors.model_error), key=lambda minimum: minimum[0])
         theta, error, _ = self.refined(found[1])
@@ -269,12 +271,12 @@ class _Fit:
         return float((self.residuals(theta, error) ** 2).sum()) + float(more)
 
     def sides(self, theta: FloatArray) -> NDArray[np.bool_]:
-        """Whether each cell lies beyond focus."""
+        """Return whether each cell lies beyond focus."""
         distance, _, focus = self.place
         return theta[3 + len(self.stops) + focus] > 1 / (self.distances[distance] + theta[2])
 
     def marked_sides(self) -> NDArray[np.bool_] | None:
-        """Whether each cell lies beyond focus by the marks; None where one is missing, or too near a target to say."""
+        """Return whether each cell lies beyond the marked focus; None if a mark is missing or too close to a target."""
         if any(mark is None for mark in self.marks):
             return None
         distance, _, focus = self.place
@@ -284,15 +286,15 @@ class _Fit:
         return None if (np.abs(target - marked) < SAME * marked).any() else marked > target
 
     def minima(self, model_error: float) -> list[tuple[float, FloatArray]]:
-        """Chi-square and parameters at the minima that starts on all sides of the target lead to."""
+        """Return chi-square and parameters at the minima reached from start values on all sides of the target."""
         count = len(self.marks)
         groups: list[list[float]] = []
         for group in range(count):
             vergence = 1 / (self.distances[self.place[0, self.place[2] == group]] + self.priors.offset)
             low, high = float(vergence.min()), float(vergence.max())
-            # Focus beyond all of the target's distances, between them, nearer than all.
+            # start values of the focus: beyond all distances, between them, and nearer than all
             starts = [0.5 * low, *(low + (high - low) * np.array([0.25, 0.5, 0.75])), 1.3 * high, 2 * high]
-            if count > 1:  # each focus by itself first
+            if count > 1:  # each focus separately first
                 kept = self.place[2] == group
                 place = self.place[:, kept] * np.array([[1], [1], [0]])
                 alone = replace(
@@ -314,7 +316,7 @@ class _Fit:
         return found
 
     def converge(self, start: FloatArray, model_error: float) -> tuple[float, FloatArray, FloatArray]:
-        """Chi-square, parameters and Jacobian at the minimum that `start` leads to."""
+        """Return chi-square, parameters and Jacobian at the minimum reached from `start`."""
         from scipy.optimize import least_squares
 
         focus = slice(3 + len(self.stops), 3 + len(self.stops) + len(self.marks))
@@ -334,9 +336,9 @@ class _Fit:
 
 
 def improbability(readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> float:
-    """Return minus twice the log posterior density of the most probable camera, over that of a perfect fit.
+    """Return minus twice the log posterior density of the best camera, relative to that of a perfect fit.
 
-    For readings of the same photographs: the lower, the likelier is what was stated of them.
+    Among readings of the same photographs, lower values indicate more plausible statements about them.
     """
     for reading in readings:
         _check(reading, focal_length)
@@ -353,10 +355,10 @@ def cross_validate(
     leave: Literal["distance", "view"] = "distance",
     fit: Callable[..., Calibration] = calibrate,
 ) -> list[Prediction | None]:
-    """Predict each reading's target from the others: without its distance, or only without itself.
+    """Predict the target of each reading from the other readings, excluding those of its distance, or only itself.
 
-    `fit` takes the readings, the lengths and the priors, as `calibrate` does.
-    None where the others do not hold its setting, or leave the side of focus open.
+    `fit` takes readings, lengths and priors, as `calibrate`. None if the other readings lack its setting, or leave the
+    side of focus undetermined.
 
     Examples
     --------

@@ -1,13 +1,12 @@
-"""Blur from pairs of views of a flat target, by equalising the whole frame: any texture will do, edges are not needed.
+"""Blur of pairs of views of a flat target, by equalisation of the whole frame: any texture will do, without edges.
 
-Where the target is flat and faces the camera, one blur explains a whole pair: each view is given the assumed
-blur of the other, and the blur at which they agree best over the frame is the answer. What
-`focalgradient.recover_depth` makes of a scene by its default method is so calibrated in that method's own terms: blur
-that both views share, such as the camera's own, cancels, and a wrong shape of the blur acts on the target
-as it will on the scene.
+A flat target that faces the camera has the same blur everywhere: each view of a pair is given the hypothesised blur of
+the other, and the blur at which they agree best over the frame is the estimate. The calibration is thus in terms of the
+default method of `focalgradient.recover_depth`: blur common to both views, such as the camera's own, cancels, and a
+wrong blur shape affects target and scene equally.
 
-The law is that of `calibrate`: the radius of the widest view's disc on the sensor is (F / 2N) |V_f - V| v0, and the
-effective f-number N takes up whatever scale the blur's shape brings with it.
+The law is that of `calibrate`: the radius of the disc of the wider view on the sensor is (F / 2N) |V_f - V| v0, and the
+effective f-number N absorbs the scale of the blur shape.
 """
 
 from __future__ import annotations
@@ -30,27 +29,27 @@ __all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur", "pair_
 FloatArray = NDArray[np.float64]
 
 CELLS = 6
-"""Cells of the frame, in each direction, that are left out in turn to find the standard deviation (jackknife)."""
+"""Number of cells of the frame, in each direction, that the jackknife leaves out in turn."""
 
 WINDOW = 8.0
-"""Window in pixels, as that of `recover_depth` by default."""
+"""Window in pixels, the default of `recover_depth`."""
 
 LARGEST = 16.0
-"""Largest radius of blur that is searched, in pixels."""
+"""Maximum blur radius searched, in pixels."""
 
 ANGLE = 1e-3
-"""Angle of a pixel, in radians, of the stand-in optics: it cancels."""
+"""Pixel angle in radians of the stand-in optics; it cancels."""
 
 RATIO = 1.15
-"""Ratio of f-numbers from which a pair is informative: below, noise rules."""
+"""Minimum ratio of the f-numbers of a pair; below it, noise dominates."""
 
 BLENDS = (0.25, 0.35, 0.45)
-"""Gaussian parts of the blends of disc and Gaussian that are tried."""
+"""Gaussian fractions of the candidate Gaussian-edged discs."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """An aperture whose blur is counted in pixels: one of radius for a dioptre, in the wider view of a pair."""
+    """Aperture with blur in pixels: a radius of one pixel per dioptre in the wider view of a pair."""
 
     aperture_diameter: float
     focus_vergence: float = LARGEST
@@ -58,16 +57,16 @@ class _Stop:
 
 @dataclass(frozen=True, slots=True)
 class PairBlur:
-    """Blur of a flat target in the wider of two views, by equalising."""
+    """Blur of a flat target in the wider of two views, by equalisation."""
 
     radius: float
-    """Radius of its blur disc, in pixels."""
+    """Radius of the blur disc, in pixels."""
     radius_sd: float
-    """Its standard deviation, from what parts of the frame differ by."""
+    """Jackknife standard deviation of the radius, over parts of the frame."""
     cost: float
-    """Minus twice the log-likelihood of the best blur: to compare shapes of blur for the same noise."""
+    """Minus twice the log likelihood of the best blur, for comparing blur shapes at equal noise."""
     noise: float
-    """Standard deviation of the first view's noise that this rests on."""
+    """Noise standard deviation of the first view on which the result is based."""
 
 
 def pair_blur(
@@ -77,23 +76,23 @@ def pair_blur(
     k: float | None = None,
     noise: float | None = None,
 ) -> PairBlur:
-    """Blur that one flat target, facing the camera, shows in two views of one focus, over the whole frame.
+    """Measure the blur of one flat target, facing the camera, in two views with the same focus, over the whole frame.
 
     Parameters
     ----------
     views
-        Two views; only their images are used. They are aligned.
+        Two views; only their images are used. They are registered first.
     f_numbers
-        Of each, as marked.
+        F-number of each view, as marked.
     psf, k
         Shape of the blur, as for `focalgradient.recover_depth`.
     noise
-        Standard deviation of the noise of the first view; None: estimated.
+        Noise standard deviation of the first view; None: estimated.
 
     Raises
     ------
     InputError
-        If the f-numbers are too alike, or the views show no blur that equalising would find.
+        If the f-numbers are too similar, or the views differ in no measurable blur.
     """
     if len(views) != 2 or max(f_numbers) < RATIO * min(f_numbers):
         raise InputError(
@@ -117,9 +116,9 @@ def pair_blur(
 
 
 def _measured(views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise: float | None) -> PairBlur | None:
-    """Measure a pair's blur as `pair_blur` does; None at either end of the blur that is searched.
+    """Measure a pair's blur like `pair_blur`; return None at either end of the search range.
 
-    Of a shape that is turned nearer than focus both sides are tried, and the likelier is taken.
+    For shapes that are inverted on the near side of focus, both sides are tried, and the more likely one is returned.
     """
     foci = (LARGEST,) if psf.symmetric else (LARGEST, 0.0)
     found = [_measured_beside(focus, views, f_numbers, psf, noise) for focus in foci]
@@ -129,7 +128,7 @@ def _measured(views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise
 def _measured_beside(
     focus: float, views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise: float | None
 ) -> PairBlur | None:
-    """Measure the same on one side of the stand-in optics' `focus` (D): beyond `LARGEST`, or nearer than 0."""
+    """Measure the blur on one side of the stand-in optics' `focus` (D): beyond `LARGEST`, or nearer than 0."""
     from focalgradient.depth.equalise.likelihood import equalise
     from focalgradient.depth.noise import noise_from_residuals
     from focalgradient.depth.numerics import block_sum
@@ -169,9 +168,9 @@ def _measured_beside(
 
 
 def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> Psf:
-    """Shape of the blur that explains all `pairs` best: disc, Gaussian, or a blend of the two.
+    """Return the blur shape that explains all `pairs` best: disc, Gaussian, or Gaussian-edged disc.
 
-    Each pair holds its views and their f-numbers.
+    Each pair consists of its views and their f-numbers.
     """
     shapes: list[Psf] = [Disc(), *(Blend(k) for k in BLENDS), Gaussian()]
     costs = np.zeros(len(shapes))
@@ -182,7 +181,7 @@ def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> 
 
 
 def shape_k(shape: Psf) -> float:
-    """Return the `k` by which a calibration by pairs names a shape: its own, or its standard deviation / radius.
+    """Return the `k` that identifies a shape in a calibration by pairs: its parameter, or SD / radius.
 
     >>> shape_k(Disc()), shape_k(Blend(0.25))
     (0.5, 0.25)
@@ -191,7 +190,7 @@ def shape_k(shape: Psf) -> float:
 
 
 def pair_priors(priors: Priors, k: float) -> Priors:
-    """Return the priors of a fit to pairs: `k` stands for one scale of all apertures, later stated as f-numbers."""
+    """Return the priors of a fit to pairs: `k` is a common scale of all apertures, later assigned to the f-numbers."""
     spread = math.hypot(priors.f_number_sd, priors.k_sd)
     return replace(priors, k=k, k_sd=spread, own_sd=1e-3, f_number_sd=1e-4)
 
@@ -204,26 +203,26 @@ def calibrate_pairs(
     priors: Priors | None = None,
     k: float = DISC_K,
 ) -> Calibration:
-    """The most probable camera for the default method, from the blur of pairs.
+    """Estimate the camera for the default method from the blur of pairs, as the posterior mode.
 
     Parameters
     ----------
     readings
-        One for each pair: `Reading.f_number` the smaller of the two, `Reading.width` `k` x the disc's radius on the
-        sensor (m).
+        One reading per pair: `Reading.f_number` is the smaller of the two, `Reading.width` is `k` times the disc radius
+        on the sensor (m).
     f_numbers
-        All that the pairs hold, as marked: all get the one scale that the pairs give.
+        All marked f-numbers of the pairs; all are multiplied by the common scale.
     focal_length, pixel_pitch
-        In metres.
+        Values in metres.
     priors
-        By default those of `Priors`; their `k` and `own_sd` are not used.
+        Priors; default: those of `Priors`. Their `k` and `own_sd` are not used.
     k
-        sigma / radius of the blur's shape, by which it is named: the scale that the pairs give is the f-numbers'.
+        Ratio sigma / radius of the blur shape, which identifies it; the fitted scale is assigned to the f-numbers.
 
     Raises
     ------
     InputError
-        As `calibrate` does.
+        As for `calibrate`.
 
     Examples
     --------
@@ -238,7 +237,7 @@ def calibrate_pairs(
     fitted = calibrate(readings, focal_length, pixel_pitch, pair_priors(priors or Priors(), k))
     marks = sorted(set(f_numbers))
     stops, foci = len(fitted.f_numbers), len(fitted.focus)
-    # ln k and own become 0; each ln N becomes the mark's, less ln k; offset and foci stay.
+    # ln k and own become 0; ln k is subtracted from each ln N; offset and foci are unchanged
     change = np.zeros((3 + len(marks) + foci, 3 + stops + foci))
     change[2, 2] = 1
     change[3 : 3 + len(marks), 0] = -1
@@ -257,7 +256,7 @@ def calibrate_pairs(
 
 
 def _least(radius: FloatArray, cost: FloatArray) -> tuple[float, float]:
-    """Where the cost is least, and how much it is there, between levels by a parabola."""
+    """Return position and value of the minimum of the cost, interpolated by a parabola."""
     at = int(np.clip(np.argmin(cost), 1, cost.size - 2))
     before, here, after = cost[at - 1 : at + 2]
     bend = before - 2 * here + after

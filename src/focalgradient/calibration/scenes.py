@@ -1,15 +1,15 @@
-"""A camera from ordinary scenes of known depth: a depth camera's map, a phone's, or one by stereo.
+"""Calibration of a camera from ordinary scenes of known depth: from a depth camera, a phone, or stereo.
 
-Depth maps of the scenes, made with the marks on the lens, differ from the truth by few numbers. With V_0 the marked
-focus, a the true aperture over the marked one, b(x, y) how blur varies over the field, V_f the true focus and d the
-distance,
+Depth maps of the scenes, computed with the marks on the lens, differ from the truth by few parameters. With V_0 the
+marked focus, a the ratio of true to marked aperture, b(x, y) the variation of blur over the field, V_f the true focus
+and d the distance,
 
     V - V_0 = a (1 + b(x, y)) (1 / (d + offset) - V_f - e)
 
-where e is what the focus differs by from one scene to another. Views of one focus show the size of the left side only:
-its sign is the depth camera's. One robust fit over all scenes gives all, under the priors of `Priors`. The depth camera
-errs by a share of distance, and at outlines and where its holes were filled: pixels near its jumps are left out, and
-what else does not fit counts little (Cauchy's weights).
+where e is the deviation of the focus in one scene. Views with one focus determine only the magnitude of the left side;
+its sign is taken from the depth camera. One robust fit over all scenes estimates all parameters, under the priors of
+`Priors`. The depth camera has errors proportional to distance, and large errors near depth discontinuities and in
+filled holes: pixels near discontinuities are excluded, and other outliers are downweighted (Cauchy weights).
 """
 
 from __future__ import annotations
@@ -33,53 +33,55 @@ __all__ = ["LEAST_SCENE_SHARE", "KnownScene", "SceneFit", "SceneScore", "fit_sce
 FloatArray = NDArray[np.float64]
 
 STRIDE = 8
-"""Pixels from one that is used to the next: the default window, within which errors are alike."""
+"""Spacing of the pixels used: the default window, within which errors are correlated."""
 
 LEAST_SCENE_SHARE = 0.01
-"""Share of a scene's pixels that must have a valid depth by blur for it to be used."""
+"""Minimum fraction of a scene's pixels with a valid depth from blur."""
 
 LEAST_PIXELS = 30
-"""Pixels that a scene must give."""
+"""Minimum number of pixels per scene."""
 
 JUMP, BESIDE_JUMP = 0.05, 6
-"""Relative difference of distance between neighbours that is a jump of the depth camera's map, and the pixels about it
-that are left out: depth cameras blur and displace outlines by a few pixels."""
+"""Relative difference in distance between neighbours that counts as a depth discontinuity, and margin in pixels that is
+excluded around it: depth cameras blur and displace boundaries by a few pixels.
+"""
 
 LEAST_BLUR = 0.7
-"""Blur radius in the most blurred view (pixels) from which on a pixel is used: below, only its square is known."""
+"""Minimum blur radius in the most blurred view (pixels) of the pixels used: below, only its square is known."""
 
 DEPTH_ERROR = 0.01
-"""Relative error of a depth camera, beside its step: 1 to 3 % beyond 3 m, less nearer."""
+"""Relative error of a depth camera, in addition to its quantisation: 1 to 3 % beyond 3 m, less at closer range."""
 
 REPEAT, REPEAT_WEIGHT = 0.012, 2.0
-"""Standard deviation (D) of the focus from one scene to another as expected (measured on 29 rooms of one camera), and
-how many scenes that is worth."""
+"""Prior standard deviation (D) of the focus between scenes (measured in 29 rooms of one camera), and its weight as a
+number of scenes.
+"""
 
 CORRELATED = 16.0
-"""Pixels at `STRIDE` that count as one: errors of depth are alike over a surface, about four windows each way."""
+"""Number of pixels at `STRIDE` that count as one: depth errors are correlated over about four windows each way."""
 
 BLUR_SD = 0.05
-"""Standard deviation of each coefficient of blur over the field: prior, a share."""
+"""Prior standard deviation of each relative coefficient of blur over the field."""
 
 CAUCHY = 2.0
-"""Residual, in standard deviations, from which its weight falls below a half."""
+"""Residual, in standard deviations, at which the weight is one half."""
 
 ROUNDS = 30
-"""Iterations of the fit at most."""
+"""Maximum number of iterations of the fit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownScene:
-    """One scene: its depth by the marks on the lens, and by a depth camera.
+    """Scene with a depth map computed from the lens marks, and one from a depth camera.
 
     Parameters
     ----------
     depth
-        By the default method, of `views`, whose lenses are as marked.
+        Depth map by the default method from `views`, whose lenses are as marked.
     views
-        Of one focus, at two f-numbers or more.
+        Views with the same focus and at least two f-numbers.
     distance
-        As the depth camera measured it, on the first view's pixels, in metres; NaN where it did not.
+        Distance by the depth camera at the pixels of the first view, in metres; NaN if missing.
     step
         Quantisation step of `distance` in metres.
     """
@@ -92,7 +94,7 @@ class KnownScene:
 
 @dataclass(frozen=True, slots=True)
 class SceneScore:
-    """How a calibrated camera's depth of one scene agrees with the depth camera's: medians and shares of pixels."""
+    """Agreement between a calibrated camera and a depth camera in one scene: medians, and fractions of pixels."""
 
     pixels: int
     bias: float  # D
@@ -103,18 +105,18 @@ class SceneScore:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneFit:
-    """What scenes of known depth say of a camera.
+    """Camera estimated from scenes of known depth.
 
     Parameters
     ----------
     calibration
-        The camera. The variance of its focus includes what it differs by from scene to scene.
+        Camera; the variance of its focus includes that between scenes.
     focus_offsets
-        What each scene's focus differs by, in dioptres; NaN of scenes that show too little.
+        Deviation of the focus in each scene, in dioptres; NaN with too few pixels.
     repeat
-        Their standard deviation, in dioptres.
+        Standard deviation of the deviations, in dioptres.
     scatter
-        Robust scatter of the pixels about the fit, in dioptres.
+        Robust scatter of the pixels around the fit, in dioptres.
     """
 
     calibration: Calibration
@@ -133,7 +135,7 @@ class _Pixels:
 
 
 def _away_from_jumps(distance: FloatArray) -> NDArray[np.bool_]:
-    """Where no jump of a depth camera's map, and no hole, lies within `BESIDE_JUMP` pixels."""
+    """Return a mask of pixels without a discontinuity or hole of the depth camera's map within `BESIDE_JUMP` pixels."""
     from scipy.ndimage import maximum_filter, minimum_filter
 
     log = np.log(np.where(np.isfinite(distance) & (distance > 0), distance, 1.0))
@@ -181,27 +183,28 @@ def fit_scenes(
     Parameters
     ----------
     scenes
-        All of one focus mark.
+        Scenes with a common focus mark.
     focal_length, pixel_pitch
-        In metres.
+        Values in metres.
     f_numbers, focus_distance
-        As marked: of all scenes; in metres.
+        Marked f-numbers of all scenes, and marked focus distance in metres.
     priors
-        `k_sd` and `f_number_sd` together are the prior of one scale of the apertures, `focus_sd` that of the focus.
+        Priors; `k_sd` and `f_number_sd` together are that of the common scale of the apertures, `focus_sd` that of the
+        focus.
     psf
-        Shape of the blur that the maps were made by.
+        Shape of the blur with which the maps were made.
 
     Raises
     ------
     InputError
-        If no scene shows enough.
+        If no scene has enough pixels.
     """
     pixels = _pixels(scenes)
     marked_focus = float(scenes[0].views[0].optics.focus_vergence)
     names = np.unique(pixels.scene)
     place = np.searchsorted(names, pixels.scene)
     scale_sd, focus_sd = math.hypot(priors.k_sd, priors.f_number_sd), priors.focus_sd * max(marked_focus, 0.05)
-    # Log scale, focus, offset, five terms of blur over the field, each scene's focus.
+    # parameters: log scale, focus, offset, five terms of blur over the field, focus deviation of each scene
     prior_mean = np.concatenate([[0.0, marked_focus, priors.offset], np.zeros(5 + len(names))])
     theta = prior_mean.copy()
     repeat, extra, alike = REPEAT, 0.0, np.ones(len(names))
@@ -217,7 +220,7 @@ def fit_scenes(
         theta = theta + step
         covariance = np.linalg.inv(normal)
         own, own_variance = theta[8:], np.diag(covariance)[8:]
-        alike = 1 / (1 + (own / (CAUCHY * repeat)) ** 2)  # a scene whose depth is wrong as a whole counts little
+        alike = 1 / (1 + (own / (CAUCHY * repeat)) ** 2)  # downweights scenes whose depth is wrong as a whole
         repeat = math.sqrt(
             (REPEAT_WEIGHT * REPEAT**2 + float((alike * (own**2 + own_variance)).sum())) / (REPEAT_WEIGHT + alike.sum())
         )
@@ -261,7 +264,7 @@ def fit_scenes(
 
 
 def _residuals(pixels: _Pixels, place: NDArray[np.intp], theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What the law leaves of each pixel (D), and its derivatives by the parameters."""
+    """Return the residual of each pixel (D), and its derivatives by the parameters."""
     scale = math.exp(theta[0])
     optical = np.maximum(pixels.distance + theta[2], 1e-3)
     defocus = 1 / optical - theta[1] - theta[8 + place]
@@ -277,10 +280,10 @@ def _residuals(pixels: _Pixels, place: NDArray[np.intp], theta: FloatArray) -> t
 
 
 def score_scene(scene: KnownScene, fit: SceneFit, marks: Sequence[tuple[float, float]]) -> SceneScore | None:
-    """Return how a fit predicts a scene that was left out of it; None where the scene shows too little.
+    """Score a fit on a scene that was not used for it; None if the scene has too few pixels.
 
-    The scene's map, made by the marks on the lens, is brought to the fitted camera: for views of one focus that is
-    exact.
+    The scene's map, computed with the marks on the lens, is converted to the fitted camera, which is exact for views
+    with one focus.
     """
     from focalgradient.calibration.field import apply_calibration
 
@@ -293,7 +296,7 @@ def score_scene(scene: KnownScene, fit: SceneFit, marks: Sequence[tuple[float, f
     moved = replace(scene.depth, vergence=vergence, vergence_sd=scene.depth.vergence_sd / share)
     found = apply_calibration(moved, views, camera, marks)
     true = 1 / (scene.distance + camera.offset)
-    on_side = (true < marked) == (np.nanmedian(true) < marked)  # the other side is not searched
+    on_side = (true < marked) == (np.nanmedian(true) < marked)  # depth is estimated on one side of focus only
     use = found.valid & on_side & _away_from_jumps(scene.distance)
     if use.sum() < LEAST_PIXELS * STRIDE**2:
         return None

@@ -1,7 +1,8 @@
-"""Likely slips in what is stated of a target's photographs: units, and values that were exchanged.
+"""Detection of likely errors in the stated values of target photographs: units, and exchanged values.
 
-Distances, f-numbers and focus marks are typed by people. Where the law of blur does not fit the readings, each likely
-slip is mended in turn and the camera is fitted anew; the slip whose camera is clearly more probable is named.
+Distances, f-numbers and focus marks are typed by people. If the law of blur does not fit the readings, each likely
+error is corrected in turn and the camera is fitted again; an error whose correction makes the camera clearly more
+probable is reported.
 """
 
 from __future__ import annotations
@@ -21,39 +22,41 @@ from focalgradient.errors import InputError
 __all__ = ["Slip", "likeliest_slips", "prediction_errors"]
 
 UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
-"""Metres to a unit in which a length may have been given where metres are expected."""
+"""Metres per unit in which lengths may have been given by mistake."""
 
 DIGITS = (0.001, 0.01, 0.1, 10.0)
-"""Factors by which one distance among others may be off: another unit, or a decimal place."""
+"""Factors of a likely error in a single distance: another unit, or a misplaced decimal point."""
 
 LENGTHS = (0.5, 1 / 1.5, 1 / 1.6, 1.5, 1.6, 2.0)
-"""Factors by which a focal length may be off: full-frame equivalents of sensors of other sizes."""
+"""Factors of a likely error in the focal length: full-frame equivalents for sensors of other sizes."""
 
 PITCHES = (0.5, 2.0)
-"""Factors by which a pixel pitch may be off: pictures reduced, or of half resolution."""
+"""Factors of a likely error in the pixel pitch: reduced or half-resolution pictures."""
 
 UNRESOLVED = 0.5
-"""Width in pixels below which an edge counts as unresolved: it is then known to this only."""
+"""Width in pixels below which an edge is unresolved, and its width uncertain by this amount."""
 
 NEAREST = 3.0
-"""Focal lengths beyond which a mended distance must lie: nearer the target would be shown at half its size or more."""
+"""Minimum corrected distance in focal lengths; a nearer target would be imaged at half its size or more."""
 
 CLEARLY = 18.0
-"""Difference of minus twice the log posterior that names a slip: none of 150 right (simulated) cameras reaches it."""
+"""Minimum decrease in minus twice the log posterior for reporting an error; none of 150 correct (simulated) cameras
+reaches it.
+"""
 
 IMPOSSIBLE = 1e6
-"""The same where no camera fits at all."""
+"""Minus twice the log posterior assigned if no camera fits at all."""
 
 SINGLE = 8.0
-"""What is subtracted for a slip of a single value, of which there are many: a choice, e^-4 as a prior."""
+"""Penalty for an error in a single value, of which there are many: a prior of e^-4 (our choice)."""
 
 AS_LIKELY = 6.0
-"""Difference up to which another slip explains the readings as well and is named too."""
+"""Maximum difference to the best explanation for reporting a further error."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Stated:
-    """What is stated of a camera and its target."""
+    """Stated values of a camera and its target."""
 
     readings: Sequence[Reading]
     focal_length: float
@@ -61,7 +64,7 @@ class _Stated:
     priors: Priors
 
     def improbability(self) -> float:
-        """Minus twice the log posterior density of the most probable camera; infinite where none is possible."""
+        """Minus twice the log posterior density of the best camera; infinite if none is possible."""
         least = UNRESOLVED * self.pixel_pitch
         readings = [r if r.width > least else replace(r, width_sd=max(r.width_sd, least)) for r in self.readings]
         with suppress(InputError), np.errstate(all="ignore"):
@@ -71,14 +74,14 @@ class _Stated:
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """A likely slip, with how much more probable than as stated the camera is once it is mended.
+    """Likely error in the stated values, with the gain from its correction.
 
     Parameters
     ----------
     text
-        What seems to have happened and what to check, to follow "the blur fits better with".
+        Description and remedy, completing "the blur fits better with".
     gain
-        Difference of minus twice the log posterior density.
+        Decrease in minus twice the log posterior density.
     """
 
     text: str
@@ -88,18 +91,18 @@ class Slip:
 def likeliest_slips(
     readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors | None = None
 ) -> list[Slip]:
-    """Return the slips that explain the `readings` clearly better than what is stated, the likeliest first.
+    """Return the errors whose correction explains the `readings` clearly better, most likely first.
 
     Parameters
     ----------
     readings, focal_length, pixel_pitch, priors
-        As `calibrate` takes them.
+        As for `calibrate`.
 
     Returns
     -------
     list of Slip
-        Empty where nothing is clearly better than what is stated. Slips that the readings cannot separate are all in
-        the list.
+        Empty if no correction is clearly better than the stated values. Errors that the readings cannot distinguish are
+        all included.
 
     Examples
     --------
@@ -112,7 +115,7 @@ def likeliest_slips(
     """
     stated = _Stated(readings, focal_length, pixel_pitch, priors or Priors())
     before = min(stated.improbability(), IMPOSSIBLE)
-    if before < CLEARLY:  # no slip can explain the readings much better than perfectly
+    if before < CLEARLY:  # no correction can improve an almost perfect fit by that much
         return []
     found = []
     for candidates, cost in ((_candidates(stated), 0.0), (_single_values(stated), SINGLE)):
@@ -126,11 +129,11 @@ def likeliest_slips(
 def prediction_errors(
     readings: Sequence[Reading], predictions: Sequence[Prediction | None], offset: float
 ) -> tuple[float, float, float]:
-    """Return how far left-out targets are off (D, root mean square): as predicted, as stated, by the others' mean.
+    """Return three errors of left-out targets (D, root mean square): observed, as stated, and of the others' mean.
 
-    The second is the predictions' stated standard deviation, the third the error of the mean vergence of the targets at
-    other distances, which is what no calibration would give. All are NaN where nothing was predicted, or all targets
-    are at one distance. `offset` is that of the calibration (m).
+    The first is the prediction error; the second is the stated standard deviation of the predictions; the third is the
+    error when predicting the mean vergence of targets at other distances, without a calibration. All are NaN without
+    predictions, or if all targets have the same distance. `offset` is that of the calibration (m).
     """
     vergence = np.array([1 / max(reading.distance + offset, 1e-3) for reading in readings])
     distances = np.array([reading.distance for reading in readings])
@@ -146,7 +149,7 @@ def prediction_errors(
 
 
 def _candidates(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
-    """Likely slips, in words, and what was meant."""
+    """Yield likely errors in words, with the corrected values."""
     readings = stated.readings
 
     def changed(change: Callable[[Reading], Reading]) -> _Stated:
@@ -194,7 +197,7 @@ def _candidates(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
 
 
 def _single_values(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
-    """Slips of one distance, or at one distance or f-number: a unit or decimal place, photographs exchanged."""
+    """Yield errors of one distance, or at one distance or f-number: unit, decimal place, exchanged photographs."""
     readings = stated.readings
     distances, stops = (sorted({getattr(r, name) for r in readings}) for name in ("distance", "f_number"))
     if len(distances) < 2:
@@ -218,7 +221,7 @@ def _single_values(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
 
 
 def _scaled(name: str, factor: float) -> Callable[[Reading], Reading]:
-    """Multiply the field `name` of a reading, where it is known."""
+    """Return a function that multiplies the field `name` of a reading by a factor, if it is known."""
 
     def change(reading: Reading) -> Reading:
         value = getattr(reading, name)
@@ -228,7 +231,7 @@ def _scaled(name: str, factor: float) -> Callable[[Reading], Reading]:
 
 
 def _exchanged(name: str, values: dict[float, float]) -> Callable[[Reading], Reading]:
-    """Give the field `name` of a reading the value that `values` names for it."""
+    """Return a function that replaces the field `name` of a reading by the value assigned to it in `values`."""
 
     def change(reading: Reading) -> Reading:
         value = getattr(reading, name)

@@ -1,4 +1,4 @@
-"""How blurred the edges of a target are, in one view."""
+"""Measurement of the blur of a target's edges in one view."""
 
 from __future__ import annotations
 
@@ -14,52 +14,53 @@ from focalgradient.view import View
 __all__ = ["TargetBlur", "measure_target", "read_target"]
 
 LEAST_POINTS = 8
-"""Points along edges that a target must give, at least: half of the band that one measurement takes."""
+"""Minimum number of points along edges: half of the band over which one measurement averages."""
 
 STRONG = 0.5
-"""Contrast of an edge, as a share of the target's strongest, from which it is taken for the target's own."""
+"""Minimum contrast of the target's own edges, relative to its strongest edge."""
 
 STEP_LIKE = 0.25
-"""Share of the target's edges that must look like blurred steps; below it the camera is named as the cause."""
+"""Minimum fraction of edges that look like blurred steps; below it a warning names the camera as the cause."""
 
 
 BAND = 16.0
-"""Length in pixels of the bands that depth by edges averages over: twice the default window of `recover_depth`."""
+"""Length in pixels of the bands over which depth by edges averages: twice the default window of `recover_depth`."""
 
 
 class TargetBlur(NamedTuple):
     """Blur along the edges of a target in one view, in pixels."""
 
     width: float
-    """Sigma of the Gaussian that fits."""
+    """Sigma of the fitted Gaussian."""
     width_sd: float
-    """Its standard deviation: what the edges of the one view differ by."""
+    """Standard error of the width, from differences between the edges of the view."""
     scatter: float
-    """What single segments of edges scatter by about it, as depth by edges would read them: half of what holds 95 %."""
+    """Scatter of single edge segments, as in depth by edges: half the width of the central 95 %."""
 
 
 def read_target(view: View) -> tuple[float, float]:
-    """Blur along the edges of a target that fills a view: sigma of the Gaussian that fits, in pixels, and its sd.
+    """Return the blur along the edges of a target that fills a view, sigma in pixels, and its standard error.
 
-    As `measure_target`, without the scatter of single segments.
+    Like `measure_target`, without the scatter of single segments.
     """
     return measure_target(view)[:2]
 
 
 def measure_target(view: View) -> TargetBlur:
-    """Blur along the edges of a target that fills a view.
+    """Measure the blur along the edges of a target that fills a view.
 
-    The sd is what the edges of the one view differ by; a view has an error of its own beside.
+    The standard error is from differences between the edges of the view; errors common to the whole view are not
+    included.
 
     Raises
     ------
     InputError
-        If the view shows too few sharp edges.
+        If the view contains too few sharp edges.
 
     Warns
     -----
     FocalGradientWarning
-        If few of them look like blurred steps, as tone curves and sharpening make it; all are read then.
+        If few edges look like blurred steps, because of a tone curve or sharpening; all edges are then used.
     """
     from focalgradient.depth.edges import average_segments, measure_edges
 
@@ -68,7 +69,7 @@ def measure_target(view: View) -> TargetBlur:
     strong = contrast > STRONG * np.quantile(contrast, 0.99) if contrast.size else contrast > 0
     use = strong & edges.valid
     if use.sum() < STEP_LIKE * strong.sum():
-        # The sheet is known to be made of steps, so that it is the camera that draws them otherwise.
+        # the sheet is known to consist of steps, so that the camera must have altered them
         warnings.warn(
             f"only {use.sum() / strong.sum():.0%} of a target's edges look like blurred steps: the camera's tone curve "
             "or sharpening shows; camera raw files or a linear export would not have it.",
@@ -82,7 +83,7 @@ def measure_target(view: View) -> TargetBlur:
             "photograph a flat sheet with straight black and white edges (printed squares, a checkerboard), facing the "
             "camera, in even light, without saturation."
         )
-    # Contours are the independent things, not their points; half of them may be odd.
+    # contours, not their points, are independent; half of them may be outliers
     radius, segment = edges.radius[use], edges.segment[use]
     names, counts = np.unique(segment, return_counts=True)
     each = np.array([np.median(radius[segment == name]) for name in names])

@@ -20,8 +20,8 @@ Answered = TypeVar("Answered")
 __all__ = ["CATEGORIES", "OBSERVERS", "Observer", "Sign", "observer_named"]
 
 Sign = Literal["prior", "trust", "layout"]
-"""Use of depth from blur along the layout: "prior", its component along the layout, discounted if negative; "trust", its
-full amplitude with the sign of that component; "layout", the absolute value of that component.
+"""Use of depth from blur along the layout: "prior", its component along the layout, discounted if negative; "trust",
+its full amplitude with the sign of that component; "layout", the absolute value of that component.
 """
 
 CATEGORIES = 7

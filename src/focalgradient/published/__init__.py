@@ -1,4 +1,4 @@
-"""Published experiments as records, asked of simulated observers: what is predicted beside what was found."""
+"""Published experiments as records, and predictions of their findings by simulated observers."""
 
 from focalgradient.published.accommodation import kruger1993
 from focalgradient.published.experiments import EXPERIMENTS

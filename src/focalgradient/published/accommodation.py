@@ -1,4 +1,4 @@
-"""Accommodation to a target that moves as a sine, in several lights (Kruger et al. 1993)."""
+"""Accommodation to a sinusoidally moving target in several illuminants (Kruger et al. 1993)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from focalgradient.published.record import Finding, Prediction, Published, jackk
 __all__ = ["PAIRS", "against_white", "kruger1993"]
 
 PAIRS = 24
-"""Pairs of trials in which the target moves the opposite ways, fixed before their outcome was known; our choice."""
+"""Number of pairs of trials with opposite target motion, fixed before the outcome was known (our choice)."""
 
 SECONDS = 6.0
-"""Duration of a trial; our choice."""
+"""Duration of a trial, in seconds (our choice)."""
 
 Measure = Callable[[ComplexArray, ComplexArray], float]
 
@@ -30,9 +30,9 @@ def _responses(pupil: float, light: str, pairs: int, kept: Path | None) -> Compl
 
 
 def against_white(observer: Observer, measure: Measure, light: str, pairs: int, kept: Path | None = None) -> Prediction:
-    """Measure the mean response over pairs of trials in a light against that in white, through the observer's pupil.
+    """Compare the mean response over pairs of trials in a light with that in white, for the observer's pupil.
 
-    Its standard error is that of the jackknife, which leaves out one pair, of the same seed in both lights.
+    The standard error is from the jackknife over pairs, with the same seeds in both lights.
     """
     seen, white = (_responses(observer.pupil, one, pairs, kept) for one in (light, "white"))
     left_out = [measure(np.delete(seen, pair), np.delete(white, pair)) for pair in range(pairs)]
@@ -40,14 +40,14 @@ def against_white(observer: Observer, measure: Measure, light: str, pairs: int, 
 
 
 def kruger1993(pairs: int = PAIRS, kept: Path | None = None) -> Published:
-    """Return the record, asked by `pairs` pairs of trials.
+    """Return the record of the experiment, with predictions from `pairs` pairs of trials.
 
     Parameters
     ----------
     pairs
-        Of trials, 2 or more; about 10 s of processor time each, all lights together.
+        Number of pairs, 2 or more; about 10 s of processor time each, for all lights together.
     kept
-        Folder with a file for each pair, so that a run that was cut off goes on; empty it for another model.
+        Cache folder with one file per pair, so that interrupted runs continue; empty it if the model changes.
     """
     gain = partial(against_white, measure=gain_of_mean, pairs=pairs, kept=kept)
     phase = partial(against_white, measure=phase_of_mean, pairs=pairs, kept=kept)

@@ -1,4 +1,4 @@
-"""What people and simulated observers are asked of the replicas of a published experiment, one class a question."""
+"""Questions on replicas of the stimuli of published experiments, for people and simulated observers."""
 
 from __future__ import annotations
 
@@ -22,83 +22,83 @@ __all__ = ["ASKED", "Asked"]
 FloatArray = NDArray[np.float64]
 
 Text = Callable[[str], str]
-"""Gives a text of the task by its name, in the participant's language."""
+"""Function that returns a text of the task by name, in the participant's language."""
 
 SIDES = ("left", "right")
 QUADRANTS = ("upper right", "upper left", "lower left", "lower right")
 LEAST_M, MOST_M = 0.05, 2000.0
-"""Ends of the scale of distance in metres; our choice."""
+"""Ends of the distance scale, in metres (our choice)."""
 
 
 class Asked(ABC):
-    """A question about the replicas of one paper.
+    """Question about the replicas of one paper.
 
     Parameters
     ----------
     paper
-        Key of `focalgradient.stimuli.PAPERS`.
+        Key in `focalgradient.stimuli.PAPERS`.
     """
 
     name: ClassVar[str]
-    """Beginning of the names of its texts."""
+    """Prefix of the names of its texts."""
     places: ClassVar[tuple[Literal[1, 2], ...]] = (1,)
-    """Intervals in which the picture of the condition comes."""
+    """Intervals that may contain the picture of the condition."""
     is_ratio: ClassVar[bool] = False
-    """Whether answers are analysed on their logarithm."""
+    """True if answers are analysed on their logarithm."""
     pixels_per_degree: ClassVar[float]
-    """Of the pictures that simulated observers look at; our choice."""
+    """Resolution of the pictures shown to simulated observers (our choice)."""
 
     def __init__(self, paper: str) -> None:
         self.paper = paper
 
     @property
     def conditions(self) -> tuple[str, ...]:
-        """Names of the conditions that are shown."""
+        """Names of the conditions shown."""
         return tuple(PAPERS[self.paper].conditions)
 
     def drawn(self, condition: str, place: int, pixels_per_degree: float, seed: int) -> tuple[Stimulus, ...]:
-        """Draw what a trial shows, one stimulus an interval."""
+        """Draw the stimuli of a trial, one per interval."""
         return (replica(self.paper, condition, pixels_per_degree=pixels_per_degree, seed=seed),)
 
     @abstractmethod
     def control(self, text: Text) -> Control:
-        """Describe what is answered on."""
+        """Return the description of the response control."""
 
     @abstractmethod
     def value(self, condition: str, place: int, given: float) -> float:
-        """Return the answer that is recorded for what was given on the control."""
+        """Convert the response given on the control to the recorded answer."""
 
     @abstractmethod
     def simulate(
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
-        """Return what a simulated observer gives on the control, by looking at the pictures."""
+        """Return the response of a simulated observer who looks at the pictures."""
 
 
 class NearerSide(Asked):
-    """Which of two textures is nearer; 1 where the blurred one was chosen, otherwise 0."""
+    """Nearer of two textures; the answer is 1 if the blurred one is chosen, else 0."""
 
     name = "order"
     pixels_per_degree = 60.0
 
     def drawn(self, condition: str, place: int, pixels_per_degree: float, seed: int) -> tuple[Stimulus, ...]:
-        """Draw what a trial shows."""
+        """Draw the stimulus of a trial."""
         size = {"width_deg": 5.0, "height_deg": 5.0}
         return (replica(self.paper, condition, pixels_per_degree=pixels_per_degree, seed=seed, **size),)
 
     def control(self, text: Text) -> Control:
-        """Describe what is answered on."""
+        """Return the description of the response control."""
         return Ways(text("order question"), (text("left"), text("right")))
 
     def value(self, condition: str, place: int, given: float) -> float:
-        """Return the answer that is recorded."""
+        """Convert the response to the recorded answer."""
         side = PAPERS[self.paper].conditions[condition][f"{SIDES[int(given) - 1]}_blur_arcmin"]
         return float(side > 0)
 
     def simulate(
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
-        """Answer by looking."""
+        """Return the response of a simulated observer."""
         (one,) = drawn
         order = DepthOrder(first=one.masks["left"], second=one.masks["right"])
         answer = observer.look(one.picture, displayed(one), order).simulate(chance)
@@ -106,7 +106,7 @@ class NearerSide(Asked):
 
 
 class MoreBlurredInterval(Asked):
-    """In which of two intervals an edge is more blurred; 1 where that is right, otherwise 0."""
+    """Interval with the more blurred edge; the answer is 1 if correct, else 0."""
 
     name = "intervals"
     places = (1, 2)
@@ -114,50 +114,50 @@ class MoreBlurredInterval(Asked):
 
     @property
     def conditions(self) -> tuple[str, ...]:
-        """Those with an increment: without one no answer is right."""
+        """Names of the conditions with an increment, as no answer is correct without one."""
         return tuple(name for name, given in PAPERS[self.paper].conditions.items() if given["increment_arcmin"] > 0)
 
     def drawn(self, condition: str, place: int, pixels_per_degree: float, seed: int) -> tuple[Stimulus, ...]:
-        """Draw what a trial shows."""
+        """Draw the stimuli of a trial."""
         more = replica(self.paper, condition, pixels_per_degree=pixels_per_degree)
         standard = replica(self.paper, condition, pixels_per_degree=pixels_per_degree, increment_arcmin=0.0)
         return (more, standard) if place == 1 else (standard, more)
 
     def control(self, text: Text) -> Control:
-        """Describe what is answered on."""
+        """Return the description of the response control."""
         return Ways(text("intervals question"), (text("first"), text("second")))
 
     def value(self, condition: str, place: int, given: float) -> float:
-        """Return the answer that is recorded."""
+        """Convert the response to the recorded answer."""
         return float(int(given) == place)
 
     def simulate(
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
-        """Answer by looking."""
+        """Return the response of a simulated observer."""
         first, second = drawn
         answer = observer.look(first.picture, displayed(first), BlurDiscrimination(second.picture)).simulate(chance)
         return 1.0 if answer == "first" else 2.0
 
 
 class MoreBlurredQuadrant(Asked):
-    """Which quadrant of an annulus is more blurred; 1 where that is right, otherwise 0."""
+    """More blurred quadrant of an annulus; the answer is 1 if correct, else 0."""
 
     name = "quadrant"
     pixels_per_degree = 32.0
 
     def control(self, text: Text) -> Control:
-        """Describe what is answered on."""
+        """Return the description of the response control."""
         return Steps(text("quadrant question"), "", 1, len(QUADRANTS), [text(one) for one in QUADRANTS])
 
     def value(self, condition: str, place: int, given: float) -> float:
-        """Return the answer that is recorded."""
+        """Convert the response to the recorded answer."""
         return float(QUADRANTS[int(given) - 1] == PAPERS[self.paper].conditions[condition]["quadrant"])
 
     def simulate(
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
-        """Choose the largest of the four log blurs, each with the error that a Weber fraction gives a pair of them."""
+        """Choose the largest of four log blurs, with errors that follow from the Weber fraction of pairwise comparison."""
         (one,) = drawn
         height, width = one.shape
         seen = look(one.picture, displayed(one), (width / 2, height / 2), observer)
@@ -172,14 +172,14 @@ class MoreBlurredQuadrant(Asked):
 
 
 def _quadrants(annulus: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
-    """Parts of a mask in the order of `QUADRANTS`."""
+    """Divide a mask into the parts named in `QUADRANTS`."""
     down, right = (np.indices(annulus.shape).T - (np.array(annulus.shape) - 1) / 2).T
     signs = ((-1, 1), (-1, -1), (1, -1), (1, 1))
     return [annulus & (vertical * down > 0) & (horizontal * right > 0) for vertical, horizontal in signs]
 
 
 def _region_blur(blur: FloatArray, log_sd: FloatArray, region: NDArray[np.bool_]) -> tuple[float, float]:
-    """Blur (arcmin) of a region and the sd of its logarithm, of the places most within it, by their precision."""
+    """Return the blur (arcmin) of a region and the SD of its logarithm, precision-weighted over its interior places."""
     share = block_means(region)
     share = np.where(share >= share.max() / 2, share, 0.0)
     weight = np.where(np.isfinite(blur) & (blur > 0), share / np.maximum(log_sd, 1e-6) ** 2, 0.0)
@@ -190,7 +190,7 @@ def _region_blur(blur: FloatArray, log_sd: FloatArray, region: NDArray[np.bool_]
 
 
 class DistanceInMetres(Asked):
-    """How far away the middle of a picture looks, in metres, with each blur of the paper and without."""
+    """Perceived distance of the picture's centre in metres, with each blur of the paper and without blur."""
 
     name = "distance"
     is_ratio = True
@@ -198,33 +198,33 @@ class DistanceInMetres(Asked):
 
     @property
     def conditions(self) -> tuple[str, ...]:
-        """Those of the paper, and each gradient's picture without blur."""
+        """Names of the paper's conditions, and of each gradient's picture without blur."""
         return (*super().conditions, *self._unblurred)
 
     @property
     def _unblurred(self) -> dict[str, str]:
-        """The condition that is drawn without blur, by the name of that."""
+        """Condition whose picture is drawn without blur, by the name of the unblurred condition."""
         return {f"{name.split(',')[0]}, no blur": name for name in reversed(super().conditions)}
 
     def drawn(self, condition: str, place: int, pixels_per_degree: float, seed: int) -> tuple[Stimulus, ...]:
-        """Draw a picture, through a pinhole where it has no blur."""
+        """Draw a picture, through a pinhole in conditions without blur."""
         drawn = self._unblurred.get(condition, condition)
         others: Mapping[str, float] = NO_BLUR if drawn != condition else {}
         return (replica(self.paper, drawn, pixels_per_degree=pixels_per_degree, seed=seed, **others),)
 
     def control(self, text: Text) -> Control:
-        """Describe what is answered on."""
+        """Return the description of the response control."""
         ends = (text("near"), text("far"))
         return Scale(text("distance question"), "", LEAST_M, MOST_M, ratios=True, ends=ends)
 
     def value(self, condition: str, place: int, given: float) -> float:
-        """Return the answer that is recorded."""
+        """Convert the response to the recorded answer."""
         return float(given)
 
     def simulate(
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
-        """Answer by looking."""
+        """Return the response of a simulated observer."""
         (one,) = drawn
         question = distance_question(one.depth_m, EXPECTED_M[self.paper])
         answer = observer.look(one.picture, displayed(one), question).simulate(chance)
@@ -243,4 +243,4 @@ ASKED: Mapping[str, Asked] = {
         DistanceInMetres("vishwanath2010"),
     )
 }
-"""By the paper's key in the bibliography."""
+"""Questions by the paper's key in the bibliography."""

@@ -1,4 +1,4 @@
-"""Order of depth at a border between two textures, by their blur and its own (Mather; Marshall et al.)."""
+"""Depth order at a border between two textures, by the blur of textures and border (Mather; Marshall et al.)."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from focalgradient.stimuli import PAPERS, replica
 __all__ = ["RECORDS", "blurred_nearer"]
 
 SEEDS = range(4)
-"""Textures by which the order of depth is asked; our choice."""
+"""Seeds of the textures over which the prediction is averaged (our choice)."""
 
 SIZE_DEG = 5.0
-"""Width and height of the pictures in degrees; our choice."""
+"""Width and height of the pictures in degrees (our choice)."""
 
 FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
-"""Display of about 60 pixels per degree; our choice."""
+"""Display with about 60 pixels per degree (our choice)."""
 
 OWN_BORDER = "that the nearer side owns the border's blur"
-"""Assumed by the observer after these papers."""
+"""Assumption of the observer that was taken from these papers."""
 
 PAIRED = "The observer reads the blurs from the pixels. Textures and the blur of 4 arcmin are our choice."
 
 
 @lru_cache(maxsize=64)
 def blurred_nearer(observer: Observer, paper: str, border: str) -> Prediction:
-    """Share in which the blurred side of a paper's pictures looks nearer, with a "sharp" or a "blurred" border.
+    """Return the proportion of answers in which the blurred side looks nearer, for a "sharp" or a "blurred" border.
 
-    Mean of the probability that the observer answers so, over both sides and `SEEDS`.
+    It is the mean probability over both sides and `SEEDS`.
     """
     answers = []
     for sharp, blurred in (("left", "right"), ("right", "left")):

@@ -1,4 +1,4 @@
-"""Cues compared on displays that the house does not have: several focal distances, light fields, moving focus."""
+"""Cue comparisons on unavailable displays: multifocal, light-field and focus-tunable displays."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from focalgradient.published.thresholds import discrimination
 __all__ = ["RECORDS", "blur_over_disparity", "blur_weight_change"]
 
 NEAR_D, AWAY_D = 0.0, 2.0
-"""Distance (D) from fixation that is taken as near it and as away from it; our choice."""
+"""Distances (D) from fixation that represent "near" and "away from" fixation (our choice)."""
 
 THRESHOLDS = (
     "Thresholds of the observer's laws, 0 and 2 D from fixation. Its threshold of disparity does not "
@@ -22,13 +22,13 @@ THRESHOLDS = (
 
 
 def blur_over_disparity(observer: Observer, away: float) -> Prediction:
-    """Just noticeable difference of depth (D) by blur over that by disparity, at a distance (D) from fixation."""
+    """Return the ratio of the depth thresholds (D) by blur and by disparity, at a distance (D) from fixation."""
     by_disparity = math.radians(observer.stereo / 60) / observer.interocular
     return Prediction(discrimination(observer, away).value / by_disparity)
 
 
 def blur_weight_change(observer: Observer) -> Prediction:
-    """Weight of blur away from fixation less that near it, both cues weighted by their inverse variances."""
+    """Return the change in the weight of blur from near to away from fixation, with inverse-variance weights."""
     near, away = (1 / (1 + blur_over_disparity(observer, one).value ** 2) for one in (NEAR_D, AWAY_D))
     return Prediction(away - near)
 

@@ -1,4 +1,4 @@
-"""Distance in metres by the blur of pictures (Held et al. 2010; Vishwanath and Blaser 2010)."""
+"""Perceived absolute distance from the blur of pictures (Held et al. 2010; Vishwanath and Blaser 2010)."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ from focalgradient.stimuli import PAPERS, Stimulus, replica
 __all__ = ["RECORDS", "displayed", "distance_question", "effect_ratio", "judged_over"]
 
 SEEDS = range(3)
-"""Towns and textures of which distance is judged; our choice."""
+"""Seeds of the towns and textures whose distance is judged (our choice)."""
 
 NO_BLUR = {"pupil_mm": 0.0}
 
 EXPECTED_M = {"held2010": 783.0, "vishwanath2010": 1.0}
-"""Distance (m) of the middle that other cues suggest, in all pictures of a paper: that of the town's scene; of a plane
-our choice."""
+"""Distance (m) of the centre suggested by other cues, in all pictures of a paper: that of the town's scene; for planes,
+our choice.
+"""
 
 OWN_MODEL = "that blur gives a known layout its scale (the model of Held et al.)"
 TOWN = "3 towns; the layout is the scene's own up to its scale, which other cues leave open by a factor of 20."
@@ -36,13 +37,13 @@ Turn = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def displayed(drawn: Stimulus) -> Display:
-    """Return a display that shows a picture at its own pixels per degree."""
+    """Return a display with the picture's own pixels per degree."""
     usual = Display()
     return replace(usual, distance=usual.distance / (math.degrees(drawn.pixel_angle) * usual.pixels_per_degree))
 
 
 def distance_question(depth: NDArray[np.float64], expected_m: float) -> DistanceOfFixated:
-    """Return the question how far the middle of a picture is, given a layout up to its scale, and what is expected."""
+    """Return the question for the distance of a picture's centre, given a relative layout and an expected distance."""
     height, width = depth.shape
     return DistanceOfFixated(RelativeLayout(depth, expected_m=expected_m), (width / 2, height / 2))
 
@@ -55,14 +56,14 @@ def _kept(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 def _log_distance(
     observer: Observer, paper: str, condition: str, seed: int, is_blurred: bool = True, layout: Turn = _kept
 ) -> float:
-    """Logarithm of the judged distance (m) of the middle of a replica, with its blur or without."""
+    """Return the log judged distance (m) of the centre of a replica, with or without blur."""
     drawn = replica(paper, condition, seed=seed, **({} if is_blurred else NO_BLUR))
     question = distance_question(layout(drawn.depth_m), EXPECTED_M[paper])
     return math.log(observer.look(drawn.picture, displayed(drawn), question).median)
 
 
 def _unblurred(paper: str, condition: str) -> str:
-    """First condition with the same gradient: without blur their pictures are equal."""
+    """Return the first condition with the same gradient, whose unblurred picture is identical."""
     return next(one for one in PAPERS[paper].conditions if one.split()[0] == condition.split()[0])
 
 
@@ -73,7 +74,7 @@ def judged_over(
     other: tuple[str, ...] | None = None,
     layout: Turn = _kept,
 ) -> Prediction:
-    """Judged distance over that of other conditions, or of the same without blur: geometric mean."""
+    """Return the ratio of judged distances to those of other conditions, or without blur: geometric mean."""
     logs = []
     for number, condition in enumerate(conditions):
         for seed in SEEDS:
@@ -84,9 +85,9 @@ def judged_over(
 
 
 def effect_ratio(observer: Observer, paper: str, condition: str, other: str) -> Prediction:
-    """Effect of blur on the logarithm of judged distance in one condition over that in another one.
+    """Return the ratio of the effects of blur on log judged distance in two conditions.
 
-    The ratio of means over seeds, with the standard error of the jackknife.
+    It is a ratio of means over seeds, with the standard error of the jackknife.
     """
     effects = np.array(
         [

@@ -1,6 +1,6 @@
-"""The published experiments, by their key in the bibliography.
+"""Published experiments, by their key in the bibliography.
 
-Numbers that no source at hand prints are left out; a direction is then all that is compared.
+Numbers that no available source prints are omitted; only the direction of the effect is then compared.
 """
 
 from __future__ import annotations
@@ -22,4 +22,4 @@ EXPERIMENTS: dict[str, Published] = {
         kruger1993(),
     )
 }
-"""By key."""
+"""Records by key."""

@@ -1,4 +1,4 @@
-"""Kruger, Mathews, Aggarwala and Sanchez (1993): an eye follows a target that moves as a sine, in several lights."""
+"""Accommodation to a sinusoidally moving target in several lights, after Kruger, Mathews, Aggarwala & Sanchez (1993)."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ LIGHTS: Mapping[str, Stimulus] = {
     "neutralised": Stimulus(chromatic_scale=0.0, illuminant="3000 K"),
     "reversed": Stimulus(chromatic_scale=-1.0, illuminant="3000 K"),
 }
-"""Their lights and aberrations."""
+"""Lights and chromatic aberrations of the experiment."""
 
 HERTZ, MEAN, AMPLITUDE = 0.2, 2.0, 0.5
-"""Frequency (Hz), mean and amplitude (D) of their target, which moves from 1.5 to 2.5 D."""
+"""Temporal frequency (Hz), mean and amplitude (D) of the target, which moves from 1.5 to 2.5 D."""
 
 SKIPPED = 1.0
-"""Seconds at the start of a trial that are not analysed; our choice."""
+"""Duration of the start of a trial that is not analysed, in seconds (our choice)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """How an eye followed the target.
+    """Accommodative response to the moving target.
 
     Parameters
     ----------
     response
-        Accommodation over the target at its frequency: gain as modulus and phase as angle.
+        Accommodation divided by target at the target's frequency: modulus is the gain, angle the phase.
     focus, error
-        Mean focus, and root mean square error of focus, in dioptres.
+        Mean focus, and root-mean-square focus error, in dioptres.
     """
 
     response: complex
@@ -56,9 +56,10 @@ def _target(way: int, time: float) -> float:
 
 
 def follow(eye: Accommodation, light: Stimulus, seconds: float, seed: int) -> Followed:
-    """Let an eye follow the target for so many seconds, in two trials in which it moves the opposite ways.
+    """Simulate accommodation to the target in two trials of `seconds` with opposite target motion.
 
-    The response is that of half the difference of both trials, for fluctuations to cancel; mean and error are of both.
+    The response is computed from half the difference between the trials, in which fluctuations common to both cancel;
+    mean and error are over both trials.
 
     >>> found = follow(Accommodation(pupil_diameter=0.004), LIGHTS["white"], 6.0, seed=0)
     >>> bool(0.5 < abs(found.response) < 1.2), bool(abs(found.focus - MEAN) < 0.5)
@@ -76,23 +77,23 @@ def follow(eye: Accommodation, light: Stimulus, seconds: float, seed: int) -> Fo
 def responses(
     pupil: float, light: str, pairs: int, seconds: float, kept: Path | None = None, eye: Accommodation | None = None
 ) -> ComplexArray:
-    """Response of each of several pairs of trials: accommodation over the target at its frequency.
+    """Return the response (accommodation divided by target at the target's frequency) in each pair of trials.
 
     Parameters
     ----------
     pupil
-        Diameter of the pupil in metres.
+        Pupil diameter in metres.
     light
-        One of `LIGHTS`.
+        Light, one of `LIGHTS`.
     pairs
-        Number of pairs; the seeds are 0, 1 and so on.
+        Number of pairs, with seeds 0, 1, ...
     seconds
-        Duration of a trial.
+        Duration of a trial, in seconds.
     kept
-        Folder with a file for each pair, so that a run that was cut off goes on; empty it for another model. None: all
-        are computed.
+        Cache folder with one file per pair, so that interrupted runs continue; empty it if the model changes. None: no
+        cache.
     eye
-        Whose accommodation; None: the default one with that pupil.
+        Accommodation model; None: the default one with that pupil.
     """
     own = replace(Accommodation() if eye is None else eye, pupil_diameter=pupil)
     return np.array([*_responses(own, light, pairs, seconds, kept)])
@@ -116,7 +117,7 @@ def _responses(eye: Accommodation, light: str, pairs: int, seconds: float, kept:
 
 
 def gain_of_mean(light: ComplexArray, white: ComplexArray) -> float:
-    """Gain of the mean response in a light over that in white.
+    """Return the gain of the mean response in a light relative to that in white.
 
     >>> gain_of_mean(np.array([0.5, 0.5j]), np.array([1.0, 1.0j]))
     0.5
@@ -125,7 +126,7 @@ def gain_of_mean(light: ComplexArray, white: ComplexArray) -> float:
 
 
 def phase_of_mean(light: ComplexArray, white: ComplexArray) -> float:
-    """Phase of the mean response in a light less that in white, in degrees; more lag is negative.
+    """Return the phase of the mean response in a light minus that in white, in degrees; more lag is negative.
 
     >>> round(phase_of_mean(np.array([1.0 - 1.0j]), np.array([2.0 + 0.0j])), 6)
     -45.0

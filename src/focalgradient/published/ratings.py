@@ -1,4 +1,4 @@
-"""The paper's own two experiments: ratings of depth, and the rotating Necker cube."""
+"""The two experiments of Pentland (1987): depth ratings, and the rotating Necker cube."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from focalgradient.tasks import task_named
 __all__ = ["RECORDS", "nonrigid_change", "rise"]
 
 PEOPLE, SEED = 20, 1987
-"""Simulated people of an observer, and the seed of their errors; our choice."""
+"""Number of simulated people per observer, and random seed (our choice)."""
 
 SCENES = ("spheres-01", "spheres-02", "spheres-03", "spheres-04")
-"""Scenes of the small pictures that are rated; our choice."""
+"""Scenes of the small pictures that are rated (our choice)."""
 
 OWN_LAYOUT = "that blurred is farther, and that blur contradicting the layout's order is discounted"
 OWN_ODDS = "that blur favours the reading in which blurred is farther"
@@ -45,7 +45,7 @@ def _label(person: int) -> str:
 
 @lru_cache(maxsize=8)
 def _ratings(observer: Observer) -> Mapping[tuple[str, str], np.ndarray]:
-    """Logarithm of each simulated person's geometric mean rating, by aperture and fixation."""
+    """Return the log geometric mean rating of each simulated person, by aperture and fixation."""
     design = DepthRatingDesign(scenes=SCENES, catch_trials=0, practice_trials=0)
     encoded = seen_pictures(design, None, None, lambda share, words: None)["encoded"]
     found: dict[tuple[str, str], list[float]] = {}
@@ -59,7 +59,7 @@ def _ratings(observer: Observer) -> Mapping[tuple[str, str], np.ndarray]:
 
 
 def rise(observer: Observer, fixation: str) -> Prediction:
-    """Rating at the largest aperture over that of the pinhole: geometric mean over simulated people."""
+    """Return the ratio of ratings at the largest aperture and at the pinhole: geometric mean over simulated people."""
     rated = _ratings(observer)
     largest = DepthRatingDesign().apertures[-1]
     return ratio_of([*(rated[largest, fixation] - rated["pinhole", fixation])])
@@ -67,7 +67,7 @@ def rise(observer: Observer, fixation: str) -> Prediction:
 
 @lru_cache(maxsize=8)
 def nonrigid_change(observer: Observer) -> Prediction:
-    """Nonrigid share of the time with the strongest gradient for that reading, less that without a gradient."""
+    """Return the change in the nonrigid proportion of time from no gradient to the strongest nonrigid gradient."""
     design = NeckerDesign()
     encoded = encoded_cubes(design)
     strongest = max(trial.strength for trial in design.trials("01"))

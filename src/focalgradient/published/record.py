@@ -1,4 +1,4 @@
-"""Records of published experiments: what was found, what that was read from, and the rule that scores a prediction."""
+"""Records of published experiments: findings, their sources, and the scoring rule for predictions."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ __all__ = [
 ]
 
 Source = Literal["full text", "abstract", "secondary", "memory"]
-"""What a number or a direction was read from: the paper, its abstract, another publication, or nothing at hand."""
+"""Source of a number or direction: the paper, its abstract, another publication, or memory without a source at hand."""
 
 AGREES, DIFFERS, UNDECIDED, CANNOT_BE_ASKED = "agrees", "differs", "undecided", "cannot be asked"
 
 STANDARD_ERRORS = 2.0
-"""Standard errors on either side of a prediction, and of a printed mean, that count as its interval."""
+"""Half-width of the interval of a prediction, and of a printed mean, in standard errors."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What a simulated observer answers: a value, and its standard error over repetitions (0 where it has none)."""
+    """Prediction of a simulated observer: value, and standard error over repetitions (0 without repetitions)."""
 
     value: float
     standard_error: float = 0.0
@@ -59,7 +59,7 @@ def mean_of(values: Sequence[float]) -> Prediction:
 
 
 def ratio_of(logarithms: Sequence[float]) -> Prediction:
-    """Return the geometric mean of repetitions of a ratio, by their logarithms, with its standard error.
+    """Return the geometric mean of repeated ratios, given their logarithms, with its standard error.
 
     >>> ratio_of([0.0, 0.0])
     Prediction(value=1.0, standard_error=0.0)
@@ -69,7 +69,7 @@ def ratio_of(logarithms: Sequence[float]) -> Prediction:
 
 
 def jackknife(value: float, left_out: Sequence[float]) -> Prediction:
-    """Return an estimate with the standard error of the jackknife, from the estimates that each leave one part out.
+    """Return an estimate with its jackknife standard error, from the estimates that each omit one part.
 
     >>> jackknife(2.0, [2.5, 2.0, 1.5])
     Prediction(value=2.0, standard_error=0.5773502691896258)
@@ -78,41 +78,41 @@ def jackknife(value: float, left_out: Sequence[float]) -> Prediction:
 
 
 Ask = Callable[[Observer], Prediction]
-"""Do the experiment with a simulated observer."""
+"""Function that runs the experiment with a simulated observer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One number, or one direction, that an experiment found.
+    """Number or direction found in an experiment.
 
-    The score of a prediction was fixed before any was computed: `AGREES` where the value and 2 of its standard errors
-    on either side lie inside the range from `low` to `high`, its ends excluded; `DIFFERS` where they lie outside it;
-    `UNDECIDED` where an end of the range lies among them, which counts as no agreement; `CANNOT_BE_ASKED` without a
-    prediction. The range is the one printed, or 2 standard errors on either side of a printed mean, or the
-    printed side of no effect.
+    The scoring rule was fixed before any prediction was computed: `AGREES` if the value +- 2 standard errors lies
+    inside the range from `low` to `high` (ends excluded); `DIFFERS` if it lies outside; `UNDECIDED` if it contains an
+    end of the range, which does not count as agreement; `CANNOT_BE_ASKED` without a prediction. The range is the
+    printed one, or a printed mean +- 2 standard errors, or the printed side of no effect.
 
     Parameters
     ----------
     quantity, units
-        What was measured; "1" for ratios and shares.
+        Measured quantity and its unit; "1" for ratios and proportions.
     printed
-        The number or the statement as the source prints it, or as it is remembered.
+        Number or statement as printed by the source, or as remembered.
     low, high
-        Range of agreement, in `units`; infinite on the open side of a direction.
+        Range of agreement in `units`; infinite on the open side of a direction.
     source
-        What it was read from.
+        Source of the number or statement.
     taken
-        What of the observer was taken from this finding or its like; empty where the prediction is independent of it.
+        Property of the observer that was taken from this finding or a similar one; empty if the prediction is
+        independent.
     ask
-        How an observer is asked; None where none can be.
+        Function that asks an observer; None if the observer cannot be asked.
     remark
-        Why none can be asked; otherwise what of the simulation is our choice.
+        Reason why the observer cannot be asked; otherwise choices made in the simulation.
 
     Raises
     ------
     InputError
-        If a field is of a wrong type, the range is empty or unbounded, a text is missing, or neither a way to ask nor
-        the reason for its absence is given.
+        If a field has the wrong type, the range is empty or unbounded, a text is missing, or both `ask` and the reason
+        for its absence are missing.
 
     Examples
     --------
@@ -150,7 +150,7 @@ class Finding:
             raise InputError(f"{self.quantity} has no way to ask an observer: state the reason as its remark.")
 
     def score(self, prediction: Prediction | None) -> str:
-        """Score a prediction by the rule that is stated above."""
+        """Score a prediction by the rule of the class."""
         if prediction is None:
             return CANNOT_BE_ASKED
         reach = STANDARD_ERRORS * prediction.standard_error
@@ -162,32 +162,32 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Published:
-    """A published experiment.
+    """Published experiment.
 
     Parameters
     ----------
     key
-        Of the bibliography, with a suffix for a paper's second experiment. Where `stimuli.PAPERS` has it,
-        ``stimuli.replica(key, condition)`` draws its stimuli.
+        Key in the bibliography, with a suffix for a paper's second experiment. For keys in `stimuli.PAPERS`,
+        ``stimuli.replica(key, condition)`` draws the stimuli.
     citation
-        Authors, year of four digits, and journal; at its end, which of a paper's experiments it is.
+        Authors, year (four digits) and journal; at the end, which experiment of the paper, if there are several.
     doi
-        As a source prints it; empty where none was verified.
+        DOI as printed by a source; empty if not verified.
     design
-        The design in a sentence.
+        Design in one sentence.
     conditions
-        Names of its conditions.
+        Names of the conditions.
     findings
-        What it found.
+        Findings.
     settings
-        Settings of the design with which people are asked here, its task among them; empty where they cannot be.
+        Settings of the design for people, including its task; empty if people cannot be tested here.
     needs
-        Apparatus, or pictures, without which people cannot be asked; empty where they can.
+        Apparatus or pictures without which people cannot be tested; empty if they can.
 
     Raises
     ------
     InputError
-        If a field is of a wrong type or empty, or two findings have one name.
+        If a field has the wrong type or is empty, or two findings have the same name.
     """
 
     key: str
@@ -217,14 +217,14 @@ class Published:
             raise InputError(f"{self.key} needs the settings of a design, or what is missing to ask people: give one.")
 
     def design_text(self) -> str:
-        """Return the design with which people, or simulated observers, are asked: text of a design file (TOML).
+        """Return the design for people or simulated observers as the text of a design file (TOML).
 
-        ``focalgradient run TASK --design FILE`` runs it; so do ``serve`` and ``simulate``.
+        It is run by ``focalgradient run TASK --design FILE``, ``serve`` or ``simulate``.
 
         Raises
         ------
         InputError
-            If the stimuli need apparatus or pictures that are not here, which it names.
+            If the stimuli need unavailable apparatus or pictures; the message names them.
 
         Examples
         --------
@@ -239,23 +239,23 @@ class Published:
 
     @property
     def short(self) -> str:
-        """Authors and year, and which experiment of the paper it is, where there are several."""
+        """Authors and year, and which experiment of the paper, if there are several."""
         authors, year, rest = re.split(r"(\d{4})", self.citation, maxsplit=1)
         return authors + year + (f" ({rest.rpartition(', ')[2]})" if rest.endswith("experiment") else "")
 
 
 def simulate(experiment: Published, observer: Observer) -> Mapping[str, Prediction | None]:
-    """Ask a simulated observer for each finding of an experiment.
+    """Predict each finding of an experiment with a simulated observer.
 
     Returns
     -------
     Mapping
-        Prediction of each quantity; None where the observer cannot be asked.
+        Prediction of each quantity; None if the observer cannot be asked.
 
     Raises
     ------
     InputError
-        If the experiment or the observer is of another class.
+        If the experiment or the observer has the wrong type.
 
     Examples
     --------

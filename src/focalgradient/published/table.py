@@ -1,4 +1,4 @@
-"""The table of what a simulated observer predicts beside what was published."""
+"""Table of predictions of a simulated observer next to published findings."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ __all__ = ["Row", "csv_of", "markdown", "predicted_beside_published"]
 
 
 LEAST_SHOWN = 0.095
-"""Value below which two decimals would have fewer than two digits."""
+"""Absolute value below which numbers are shown with two significant digits instead of two decimals."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One finding, and what a simulated observer predicts of it; None where it cannot be asked."""
+    """Finding with the prediction of a simulated observer; None if it cannot be asked."""
 
     experiment: Published
     finding: Finding
@@ -30,7 +30,7 @@ class Row:
 
     @property
     def score(self) -> str:
-        """By the rule of `Finding`."""
+        """Score by the rule of `Finding`."""
         return self.finding.score(self.predicted)
 
     @property
@@ -43,12 +43,12 @@ class Row:
 
     @property
     def independent(self) -> str:
-        """Whether the prediction is independent of the finding; if not, what was taken from it."""
+        """Independence of prediction and finding: "yes", or the property that was taken from the finding."""
         return f"no: {self.finding.taken}" if self.finding.taken else "yes"
 
     @property
     def stated(self) -> str:
-        """Predicted value with its standard error, where it has one; a dash where there is none."""
+        """Predicted value with its standard error, if any; a dash without a prediction."""
         if self.predicted is None:
             return "-"
         error = self.predicted.standard_error
@@ -56,7 +56,7 @@ class Row:
 
 
 def _number(value: float) -> str:
-    """Two decimals, or two digits where these would show less.
+    """Format with two decimals, or with two significant digits if small.
 
     >>> _number(0.41), _number(-12.3), _number(0.0031)
     ('0.41', '-12.30', '0.0031')
@@ -67,16 +67,16 @@ def _number(value: float) -> str:
 def predicted_beside_published(
     observer: Observer, experiments: Sequence[Published] = (*EXPERIMENTS.values(),), progress: Progress | None = None
 ) -> list[Row]:
-    """Ask a simulated observer for every finding of the experiments.
+    """Predict every finding of the experiments with a simulated observer.
 
     Parameters
     ----------
     observer
-        Who is asked.
+        Simulated observer.
     experiments
-        By default all.
+        Experiments; default: all.
     progress
-        Called with the share done and a few words.
+        Function called with the completed fraction and a description of the work.
 
     Examples
     --------
@@ -95,7 +95,7 @@ def predicted_beside_published(
 
 
 def csv_of(rows: Iterable[Row]) -> str:
-    """Comma-separated values, one row for each finding; predictions are marked as simulated in their column's name.
+    """Format as comma-separated values, one row per finding; the names of prediction columns contain "simulated".
 
     Examples
     --------
@@ -118,7 +118,7 @@ def csv_of(rows: Iterable[Row]) -> str:
 
 
 def markdown(rows: Iterable[Row]) -> str:
-    """Table of the documents: one line for each finding.
+    """Format as the Markdown table of the documents, one row per finding.
 
     Examples
     --------

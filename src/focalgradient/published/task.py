@@ -1,4 +1,4 @@
-"""Published experiments as one task: replicas of a paper's stimuli, with its question, for people and observers."""
+"""Task of published experiments: replicas of a paper's stimuli with its question, for people and observers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from focalgradient.tasks import Task
 __all__ = ["PublishedAnswer", "PublishedDesign", "PublishedTask", "PublishedTrial"]
 
 DECISION_S = 2.0
-"""Seconds from a question to a simulated answer; our choice."""
+"""Simulated response time in seconds (our choice)."""
 
 TEXTS = {
     "en": {
@@ -72,16 +72,16 @@ TEXTS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PublishedTrial(Trial):
-    """What a trial shows.
+    """Condition of a trial.
 
     Parameters
     ----------
     experiment
         Key of the paper.
     condition_name
-        Of the paper's conditions.
+        Condition of the paper.
     place
-        Interval in which its picture comes; 1 where there is one picture.
+        Interval that contains the picture of the condition; 1 with a single picture.
     """
 
     experiment: str = field(metadata={"about": "Key of the published experiment in the bibliography."})
@@ -93,7 +93,7 @@ class PublishedTrial(Trial):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PublishedAnswer(Response):
-    """The answer: 1 or 0 of a choice, metres of a distance."""
+    """Answer: 1 or 0 for a choice, metres for a distance."""
 
     answer: float = field(
         metadata={
@@ -105,7 +105,7 @@ class PublishedAnswer(Response):
 
 
 class PublishedDesign(Counterbalanced):
-    """The design of a published experiment whose stimuli can be shown on a usual display."""
+    """Design of a published experiment whose stimuli can be shown on an ordinary display."""
 
     task: Literal["published"] = "published"
     experiment: Annotated[str, Field(description=f"one of {', '.join(ASKED)}")] = "mather1996"
@@ -126,7 +126,7 @@ class PublishedDesign(Counterbalanced):
         return ASKED[self.experiment]
 
     def trials(self, participant: str, session: str | None = None) -> tuple[PublishedTrial, ...]:
-        """List a participant's trials: each condition, in each interval, `repetitions` times."""
+        """Return the trials of a participant: each condition, in each interval, `repetitions` times."""
         asked = self.asked
         shown = [
             PublishedTrial(experiment=self.experiment, condition_name=one, place=place)
@@ -138,17 +138,17 @@ class PublishedDesign(Counterbalanced):
 
 @dataclass(frozen=True, slots=True)
 class _AskedPages(PlainPages):
-    """Pages of one experiment's question."""
+    """Pages with the instructions of the experiment's question."""
 
     asked: Asked
 
     def opening(self) -> Any:
-        """Give the instructions."""
+        """Return the instructions."""
         return self._read(f"{self.asked.name} instructions", "instructions")
 
 
 class PublishedTask(Task):
-    """Answer the question of a published experiment about replicas of its stimuli."""
+    """Question of a published experiment about replicas of its stimuli."""
 
     name: ClassVar[str] = "published"
     title: ClassVar[str] = "A published experiment, with replicas of its stimuli"
@@ -163,28 +163,28 @@ class PublishedTask(Task):
         return _AskedPages(self, words, design.asked)
 
     def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Any:
-        """Return the replicas of a trial, one an interval, with another texture in each trial."""
+        """Return the replicas of a trial, one per interval, with a new texture in each trial."""
         drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, trial.trial)
         return [(np.asarray(Display().encode(one.picture)), design.picture_s) for one in drawn]
 
     def control(self, words: Any, trial: Any) -> Control:
-        """Describe what the experiment's question is answered on."""
+        """Return the response control of the experiment's question."""
         asked: Asked = ASKED[trial.experiment]
         return asked.control(partial(self.text, words))
 
     def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
-        """Return the answer that is recorded for what was given on the control."""
+        """Convert the response on the control to the recorded answer."""
         return PublishedAnswer(answer=design.asked.value(trial.condition_name, trial.place, value), **times)
 
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
-        """Return the answer of an observer who looks at the same pictures."""
+        """Return the answer of a simulated observer who looks at the same pictures."""
         asked: Asked = design.asked
         drawn = asked.drawn(trial.condition_name, trial.place, asked.pixels_per_degree, trial.trial)
         given = asked.simulate(observer, drawn, trial.condition_name, trial.place, chance)
         return self.answered(design, trial, given, onset=0.0, response_time=DECISION_S)
 
     def planned(self, design: Any) -> tuple[Any, ...]:
-        """Return the tests of the report: of conditions, distances on their logarithm."""
+        """Return the tests of the report: effects of the conditions, distances on their logarithm."""
         from focalgradient.statistics.conditions import planned_tests
 
         return planned_tests({"answer": design.asked.is_ratio}, self.factors(design))

@@ -1,4 +1,4 @@
-"""Thresholds of blur and of defocus: detection, discrimination, the dipper."""
+"""Thresholds of blur and defocus: detection, discrimination, and the dipper function."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from focalgradient.stimuli import PAPERS
 __all__ = ["OWN_WEBER", "RECORDS", "detection", "dip", "discrimination", "weber_fraction"]
 
 PEDESTALS = np.linspace(0.0, 4.0, 161)
-"""Pedestals of blur (arcmin) among which the dip is sought; the range is our choice."""
+"""Pedestals of blur (arcmin) searched for the minimum of the dipper (our choice)."""
 
 STEPS = 4
-"""Successive just noticeable steps of defocus; our choice."""
+"""Number of successive just noticeable increments of defocus (our choice)."""
 
 OWN_WEBER = "the Weber fraction of blur"
 OWN_BLUR = "the intrinsic blur"
@@ -27,32 +27,32 @@ DIPPER = "Pedestals of 0 to 4 arcmin."
 
 
 def weber_fraction(observer: Observer, pedestal: float) -> Prediction:
-    """Just noticeable increment of blur over a pedestal (arcmin)."""
+    """Return the Weber fraction: just noticeable increment of blur divided by the pedestal (arcmin)."""
     return Prediction(blur_threshold(pedestal, observer) / pedestal)
 
 
 def dip(observer: Observer) -> Prediction:
-    """Smallest threshold of blur over the threshold without a pedestal."""
+    """Return the ratio of the smallest blur threshold to the threshold without a pedestal."""
     return Prediction(min(blur_threshold(float(one), observer) for one in PEDESTALS) / blur_threshold(0.0, observer))
 
 
 def _arcmin(dioptres: float, observer: Observer) -> float:
-    """Blur (arcmin, standard deviation) of a defocus through the observer's pupil."""
+    """Return the blur (SD, arcmin) of a defocus (D) for the observer's pupil."""
     return math.degrees(dioptres * observer.pupil / 2 * SD_PER_RADIUS) * 60
 
 
 def detection(observer: Observer) -> Prediction:
-    """Just noticeable defocus (D) of a sharp target, through the observer's pupil."""
+    """Return the just noticeable defocus (D) of a sharp target, for the observer's pupil."""
     return discrimination(observer, 0.0)
 
 
 def discrimination(observer: Observer, pedestal: float) -> Prediction:
-    """Just noticeable increment of defocus (D) upon a defocus (D), through the observer's pupil."""
+    """Return the just noticeable increment of defocus (D) for a defocus pedestal (D), for the observer's pupil."""
     return Prediction(blur_threshold(_arcmin(pedestal, observer), observer) / _arcmin(1.0, observer))
 
 
 def successive_discrimination(observer: Observer) -> Prediction:
-    """Mean of the just noticeable steps of defocus (D) that follow the first, each upon all before it."""
+    """Return the mean of the successive just noticeable increments of defocus (D) after the first."""
     reached, steps = detection(observer).value, []
     for _ in range(STEPS):
         steps.append(discrimination(observer, reached).value)
@@ -61,7 +61,7 @@ def successive_discrimination(observer: Observer) -> Prediction:
 
 
 def threshold_ratio(observer: Observer, pedestal: float, other: float) -> Prediction:
-    """Just noticeable increment upon a defocus (D) over that upon another one (D)."""
+    """Return the ratio of the just noticeable increments for two defocus pedestals (D)."""
     return Prediction(discrimination(observer, pedestal).value / discrimination(observer, other).value)
 
 
