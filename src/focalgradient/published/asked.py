@@ -157,7 +157,7 @@ class MoreBlurredQuadrant(Asked):
     def simulate(
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
-        """Choose the largest of four log blurs, with errors that follow from the Weber fraction of pairwise comparison."""
+        """Choose the largest of four log blurs, with errors according to the Weber fraction of pairwise comparison."""
         (one,) = drawn
         height, width = one.shape
         seen = look(one.picture, displayed(one), (width / 2, height / 2), observer)

@@ -1,4 +1,4 @@
-"""Accommodation to a sinusoidally moving target in several lights, after Kruger, Mathews, Aggarwala & Sanchez (1993)."""
+"""Accommodation to a sinusoidally moving target in several lights, after Kruger et al. (1993)."""
 
 from __future__ import annotations
 
