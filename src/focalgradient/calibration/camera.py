@@ -100,7 +100,7 @@ class Field:
         return np.stack([x, y, x**2, x * y, y**2])
 
     def corrected(self, vergence: NDArray[np.floating], focus: float) -> FloatArray:
-        """Correct vergence (D, H x W), estimated in a frame focused at `focus` (D), for its variation over the field."""
+        """Correct vergence (D, H x W), estimated in a frame focused at `focus` (D), for variation over the field."""
         if not any(self.focus) and not any(self.blur):
             return np.asarray(vergence, float)
         x, y = self.coordinates((vergence.shape[0], vergence.shape[1]))
