@@ -1,4 +1,4 @@
-"""The loop closed: steps and sines that a simulated eye follows by its own estimate of depth."""
+"""Closed-loop accommodation: steps and sinusoids followed by a simulated eye with its own depth estimate."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from focalgradient.eye import Accommodation, Course, accommodate
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 HERTZ = (0.2, 0.5)
-AMPLITUDE, MEAN = 0.5, 2.0  # D, of the sines
+AMPLITUDE, MEAN = 0.5, 2.0  # D, of the sinusoids
 STEP = (1.0, 3.0)  # D, at 1 s
 SECONDS = {"step": 5.0, 0.2: 10.0, 0.5: 6.0}
 
 
 def measure(*, seed: int = 0, progress: Progress | None = None) -> dict[Any, Course]:
-    """The courses: of a step, and of a sine of each frequency, without fluctuations of focus."""
+    """Simulate the time courses for a step and for a sinusoid of each frequency, without fluctuations of focus."""
     eye = Accommodation(fluctuation=None)
     found: dict[Any, Course] = {}
     jobs: dict[Any, Callable[[float], float]] = {"step": lambda t: STEP[int(t >= 1.0)]} | {

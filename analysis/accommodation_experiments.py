@@ -1,4 +1,4 @@
-"""The literature's experiments on accommodation, done with an eye that focuses by its own estimate of depth."""
+"""Replication of published accommodation experiments with an eye that focuses by its own depth estimate."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from focalgradient.published.following import LIGHTS, follow
 CUES: tuple[Cue, ...] = get_args(Cue)
 COLUMNS = {"both": "both", "bands": "bands alone", "moments": "moments alone"}
 FLICKER = (Oscillation(0.5, 0.5), Oscillation(0.25, 2.0))  # D and Hz, Metlapally et al.
-CONTRAST = (Oscillation(0.15 / 0.7, 0.5), Oscillation(0.15 / 0.7, 2.0, math.pi))  # shares of a mean of 0.7
-PHASES = (0.0, 2.4, 4.8, 1.2, 3.6, 6.0, 0.6, 3.0)  # of the flicker, one for each trial: rad
+CONTRAST = (Oscillation(0.15 / 0.7, 0.5), Oscillation(0.15 / 0.7, 2.0, math.pi))  # fractions of a mean of 0.7
+PHASES = (0.0, 2.4, 4.8, 1.2, 3.6, 6.0, 0.6, 3.0)  # phase of the flicker in each trial, rad
 
 Made = dict[str, dict[str, float]]
 Job = tuple[Cue, int]
@@ -31,7 +31,7 @@ Job = tuple[Cue, int]
 
 @dataclass(frozen=True)
 class Row:
-    """One prediction: what was published, what of the model shows it, and when that agrees."""
+    """Prediction: published result, corresponding quantity of the model, and criterion of agreement."""
 
     experiment: str
     published: str
@@ -150,17 +150,17 @@ ROWS = (
 
 
 SINE = ("gain", "phase", "focus", "error")
-"""What is measured of an eye that follows a sine: gain, phase (degrees), mean focus and root mean square error (D)."""
+"""Measures of sinusoidal tracking: gain, phase (degrees), mean focus and root-mean-square error (D)."""
 
 
 def following(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int) -> tuple[float, ...]:
-    """How an eye follows the target of Kruger et al. (1993): see `SINE`."""
+    """Measure the tracking of the target of Kruger et al. (1993): see `SINE`."""
     found = follow(eye, stimulus, seconds, seed)
     return abs(found.response), math.degrees(np.angle(found.response)), found.focus, found.error
 
 
 def slope(eye: Accommodation, seconds: float, seed: int) -> float:
-    """Slope of accommodation over a steady target's vergence, from 0.5 to 4 D."""
+    """Return the slope of accommodation as a function of the vergence of a steady target, from 0.5 to 4 D."""
     found = []
     for vergence in (0.5, 4.0):
         course = accommodate(target_course([0, 0, 1], [2.0, vergence, vergence]), seconds, eye, seed=seed)
@@ -169,7 +169,7 @@ def slope(eye: Accommodation, seconds: float, seed: int) -> float:
 
 
 def share(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int, step: float = 1.0) -> float:
-    """Share of a step from 2 D that the eye has followed at the end, the mean of one to nearer and one to farther."""
+    """Return the fraction of a step from 2 D that accommodation has completed at the end, averaged over directions."""
     found = []
     for way in (1, -1):
         to = 2 + way * step
@@ -180,7 +180,7 @@ def share(eye: Accommodation, stimulus: Stimulus, seconds: float, seed: int, ste
 
 
 def right_way(eye: Accommodation, flicker: str, trial: int) -> float:
-    """Whether focus has gone the right way (1 or 0) 1.2 s after a step of 1 D from 2 D."""
+    """Return 1 if focus has moved in the correct direction 1.2 s after a step of 1 D from 2 D, else 0."""
     turned = [replace(one, phase=one.phase + PHASES[trial % len(PHASES)]) for one in (*FLICKER, *CONTRAST)]
     focus = tuple(turned[:2]) if flicker == "focus" else ()
     contrast = tuple(turned[2:]) if flicker == "contrast" else ()
@@ -204,13 +204,13 @@ SHOWN = {
 
 
 def directions(job: Job) -> Made:
-    """The experiments on flicker, with an eye of this cue: one trial."""
+    """Run one trial of the flicker experiments with an eye that uses this cue."""
     eye = Accommodation(cue=job[0])
     return {"flicker": {name: right_way(eye, name, job[1]) for name in ("none", "focus", "contrast")}}
 
 
 def courses(job: Job) -> Made:
-    """All other experiments, with an eye of this cue: one seed."""
+    """Run all other experiments with an eye that uses this cue, for one seed."""
     cue, seed = job
     eye = Accommodation(cue=cue)
     found: Made = {kind: {} for kind in SINE}
@@ -228,7 +228,7 @@ def courses(job: Job) -> Made:
 
 
 def averaged(each: Sequence[Made]) -> Made:
-    """Means over seeds, and under "KIND se" the standard errors of the means where there are two seeds or more."""
+    """Average over seeds; with two or more seeds, add the standard errors as "KIND se"."""
     found: Made = {}
     for kind, conditions in each[0].items():
         for name in conditions:
@@ -248,9 +248,9 @@ def measure(
     kept: Path | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Made]:
-    """What every experiment measures, for each of the cues: condition to number. Seeds are shared among processes.
+    """Run every experiment with each of the cues; return values by condition. Seeds are distributed over processes.
 
-    What each seed gives is kept in the folder `kept`, and read from there in a later run.
+    Results of each seed are cached in the folder `kept`, and read from there in later runs.
     """
     measured: dict[str, dict[str, list[Made]]] = {cue: {"courses": [], "directions": []} for cue in cues}
     jobs = {
@@ -277,7 +277,7 @@ def _file(kept: Path, kind: str, job: Job) -> Path:
 
 
 def _read(kept: Path | None, kind: str, jobs: Sequence[Job]) -> dict[Job, Made]:
-    """What earlier runs have measured."""
+    """Read the results of earlier runs."""
     if kept is None:
         return {}
     files = {job: _file(kept, kind, job) for job in jobs}
@@ -285,7 +285,7 @@ def _read(kept: Path | None, kind: str, jobs: Sequence[Job]) -> dict[Job, Made]:
 
 
 def _kept(kept: Path | None, kind: str, jobs: Sequence[Job], made: Iterable[Made]) -> Iterator[Made]:
-    """Write each result into a file of its own, whole or not at all, as it comes."""
+    """Write each result atomically to its own file when it is available."""
     for job, one in zip(jobs, made, strict=True):
         if kept is not None:
             kept.mkdir(parents=True, exist_ok=True)
@@ -296,7 +296,7 @@ def _kept(kept: Path | None, kind: str, jobs: Sequence[Job], made: Iterable[Made
 
 
 def _empty(eye: Accommodation, start: float, seed: int) -> float:
-    """Accommodation after 15 s of an empty field."""
+    """Return accommodation after 15 s of an empty field."""
     course = accommodate(lambda t: start, 15.0, eye, Stimulus(target=Target(contrast=0.0)), seed=seed)
     return float(course.accommodation[course.times > 13].mean())
 
@@ -304,7 +304,7 @@ def _empty(eye: Accommodation, start: float, seed: int) -> float:
 def make(
     *, full: bool = False, seeds: int | None = None, kept: Path | None = None, progress: Progress | None = None
 ) -> Shown:
-    """Draw the table of 1 seed (20 with `full`) or as many `seeds`, with as many trials of direction, 6 or more."""
+    """Draw the table for 1 seed (20 with `full`) or for `seeds`, with as many direction trials, at least 6."""
     count_seeds = seeds or (20 if full else 1)
     measured = measure(count_seeds, max(count_seeds, 6), workers=cores() if full else 1, kept=kept, progress=progress)
     agreed = {cue: [row.agrees(measured[cue][row.kind]) for row in ROWS] for cue in CUES}
@@ -336,7 +336,7 @@ def _runs(seeds: int) -> str:
 
 
 def _stated(made: Made, kind: str, condition: str) -> str:
-    """A number, with its standard error where there is one."""
+    """Format a number, with its standard error if there is one."""
     digits = 0 if kind == "phase" else 2
     error = made.get(f"{kind} se", {}).get(condition)
     value = f"{made[kind][condition]:.{digits}f}"
@@ -365,7 +365,7 @@ def _draw(measured: dict[str, Made], agreed: dict[Cue, list[bool]]) -> Figure:
                 same = agreed[cue][number]
                 values = ", ".join(_stated(measured[cue], row.kind, one) for one in row.conditions)
                 words = f"{values}: {'agrees' if same else 'differs'}"
-                size = 5.5 if len(row.conditions) > 2 else None  # for three numbers with errors to fit
+                size = 5.5 if len(row.conditions) > 2 else None  # makes room for three numbers with errors
                 ax.text(places[cue], y, words, va="center", fontsize=size, color="black" if same else ORANGE)
         figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=7)
     return figure

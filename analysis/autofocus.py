@@ -1,4 +1,4 @@
-"""One or two images against thirty: depth from blur beside autofocus, by the number of images each takes."""
+"""Depth from blur with one or two images compared with autofocus with up to thirty."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, spheres
 
-FOCAL_LENGTH, F_NUMBER, SMALL = 0.025, 5.6, 16  # m; the aperture of all views but one
+FOCAL_LENGTH, F_NUMBER, SMALL = 0.025, 5.6, 16  # m; aperture of all views, and of the small-aperture one
 PITCH = 8e-6  # m
 SHAPE = (192, 256)
 FIELD = SHAPE[1] * PITCH / FOCAL_LENGTH
-NOISE = 0.01  # of the mean radiance, in each image
+NOISE = 0.01  # relative to the mean radiance, in each image
 SETTINGS = 30
-MARGIN = 12  # pixels from a jump in depth, within which nothing is scored
+MARGIN = 12  # pixels around depth discontinuities that are not scored
 COUNTS = (3, 5, 10, 20, 30)
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A scene, and the vergences (D) between which it lies."""
+    """Scene, and its range of vergence (D)."""
 
     name: str
     scene: Scene
@@ -48,15 +48,15 @@ def lens(vergence: float, f_number: float = F_NUMBER) -> Lens:
 
 
 def stack_lenses(place: Place, count: int = SETTINGS) -> list[Lens]:
-    """Settings of focus evenly spaced in vergence over the scene, and a little beyond: a peak has two sides."""
+    """Return focus settings evenly spaced in vergence, slightly beyond the scene, as a peak has two sides."""
     beyond = 0.03 * (place.near - place.far)
     return [lens(vergence) for vergence in np.linspace(place.far - beyond, place.near + beyond, count).tolist()]
 
 
 def pairs_of_lenses(place: Place) -> dict[str, list[Lens]]:
-    """The two views that depth from blur takes."""
+    """Return the lenses of the two views for depth from blur."""
     quarter = (place.near - place.far) / 4
-    nearest = 1.05 * place.near  # everything lies beyond focus, for the side of it to be known
+    nearest = 1.05 * place.near  # all surfaces lie beyond focus, so that the side of focus is known
     return {
         "two foci": [lens(place.near - quarter), lens(place.far + quarter)],
         "two apertures": [lens(nearest, SMALL), lens(nearest)],
@@ -64,13 +64,13 @@ def pairs_of_lenses(place: Place) -> dict[str, list[Lens]]:
 
 
 def render(scene: Scene, lenses: Sequence[Lens], samples: int) -> tuple[list[View], NDArray[np.float64]]:
-    """Views without noise, each at the magnification of its focus, and the true distance on the first one's pixels."""
+    """Render noise-free views, each with the magnification of its focus; return them and the first one's distances."""
     rendered = [cast(scene, one, SHAPE, PITCH / one.sensor_distance, samples=samples) for one in lenses]
     return [one.view for one in rendered], rendered[0].distance
 
 
 def score(depth: DepthMap, truth: NDArray[np.float64], where: NDArray[np.bool_]) -> dict[str, float]:
-    """Errors, and coverage of the stated sd, over the valid pixels of `where`."""
+    """Return errors, and coverage of the stated SD, over the valid pixels of `where`."""
     usable = depth.valid & where
     error = depth.vergence[usable] - 1 / truth[usable]
     return {
@@ -86,14 +86,14 @@ def measure(
 ) -> dict[str, dict[str, list[float]]]:
     """Score autofocus with each of `counts` settings, and depth from two views.
 
-    The settings of a smaller stack are those of the largest that lie nearest to an even spacing.
+    Smaller stacks consist of the settings of the largest stack that are closest to an even spacing.
 
     Returns
     -------
     dict
-        By reading: ``autofocus`` (each image with the same noise), ``same light`` (each image with its share of the
-        light of two, so that noise grows as the square root of their number), ``two foci``, ``two apertures``; in
-        each, the lists of what `score` returns, by count.
+        Results of `score` by method, each as lists by count: ``autofocus`` (each image with the same noise), ``same
+        light`` (the light of two images divided among all, so that noise grows with the root of their number), ``two
+        foci``, ``two apertures``.
     """
     report = progress or (lambda share: None)
 
@@ -114,7 +114,7 @@ def measure(
             results[name].append(scored([views[i] for i in chosen], truth, noise, method="autofocus"))
         report(0.75 if name == "autofocus" else 0.9)
     for name, lenses in pairs_of_lenses(place).items():
-        # Two apertures leave the side of focus open: say it, as whoever set up the camera could.
+        # two apertures do not determine the side of focus, which a user knows from the set-up
         near = 1 / lenses[0].focus_vergence if name == "two apertures" else None
         views, truth = render(place.scene, lenses, samples)
         results[name] = [scored(views, truth, NOISE, near=near)]
@@ -123,7 +123,7 @@ def measure(
 
 
 def images_needed(counts: Sequence[int], errors: Sequence[float], goal: float) -> float:
-    """Images from which on the error stays below `goal`, interpolated in the logarithms; infinity if it never does."""
+    """Return the number of images above which the error stays below `goal`, log-interpolated; infinity if none."""
     needed = math.inf
     for few, many, before, after in reversed(list(zip(counts, counts[1:], errors, errors[1:], strict=False))):
         if after > goal:
@@ -155,7 +155,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             }
         )
     summary: dict[str, object] = {}
-    needs: list[float] = []  # images that autofocus needs to be as exact as two views
+    needs: list[float] = []  # number of images with which autofocus is as accurate as two views
     for word, run in zip(("plane", "spheres"), runs, strict=True):
         for name, values in run.items():
             summary[f"{word}_{name.replace(' ', '_')}_median_error_percent"] = values["median_error_percent"].tolist()

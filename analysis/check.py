@@ -1,4 +1,4 @@
-"""The internal check: how well the disagreement of three views reveals wrong answers, of each kind."""
+"""Evaluation of the internal consistency check: detection of wrong estimates from three views, by cause."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Plane, Scene, Texture, plane
 
-PURPLE = "#CC79A7"  # of the same set of colours (Okabe & Ito)
+PURPLE = "#CC79A7"  # from the same palette (Okabe & Ito)
 FOCUS = 0.85  # m
 LENSES = tuple(Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (16, 8, 5.6))
 PIXEL = 8e-6 / LENSES[0].sensor_distance  # rad
-NOISE = 0.003  # radiance; the walls' mean is 0.35
+NOISE = 0.003  # radiance; the mean of the walls is 0.35
 FALSE_ALARM = 1e-3  # the default
-WRONG = 3.0  # standard deviations, beyond which an answer is wrong
+WRONG = 3.0  # error in standard deviations above which an estimate is wrong
 NEAR, FAR = 1.1, 1.6  # m: of walls, cards and reflections
 SKIN = Texture(texel=0.3e-3, projected=True)
 
@@ -32,29 +32,29 @@ Views = tuple[list[View], NDArray[np.float64]]
 
 
 def _cast(scene: Scene, shape: tuple[int, int], seed: int) -> Views:
-    """The scene through each lens, without noise, and its true vergence."""
+    """Render the scene through each lens without noise; return views and true vergence."""
     rendered = [cast(scene, lens, shape, PIXEL, samples=256, seed=seed + n) for n, lens in enumerate(LENSES)]
     return [r.view for r in rendered], 1 / rendered[0].distance
 
 
 def control(shape: tuple[int, int], seed: int) -> Views:
-    """A textured wall."""
+    """Render a textured wall."""
     return _cast(plane(FAR, seed=seed), shape, seed)
 
 
 def too_little_texture(shape: tuple[int, int], seed: int) -> Views:
-    """A wall of contrast 0.3 %, a third of the noise."""
+    """Render a wall with a contrast of 0.3 %, a third of the noise."""
     return _cast(plane(FAR, seed=seed, texture=replace(SKIN, contrast=0.003)), shape, seed)
 
 
 def moving(shape: tuple[int, int], seed: int) -> Views:
-    """A wall that has moved by two pixels in the frame when the third view is taken."""
+    """Render a wall that moves by two pixels before the third view."""
     views, truth = control(shape, seed)
     return [*views[:2], replace(views[2], image=np.roll(views[2].image, 2, axis=1))], truth
 
 
 def occlusion(shape: tuple[int, int], seed: int) -> Views:
-    """Upright cards before a wall, their edges a window or two apart."""
+    """Render upright cards before a wall, with edges one or two windows apart."""
     width = 40 * PIXEL * NEAR
     cards = [
         Plane((x * PIXEL * NEAR, 0.0, NEAR), (0, 0, -1), replace(SKIN, seed=seed + 9), (width, np.inf))
@@ -64,13 +64,13 @@ def occlusion(shape: tuple[int, int], seed: int) -> Views:
 
 
 def reflection(shape: tuple[int, int], seed: int) -> Views:
-    """A glossy wall: half the light comes from its own texture, half from a nearer one's mirror image."""
+    """Render a glossy wall: half of the light is its own texture, half the mirror image of a nearer one."""
     (wall, truth), (image, _) = (_cast(plane(z, seed=seed + n), shape, seed) for n, z in enumerate((FAR, NEAR)))
     return [replace(a, image=(a.image + b.image) / 2) for a, b in zip(wall, image, strict=True)], truth
 
 
 def saturation(shape: tuple[int, int], seed: int) -> Views:
-    """A wall whose brighter fifth exceeds what the sensor holds, which smears instead of cutting off sharply."""
+    """Render a wall whose brightest fifth saturates the sensor, with blooming."""
     views, truth = control(shape, seed)
     ceiling = float(np.quantile(views[0].image, 0.8))
     soft = [np.where(v.image > ceiling, ceiling + 0.1 * (v.image - ceiling), v.image) for v in views]
@@ -88,28 +88,28 @@ KINDS: dict[str, tuple[Callable[[tuple[int, int], int], Views], str, str]] = {
 
 @dataclass(frozen=True)
 class Examined:
-    """What was found in every block of 8 pixels away from the rim."""
+    """Results in every block of 8 pixels, without those at the margin."""
 
-    statistic: NDArray[np.float64]  # of the check
-    wrong: NDArray[np.bool_]  # whether the check's joint answer is
-    default_wrong: NDArray[np.bool_]  # whether the default method's own answer is
+    statistic: NDArray[np.float64]  # test statistic of the check
+    wrong: NDArray[np.bool_]  # True if the joint estimate of the check is wrong
+    default_wrong: NDArray[np.bool_]  # True if the estimate of the default method is wrong
     default_rejected: NDArray[np.bool_]
 
     @property
     def default_found(self) -> float:
-        """Share of the default method's wrong answers that it refuses itself."""
+        """Fraction of the default method's wrong estimates that it rejects itself."""
         return float(self.default_rejected[self.default_wrong].mean()) if self.default_wrong.any() else np.nan
 
 
 def examine(make_views: Callable[[tuple[int, int], int], Views], shape: tuple[int, int], seeds: range) -> Examined:
-    """Examine both the check and the default method on the same views."""
+    """Evaluate the check and the default method on the same views."""
     inner = np.s_[36:-36:8, 36:-36:8]
     found = []
     for seed in seeds:
         views, truth = make_views(shape, 10 * seed)
         views = [noisy(view, NOISE, 100 * seed + n) for n, view in enumerate(views)]
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", FocalGradientWarning)  # that what moves, or shows nothing, is displaced
+            warnings.simplefilter("ignore", FocalGradientWarning)  # displacement warnings for moving or blank scenes
             check = check_views(views, near=FOCUS, far=4.0, noise=NOISE)
             depth = recover_depth(views, near=FOCUS, far=4.0, noise=NOISE)
         off, default_off = (

@@ -1,4 +1,4 @@
-"""What a flat display must show for the retinal image of real depth, and how near the eye's image of it comes."""
+"""Stimuli that give a flat display the retinal image of real depth, and the accuracy of that image."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 SIDE, PIXEL, SCREEN = 96, np.radians(1 / 60), 1.0
 BEYOND = (-1.0, -0.5, 0.0, 0.5, 0.9)
-"""Dioptres of the scene beyond the display."""
+"""Vergence of the scene relative to the display, in dioptres beyond it."""
 
 CONES = ("L", "M", "S")
 
 
 def picture() -> NDArray[np.float64]:
-    """Letters' bars of white and colours on a natural texture."""
+    """Return white and coloured letter bars on a natural texture."""
     random = np.random.default_rng(1)
     radius = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE))
     radius[0, 0] = 1

@@ -1,7 +1,6 @@
-"""The paper's claims, each answered by what the figures measured: the table that opens the report.
+"""The paper's claims with the measured results: the table at the start of the report.
 
-Nothing is typed in: every number comes from the run's ``numbers.json``, and every verdict follows from it by the rule
-that stands beside it here.
+Every number is taken from the run's ``numbers.json``, and every verdict follows from it by a rule in this file.
 """
 
 from __future__ import annotations
@@ -21,18 +20,18 @@ Numbers = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What the paper claims, and how the numbers of a run answer it.
+    """Claim of the paper, with the rule that evaluates it.
 
     Parameters
     ----------
     section
-        Of the paper.
+        Section of the paper.
     claim
-        In few words.
+        Short statement of the claim.
     figures
-        Names of the figures with the numbers; the first is the one to look at.
+        Names of the figures with the numbers, the most relevant first.
     answer
-        From summaries by figure to what was measured, and the verdict.
+        Function from the summaries by figure to measured value and verdict.
     """
 
     section: str
@@ -43,7 +42,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """A row of the table."""
+    """Row of the table."""
 
     section: str
     claim: str
@@ -54,13 +53,13 @@ class Answer:
 
 
 def answers(numbers: Mapping[str, Mapping[str, Any]]) -> list[Answer]:
-    """Answer every claim.
+    """Evaluate every claim.
 
     Parameters
     ----------
     numbers
-        What ``numbers.json`` holds: by figure ``summary`` and ``plotted``. Where a figure is missing its claim is said
-        to be not measured in this run.
+        Content of ``numbers.json``: ``summary`` and ``plotted`` by figure. Claims whose figure is missing are reported
+        as not measured in this run.
     """
     found = {name: one["summary"] for name, one in numbers.items()}
     rows = []
@@ -275,4 +274,4 @@ CLAIMS = (
     Claim("II.D", "A pinhole before the eye takes the sense of depth away.", (), _pinhole),
     Claim("IV", "Grossman: ± 1.25 cm by edges with a standard lens.", ("grossman",), _grossman),
 )
-"""In the paper's terms; "almost as often" is a nonrigid share of 40 to 60 %."""
+"""Claims in the paper's terms; "almost as often" is taken as a nonrigid proportion of 40 to 60 %."""

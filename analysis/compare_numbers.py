@@ -1,7 +1,7 @@
 """Compare two files of numbers: `python analysis/compare_numbers.py OLD NEW [--relative 1e-6] [--only fig4 ...]`.
 
-Says which numbers differ by more than a relative tolerance, which stand in one file only, and ends with exit code 1 if
-any does. Times that a computation took are left out: they differ in every run.
+Reports numbers that differ by more than a relative tolerance or occur in one file only, with exit code 1 if there are
+any. Computation times are ignored.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 TIMING = re.compile(r"\bmilliseconds per\b")
-"""Names of numbers that say how long a computation took."""
+"""Pattern of names of computation times."""
 
 SHOWN = 40
-"""Differences that are listed at most."""
+"""Maximum number of differences listed."""
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Each number, text or null of nested JSON with its path, timings left out."""
+    """Yield each number, text or null of nested JSON with its path, without computation times."""
     if isinstance(value, dict):
         for key, item in value.items():
             if not TIMING.search(key):
@@ -36,7 +36,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def differences(old: Any, new: Any, relative: float) -> list[str]:
-    """What differs between two JSON values, as lines of text.
+    """Return the differences between two JSON values as lines of text.
 
     >>> differences({"a": [1.0, 2.0], "b": 1}, {"a": [1.0, 2.002], "c": 1}, 1e-6)
     ['/a[1]: 2.0 -> 2.002 (relative 0.001)', '/b: only in the old', '/c: only in the new']

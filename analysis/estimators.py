@@ -1,4 +1,4 @@
-"""The table of all estimators: error against the information limit, by blur, noise and texture."""
+"""Comparison of all estimators with the information limit, by blur, noise and texture."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ FOCUS = 0.85  # m
 WIDE, NARROW = (Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (5.6, 11.2))
 PIXEL = 3.2e-4  # rad
 SIDE = 256  # pixels of a view
-AROUND = 64  # pixels of the wall beyond the view, for blur to bring in
-MARGIN = 32  # pixels at the frame's border that are not scored: windows are cut there
+AROUND = 64  # margin of the wall beyond the view in pixels, for blur from outside
+MARGIN = 32  # pixels at the border of the frame that are not scored, where windows are truncated
 WINDOW = 8.0  # pixels
 CONTRAST = 0.2
 STEP = 0.5  # contrast of the painted squares
-LENGTH = 16.0  # pixels of edge that one estimate rests on
-STACK = 30  # focus settings of autofocus
-BLURS = (1.0, 2.0, 3.0, 4.0)  # px, standard deviation in the wide view
-NOISES = (0.002, 0.01, 0.03)  # of the mean radiance
-FEW_BLURS, FEW_NOISES = (1.0, 2.0, 4.0), (0.002, 0.03)  # for a first look
+LENGTH = 16.0  # length of edge per estimate, in pixels
+STACK = 30  # number of focus settings of autofocus
+BLURS = (1.0, 2.0, 3.0, 4.0)  # px, standard deviation in the large-aperture view
+NOISES = (0.002, 0.01, 0.03)  # relative to the mean radiance
+FEW_BLURS, FEW_NOISES = (1.0, 2.0, 4.0), (0.002, 0.03)  # without `full`
 
 
 @dataclass(frozen=True, slots=True)
 class Estimator:
-    """One way to depth, with the views that it is given."""
+    """Depth estimator, with the views that it is given."""
 
     label: str
     method: MethodName
@@ -63,18 +63,18 @@ ESTIMATORS = (
 
 
 def stack() -> list[Lens]:
-    """Focus settings evenly spaced in vergence, from infinity to nearer than the nearest wall."""
+    """Return focus settings evenly spaced in vergence, from infinity to nearer than the nearest wall."""
     return [Lens(0.025, 5.6, 1 / level if level else np.inf) for level in np.linspace(0, 1.4, STACK)]
 
 
 def vergence(sigma: float) -> float:
-    """Where, beyond focus, the wide view's blur has the standard deviation `sigma` pixels."""
+    """Return the vergence beyond focus at which the large-aperture view has a blur SD of `sigma` pixels."""
     return WIDE.focus_vergence - sigma / DISC_K * PIXEL / (WIDE.aperture_diameter / 2)
 
 
 @cache
 def wall(texture: str, seed: int) -> FloatArray:
-    """A sharp wall as pixels of mean 1 record it, wider than a view by `AROUND` on every side."""
+    """Return a sharp wall with mean 1, `AROUND` pixels wider than a view on every side."""
     side = SIDE + 2 * AROUND
     random = np.random.default_rng([seed, 7])
     if texture == "squares":
@@ -94,7 +94,7 @@ def wall(texture: str, seed: int) -> FloatArray:
 
 
 def _dead_leaves(side: int, random: np.random.Generator) -> FloatArray:
-    """Opaque discs of grey, laid one over another; radii with density r^-3 from 2 pixels to a quarter of the side."""
+    """Return opaque grey discs that occlude each other; radii with density r^-3 from 2 pixels to side / 4."""
     field = np.full((side, side), np.nan)
     row, column = np.mgrid[:side, :side]
     while np.isnan(field).any():  # from front to back
@@ -110,8 +110,8 @@ def _dead_leaves(side: int, random: np.random.Generator) -> FloatArray:
 
 
 def _photograph(side: int, random: np.random.Generator) -> FloatArray:
-    """A piece of a photograph, decoded to linear radiance."""
-    # Imported here: only this needs it.
+    """Return a region of a photograph as linear radiance."""
+    # deferred import: needed only here
     from skimage.data import stereo_motorcycle
 
     encoded = stereo_motorcycle()[0].mean(axis=2) / 255  # type: ignore[no-untyped-call]
@@ -121,7 +121,7 @@ def _photograph(side: int, random: np.random.Generator) -> FloatArray:
 
 
 def _squares(side: int, random: np.random.Generator) -> FloatArray:
-    """Dark tilted squares on a bright sheet, each pixel the mean of 8 x 8 points."""
+    """Return dark tilted squares on a bright sheet, antialiased by 8 x 8 points per pixel."""
     row, column = (np.mgrid[: 8 * side, : 8 * side] + 0.5) / 8
     sheet = np.full(row.shape, 1 + STEP / 2)
     for y in np.arange(48, side, 96):
@@ -136,7 +136,7 @@ def _squares(side: int, random: np.random.Generator) -> FloatArray:
 def views_of(
     texture: str, lenses: Sequence[Lens], level: float, noise: float, seed: int, psf: PsfName = "gaussian"
 ) -> list[View]:
-    """Views of a wall at vergence `level`, blurred as the estimators' own model has it, with noise of their own."""
+    """Return views of a wall at vergence `level`, blurred by the estimators' own model, with independent noise."""
     sharp = wall(texture, seed)
     side = len(sharp)
     spectrum = np.fft.fft2(sharp)
@@ -164,10 +164,10 @@ def measure(
     Returns
     -------
     list of dict
-        One row for each estimator, texture, blur and noise. ``bias_percent`` and ``rms_percent`` are of the blur (which
-        goes as the defocus), over the valid pixels more than `MARGIN` from the border; ``multiple_of_bound`` is the
-        second over the least possible at the same pixels, in windows of `WINDOW`; ``coverage_percent`` the share
-        within two stated sd; ``valid_percent`` the share of all pixels that is not rejected.
+        One row per estimator, texture, blur and noise. ``bias_percent`` and ``rms_percent`` are errors of the blur
+        (proportional to defocus) over the valid pixels more than `MARGIN` from the border; ``multiple_of_bound`` is the
+        RMS error divided by the bound for the same pixels, in windows of `WINDOW`; ``coverage_percent`` is the fraction
+        within two stated SDs; ``valid_percent`` the fraction of all pixels that is not rejected.
     """
     cases = [(e, t, s, n) for e in estimators for t in e.textures for s in blurs for n in noises]
     rows: list[dict[str, float | str]] = []
@@ -209,7 +209,7 @@ def measure(
 
 @cache
 def bound(estimator: Estimator, texture: str, sigma: float, noise: float, seed: int, psf: PsfName) -> FloatArray:
-    """Least standard deviation of vergence, in dioptres, at each pixel of the view."""
+    """Return the bound on the SD of vergence, in dioptres, at each pixel of the view."""
     level = vergence(sigma)
     if estimator.method == "edges":
         relative = float(edge_bound(sigma, noise=noise, contrast=STEP, length=LENGTH))
@@ -228,19 +228,19 @@ def _recover(views: list[View], method: MethodName, psf: PsfName) -> DepthMap:
 
 
 def milliseconds(estimator: Estimator) -> float:
-    """Milliseconds for the depth of one frame of `SIDE` x `SIDE` pixels, the fastest of some runs."""
+    """Return the milliseconds for the depth of one frame of `SIDE` x `SIDE` pixels, the fastest of several runs."""
     views = views_of(estimator.textures[0], estimator.lenses(), vergence(2.0), 0.01, 0)
     return _fastest(lambda: _recover(views, estimator.method, "gaussian"))
 
 
 def disparity_milliseconds() -> float:
-    """Milliseconds for the focal disparity of such a frame: the real-time form of section III.C, without distances."""
+    """Return the milliseconds for the focal disparity of such a frame (section III.C, without distances)."""
     small, large = (view.image for view in views_of(PAIR[0], [NARROW, WIDE], vergence(2.0), 0.01, 0))
     return _fastest(lambda: focal_disparity(small, large, noise=0.01, window=WINDOW))
 
 
 def _fastest(work: Callable[[], object], repeat: int = 3) -> float:
-    """Milliseconds of the fastest of `repeat` runs, after one that compiles."""
+    """Return the milliseconds of the fastest of `repeat` runs, after one that compiles."""
     seconds = []
     for _ in range(repeat + 1):
         start = time.perf_counter()
@@ -250,7 +250,7 @@ def _fastest(work: Callable[[], object], repeat: int = 3) -> float:
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
-    """Make the figure; `full` takes all blurs and noises and four walls of each kind, instead of one of a few."""
+    """Make the figure; `full` uses all blurs and noises and four walls of each kind, instead of a subset with one."""
     if full:
         rows = measure(seeds=4, progress=progress)
     else:
@@ -289,7 +289,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     )
 
 
-SHOWN = (  # quantity, title, how a cell is written, colours, their limits
+SHOWN = (  # quantity, title, format of a cell, colours, their limits
     ("multiple_of_bound", "Error, in multiples of the bound", "{:.2f}", "viridis_r", LogNorm(0.5, 20, clip=True)),
     ("bias_percent", "Bias (% of the blur)", "{:+.1f}", "PuOr", Normalize(-10, 10, clip=True)),
     ("coverage_percent", "Estimates within 2 stated sd (%)", "{:.0f}", "cividis", Normalize(0, 100, clip=True)),

@@ -1,4 +1,4 @@
-"""Fig. 2(a) measured for a simulated eye: distance by two wavebands, and by accommodative microfluctuations."""
+"""Fig. 2(a) for a simulated eye: distance from two wavebands, and from accommodative microfluctuations."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOISE, CORRELATION = 0.01, 0.95
 PAIR = (0.125, 0.375)  # s: the extremes of an oscillation of 0.5 D at 2 Hz
 PUPILS_MM = (3.0, 4.0, 6.0)
 DISTANCES = (0.35, 0.5, 0.7, 1.0, 1.4, 1.8, 2.3, 3.0, 5.0, 10.0)
-FEWER = (0.4, 0.7, 1.2, 2.4, 5.0, 10.0)  # for a first look
+FEWER = (0.4, 0.7, 1.2, 2.4, 5.0, 10.0)  # without `full`
 KINDS = {"bands": "by colour", "oscillation": "by time"}
 
 
@@ -36,11 +36,11 @@ def measure(
     seeds: int = 1,
     progress: Progress | None = None,
 ) -> dict[str, dict[str, NDArray[np.float64]]]:
-    """See walls at `distances` (m) with an eye focused at FOCUS, recover their depth, and score it.
+    """Simulate walls at `distances` (m) seen by an eye focused at FOCUS, and score their recovered depth.
 
-    Returns, for each of the `kinds` ("bands", "oscillation", "both"), arrays pupils x distances of what
-    `focalgradient.eye.score` says, root mean square over `seeds` walls for errors and the mean for shares, and
-    ``rms_m``: the root mean square error of distance that `rms_error_D` makes, V = 1 / distance.
+    Return, for each of the `kinds` ("bands", "oscillation", "both"), arrays pupils x distances of the fields of
+    `focalgradient.eye.score` (root mean square over `seeds` walls for errors, mean for fractions), and ``rms_m``: the
+    RMS error of distance that follows from `rms_error_D`, with V = 1 / distance.
     """
     measured: dict[str, dict[str, NDArray[np.float64]]] = {}
     total, done = len(kinds) * len(pupils_mm) * len(distances) * seeds, 0

@@ -1,4 +1,4 @@
-"""Has the eye's blur in white light "the general shape of a Gaussian"? The best Gaussian, and what it leaves."""
+"""Test of the claim that the eye's blur in white light has "the general shape of a Gaussian": best fit and residual."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.psf import gaussian_transfer
 
 PUPILS_MM = (2, 3, 4, 5, 6)
-NEAREST = 0.25  # D of defocus below which sigma / disc radius says little: the disc is lost in diffraction and colour
-SHOWN = (0.0, 0.5, 1.5)  # D, of the transfers drawn
+NEAREST = 0.25  # D of defocus below which diffraction and colour dominate the blur, so that sigma / radius is undefined
+SHOWN = (0.0, 0.5, 1.5)  # D, of the transfer functions drawn
 DISC = float(1 / np.sqrt(2 * np.log(4)))  # k of the Gaussian closest to a uniform disc
 FITTED = ("k", "residual", "lowest", "reversal_per_rad", "sigma")
 
@@ -27,8 +27,8 @@ def measure(
 ) -> dict[str, NDArray[np.float64]]:
     """Fit Gaussians to the blur of eyes with PUPILS_MM at each `defocus` (D, positive beyond the light's mean focus).
 
-    White light is equal energy as luminance weighs it, in steps of `step_nm`; otherwise light has the one wavelength
-    that is focused alike. Returns pupils x defocus arrays of what `GaussianFit` says, by its names.
+    White light is equal-energy light weighted by luminance, in steps of `step_nm`; otherwise light has the single
+    wavelength with the same focus. Return pupils x defocus arrays of the fields of `GaussianFit`, by name.
     """
     light = band_light("luminance", "E", step_nm)
     rows: list[list[GaussianFit]] = []
@@ -42,7 +42,7 @@ def measure(
 
 
 def _focused(mm: float, light: Light) -> Eye:
-    """An eye with a pupil of so many `mm` whose mean focus, over the light, is at infinity."""
+    """Return an eye with a pupil of `mm` whose mean focus over the light is at infinity."""
     return Eye(1e-3 * mm, accommodation=light.difference(), wavelength_nm=light.effective_wavelength_nm)
 
 
@@ -103,7 +103,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
 
 
 def _transfers() -> dict[str, Any]:
-    """Transfers of a 4 mm pupil in white light at SHOWN, each with its best Gaussian."""
+    """Return transfer functions of a 4 mm pupil in white light at SHOWN, each with its best Gaussian."""
     frequency, light = np.linspace(0, 30, 301), band_light("luminance", "E", 10.0)
     eye = _focused(4, light)
     white = [np.real(blur_transfer(0, np.degrees(frequency), eye, -one, light=light)) for one in SHOWN]

@@ -1,4 +1,4 @@
-"""Depth of a still target over time by one waveband: what fluctuations of focus at 2 Hz add to drift alone."""
+"""Depth of a still target over time from one waveband: the effect of 2 Hz microfluctuations in addition to drift."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 LOW = 0.1  # D, root mean square, below 0.6 Hz
 HIGH = 0.1  # D, root mean square, from 1.0 to 2.3 Hz
-TARGETS = (0.5, 1.5)  # D, of an eye focused at 1 D
-RATE, FIXATION, NOISE = 8.0, 0.5, 0.2  # moments a second, s, shares of the mean
+TARGETS = (0.5, 1.5)  # D, for an eye focused at 1 D
+RATE, FIXATION, NOISE = 8.0, 0.5, 0.2  # estimates per second, s, relative to the mean
 KINDS = {
     "steady": ("a steady focus", GREY),
     "drift": ("slow changes alone (below 0.6 Hz)", BLUE),
@@ -24,7 +24,7 @@ KINDS = {
 
 
 def course(kind: str, seed: int) -> Microfluctuations:
-    """Fluctuations of that kind: the slow ones have the same power where there are others."""
+    """Return fluctuations of that kind; the slow component has the same power in all kinds."""
     if kind == "steady":
         return Microfluctuations(rms=0.0, seed=seed)
     if kind == "drift":
@@ -33,7 +33,7 @@ def course(kind: str, seed: int) -> Microfluctuations:
 
 
 def measure(*, seconds: float, seeds: int, progress: Progress | None = None) -> dict[str, Any]:
-    """Error, stated standard deviation and share on the right side at each moment, for each kind of fluctuation."""
+    """Return error, stated SD and fraction on the correct side over time, for each kind of fluctuation."""
     times = np.arange(0, seconds, 1 / RATE)
     still = Motion(drift=0.0, jumps=0.0, speed=0.0)
     found: dict[str, Any] = {"time_s": times}

@@ -1,4 +1,4 @@
-"""Fig. 1: one scene through two apertures; and where the image in a curved mirror lies."""
+"""Fig. 1: one scene through two apertures, and the position of the image in a curved mirror."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from focalgradient.scenes import bottle
 from focalgradient.scenes.bottle import BODY_RADIUS
 
 SEED = 2
-FOCUS = 1 / (1 - BODY_RADIUS)  # D, on the front of the bottle
+FOCUS = 1 / (1 - BODY_RADIUS)  # D, the front of the bottle
 SMALL, LARGE = (Lens(focal_length=0.05, f_number=number, focus_distance=1 / FOCUS) for number in (22, 4))
 FIELD = 0.36  # height of the frame, a tangent
 FOCI = np.round(np.arange(0.65, 1.201, 0.05), 2)  # D
-WINDOW = (0.112, 0.140)  # tangents below the horizon: the reflection of the checks at the bottle's foot
+WINDOW = (0.112, 0.140)  # tangents below the horizon: the reflection of the checkerboard at the foot of the bottle
 HALF_WIDTH = 0.012
 
 
@@ -39,7 +39,7 @@ def pair(shape: tuple[int, int], samples: int, progress: Progress | None = None)
 def sweep(
     foci: NDArray[np.float64], pixel_angle: float, samples: int, progress: Progress | None = None
 ) -> dict[str, NDArray[np.float64]]:
-    """Focus through the reflection in the bottle's body, and measure how sharp it is.
+    """Focus through the reflection in the bottle's body, and measure its sharpness.
 
     Parameters
     ----------
@@ -48,16 +48,16 @@ def sweep(
     pixel_angle
         Angle in radians of one pixel.
     samples
-        Rays a pixel.
+        Number of rays per pixel.
     progress
-        Called with the share done, 0 to 1.
+        Function called with the completed fraction, 0 to 1.
 
     Returns
     -------
     dict of ndarray
-        ``across`` and ``upright``: by focus, energy of the differences between neighbours in that direction, which the
-        noise has no part in, as a share of the greatest. ``traced_across``, ``traced_upright``: vergence of what
-        the window shows, from traced rays, in dioptres: its median over the window, and its 10th and 90th percentiles.
+        ``across`` and ``upright``: energy of the differences between neighbours in that direction by focus, without the
+        contribution of noise, relative to its maximum. ``traced_across``, ``traced_upright``: vergence of the scene in
+        the window from traced rays, in dioptres: median over the window, and 10th and 90th percentiles.
     """
     height, width = 2 * round((WINDOW[1] + 0.004) / pixel_angle), 2 * round((HALF_WIDTH + 0.004) / pixel_angle)
     lenses = [Lens(focal_length=0.05, f_number=4, focus_distance=1 / focus) for focus in foci.tolist()]
@@ -72,7 +72,7 @@ def sweep(
     columns = slice(width // 2 - round(HALF_WIDTH / pixel_angle), width // 2 + round(HALF_WIDTH / pixel_angle))
     energy = np.array(
         [
-            # Of the halves A and B the mean of dA x dB, in which their noise has no part.
+            # the mean of dA x dB of the halves A and B contains no noise
             [
                 np.mean(np.diff(one.view.image[rows, columns], axis=axis) ** 2)
                 - np.mean(np.diff(one.residual[rows, columns], axis=axis) ** 2)
@@ -91,7 +91,7 @@ def sweep(
 
 
 def peak(foci: NDArray[np.float64], energy: NDArray[np.float64]) -> float:
-    """Focus of the greatest sharpness, by a parabola through the logarithms of the three largest neighbours."""
+    """Return the focus of maximum sharpness, by a parabola through the logarithms of the three largest neighbours."""
     best = int(np.clip(np.argmax(energy), 1, len(foci) - 2))
     a, b, c = np.log(energy[best - 1 : best + 2])
     return float(foci[best] + (foci[1] - foci[0]) * (a - c) / (2 * (a - 2 * b + c)))
@@ -170,7 +170,7 @@ def _draw(pictures: list[Rendered], sharpness: dict[str, NDArray[np.float64]]) -
 
 
 def _setup(ax: Axes) -> None:
-    """Two cameras that share a view: light from below, a half-silvered mirror, a small and a large aperture."""
+    """Draw two cameras that share a view: light from below, a half-silvered mirror, a small and a large aperture."""
     ax.set(xlim=(-1.2, 2.0), ylim=(-2.3, 2.2), aspect="equal", anchor="N")
     ax.set_axis_off()
     ax.set_title("(a) The set-up")

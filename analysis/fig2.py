@@ -1,4 +1,4 @@
-"""Fig. 2: how well distance can be estimated, by the focal gradient and by stereopsis, from theory."""
+"""Fig. 2: theoretical error of distance from the focal gradient and from stereopsis."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from report import Progress, Shown, alone
 
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
-ERROR = 0.02  # relative error in sigma that the paper takes for a person
+ERROR = 0.02  # relative error in sigma that the paper assumes for people
 FOCUS = 2.0  # m
 STEREO = 0.001  # per metre: 1 mm at 1 m
 PAPER_TOP = 0.4  # m, where the paper's vertical axis ends
 
 
 def focal_gradient_error(distance: ArrayLike, error: float = ERROR, focus: float = FOCUS) -> NDArray[np.float64]:
-    """Error of distance in metres at `distance` (m) from the relative `error` in sigma: e D |D/u0 - 1|.
+    """Return the error in distance (m) at `distance` (m) due to the relative `error` in sigma: e D |D/u0 - 1|.
 
-    From D = 1/V and sigma ~ |V - 1/u0|: dV = e |V - 1/u0|, and dD = D^2 dV. The lens's constants cancel.
+    With D = 1/V and sigma ~ |V - 1/u0|: dV = e |V - 1/u0|, and dD = D^2 dV. The constants of the lens cancel.
     """
     distance = np.asarray(distance, dtype=float)
     result: NDArray[np.float64] = error * distance * np.abs(distance / focus - 1)
@@ -25,7 +25,7 @@ def focal_gradient_error(distance: ArrayLike, error: float = ERROR, focus: float
 
 
 def stereo_error(distance: ArrayLike) -> NDArray[np.float64]:
-    """Error of distance in metres at `distance` (m) from stereopsis, which grows with the square: 1 mm at 1 m."""
+    """Return the error in distance (m) at `distance` (m) from stereopsis, proportional to its square: 1 mm at 1 m."""
     return STEREO * np.asarray(distance, dtype=float) ** 2
 
 

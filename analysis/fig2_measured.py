@@ -1,4 +1,4 @@
-"""Fig. 2 measured: depth recovered from rendered views of textured walls at many distances."""
+"""Fig. 2, measured: depth recovered from rendered views of textured walls at many distances."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from focalgradient.scenes import plane
 FOCUS = 2.0  # m, as in the paper's figure
 SHARP, BLURRED = (Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (11, 4))
 PIXEL = 8e-6 / SHARP.sensor_distance  # rad
-NOISE = 0.01  # of the mean radiance
-CLEAR = 1.5  # pixels of blur radius, above which blur is more than the pixel's own
+NOISE = 0.01  # relative to the mean radiance
+CLEAR = 1.5  # blur radius in pixels above which blur exceeds that of the pixel
 DISTANCES = (1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 1.9, 2.12, 2.25, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 
 
@@ -39,22 +39,23 @@ def measure(
     Parameters
     ----------
     distances
-        Of the walls, in metres.
+        Distances of the walls, in metres.
     blur
-        False renders both views through the small aperture while the depth core is given the optics of two: what it
-        then recovers owes nothing to blur.
+        False to render both views through the small aperture although the optics are those of two: the recovered depth
+        is then independent of blur.
     shape, samples, seed
-        Of the rendering; each wall has its own texture and noise.
+        Settings of the rendering; each wall has its own texture and noise.
     progress
-        Called with the share done, 0 to 1.
+        Function called with the completed fraction, 0 to 1.
 
     Returns
     -------
     dict of ndarray
-        By distance. Over valid pixels: ``rms_m``, root mean square error of distance; ``relative_error``, the same
-        of the size of the blur, which goes as |V - V_focus|; ``bias``, its mean; ``predicted_m``, what `vergence_sd`
-        makes the first; ``coverage``, share within 2 `vergence_sd`. Where no pixel is valid these are NaN. ``valid``:
-        the share of valid pixels. ``warned``: 1 where `recover_depth` warned that the views do not fit the optics.
+        Values by distance, over valid pixels: ``rms_m``, RMS error of distance; ``relative_error``, the same for the
+        size of the blur, which is proportional to |V - V_focus|; ``bias``, its mean; ``predicted_m``, the value of
+        `rms_m` expected from `vergence_sd`; ``coverage``, fraction within 2 `vergence_sd`. NaN without valid pixels.
+        ``valid``: fraction of valid pixels. ``warned``: 1 if `recover_depth` warned that the views do not fit the
+        optics.
     """
     rows = []
     for index, distance in enumerate(distances):
@@ -63,9 +64,9 @@ def measure(
         blurred = cast(scene, BLURRED, shape, PIXEL, samples=samples, seed=seed).view if blur else sharp
         noise = NOISE * float(sharp.image.mean())
         first, second = noisy(sharp, noise, 2 * (seed + index)), noisy(blurred, noise, 2 * (seed + index) + 1)
-        # Two apertures leave the side of focus open: say it, as whoever set up the camera could.
+        # two apertures do not determine the side of focus, which a user knows from the set-up
         near, far = (FOCUS, None) if distance > FOCUS else (None, FOCUS)
-        with warnings.catch_warnings(record=True) as given:  # right where `blur` is False: the optics told are not true
+        with warnings.catch_warnings(record=True) as given:  # expected if `blur` is False: the stated optics are wrong
             warnings.simplefilter("always", FocalGradientWarning)
             depth = recover_depth([first, replace(second, optics=BLURRED)], near=near, far=far)
         rows.append(_score(depth, distance) | {"warned": float(bool(given))})

@@ -1,6 +1,6 @@
-"""Fig. 3: how much deeper scenes look with more blur, from a data set: `python analysis/fig3.py [DATASET]`.
+"""Fig. 3: increase in perceived depth with blur, from a data set: `python analysis/fig3.py [DATASET]`.
 
-Any valid data set will do, of people or of simulated observers; in the picture it is said where no people took part.
+The data set may contain people or simulated observers, which the figure states.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ ASSUMED = (
     "prior (blurred is farther), which the layout does not reverse. With the far object there is no rise because they "
     "discount blur that contradicts the layout. The layout itself is the scene’s true one."
 )
-"""On what the simulated observers' Fig. 3 depends: see `observers_sensitivity`."""
+"""Assumptions on which Fig. 3 of the simulated observers depends: see `observers_sensitivity`."""
 
 
 def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
-    """Fig. 3 of a data set.
+    """Make Fig. 3 from a data set.
 
     Raises
     ------
     InputError
-        If it holds no depth ratings, cannot be read, or the rules of exclusion leave nobody.
+        If it contains no depth ratings, cannot be read, or the exclusion rules leave nobody.
     """
     part = analyse_ratings(dataset, bound=bound)
     result = part.result
     if part.data is not None and part.data.problems:
-        raise InputError(part.data.problems[0])  # a report states what it leaves out; a figure cannot
+        raise InputError(part.data.problems[0])  # unlike a report, a figure cannot state exclusions
     if isinstance(result, NotComputed):
         raise InputError(f"{dataset}: {result.reason}")
     who = "simulated observers" if part.simulated else "subjects"
@@ -97,7 +97,7 @@ def _decisive(test: Effect | NotComputed) -> float | None:
 
 
 def _generality(result: DepthRatingResult) -> str:
-    """What the intervals hold for: other scenes, too, where there are enough of them."""
+    """Describe the population to which the intervals generalise."""
     methods = {each.rise.method for each in result.fixations if isinstance(each.rise, Effect)}
     scenes = f"{len(result.scenes)} scene{'' if len(result.scenes) == 1 else 's'}"
     if any("Satterthwaite" in method for method in methods):
@@ -106,12 +106,12 @@ def _generality(result: DepthRatingResult) -> str:
 
 
 def make(dataset: Path, *, full: bool = False, progress: Progress | None = None) -> Shown:
-    """The same for the run of all figures, which hands the data set over; `full` changes nothing here."""
+    """Make the figure within the run of all figures, which supplies the data set; `full` has no effect."""
     return shown(dataset)
 
 
 def main(name: str, shown: Callable[[Path], Shown]) -> int:
-    """Make one figure of a data set named on the command line, or of simulated observers: PNG, PDF and its numbers."""
+    """Make one figure from a data set named on the command line, or from simulated observers: PNG, PDF and numbers."""
     parser = argparse.ArgumentParser(description=f"Make {name} of a data set.")
     text = "folder of the data set; left out, simulated observers take part first"
     parser.add_argument("dataset", type=Path, nargs="?", help=text)

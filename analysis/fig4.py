@@ -1,4 +1,4 @@
-"""Fig. 4: the sharp edges of an indoor scene, sorted by depth from their blur: in a single view, and in two."""
+"""Fig. 4: sharp edges of an indoor scene, sorted by depth from their blur in a single view and in two."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from focalgradient.scenes import room
 LENS = Lens(focal_length=0.05, f_number=8.0, focus_distance=0.6)
 SMALL = replace(LENS, f_number=22.0)  # the aperture of the second view
 PINHOLE = replace(LENS, f_number=np.inf)
-FARTHEST = 8.0  # m, to which the two views are compared
+FARTHEST = 8.0  # m, limit of the search with two views
 FIELD = 0.45  # width of the frame, a tangent
 SEED = 1
-LEVELS = 8  # grey levels of 256 that the lowest three bits span
-LENGTH = 16.0  # px, of the band from which a point is estimated
-BOUNDS = (1.8, 3.6)  # m, between small and medium and between medium and large depth: in the scene's two gaps
+LEVELS = 8  # grey levels of 256 spanned by the lowest three bits
+LENGTH = 16.0  # px, length of edge per estimate
+BOUNDS = (1.8, 3.6)  # m, between small, medium and large depth: in the two gaps of the scene
 CLASSES = ("small", "medium", "large")
 
 FloatArray = NDArray[np.float64]
 
 
 def photograph(lens: Lens, shape: tuple[int, int], samples: int, seed: int) -> Rendered:
-    """The room through `lens`, by `samples` rays a pixel."""
+    """Render the room through `lens` with `samples` rays per pixel."""
     return render(room(SEED), lens, shape, FIELD / shape[1], engine="shaded", samples=samples, seed=seed)
 
 
 def noisy_bits(view: View, white: float, seed: int) -> View:
-    """The view in 8 bits, `white` at 250, the lowest three of them noise: uniform over 8 levels, sd 2.3 of 255."""
+    """Quantise to 8 bits with `white` at 250; the lowest three bits are noise: uniform over 8 levels, SD 2.3 of 255."""
     levels = 250 * view.image / white
     noise = LEVELS * (np.random.default_rng(seed).random(view.shape) - 0.5)
     return replace(view, image=(np.clip(np.rint(levels + noise), 0, 255) / 255).astype(np.float32))
@@ -46,16 +46,16 @@ def noisy_bits(view: View, white: float, seed: int) -> View:
 
 @dataclass(frozen=True)
 class Sorted:
-    """Segments of a view: by segment the estimate and the truth."""
+    """Segments of a view, with estimated and true vergence."""
 
-    segment: NDArray[np.intp]  # numbers of the segments that are estimated
+    segment: NDArray[np.intp]  # indices of the estimated segments
     recovered: FloatArray  # vergence, D
     sd: FloatArray
     true: FloatArray
 
     @classmethod
     def by_blur(cls, points: Edges, pixel: float, truth: FloatArray) -> Sorted:
-        """By the blur of the one view in which `points` were measured, as if seen through `LENS`, beyond its focus."""
+        """Estimate from the blur of the single view of `points`, as seen through `LENS`, beyond its focus."""
         whole = average_segments(points, LENGTH)
         dioptres = 2 * pixel / LENS.aperture_diameter  # per pixel of radius
         vergence = LENS.focus_vergence - dioptres * whole.radius
@@ -63,9 +63,9 @@ class Sorted:
 
     @classmethod
     def by_comparison(cls, points: Edges, views: list[View], truth: FloatArray) -> Sorted:
-        """By the default method, which compares two views; where it knows the distance of half of a segment's points.
+        """Estimate by the default method from two views, for segments with a valid estimate at half of their points.
 
-        Neighbouring points share their pixels: a segment is known no better than its points.
+        Neighbouring points share pixels, so that the SD of a segment is that of its points.
         """
         depth = recover_depth(views, near=LENS.focus_distance, far=FARTHEST)
         where = np.rint(points.row).astype(int), np.rint(points.column).astype(int)
@@ -79,8 +79,8 @@ class Sorted:
     def _of(
         cls, points: Edges, valid: NDArray[np.bool_], vergence: FloatArray, sd: FloatArray, truth: FloatArray
     ) -> Sorted:
-        """Means, and the medians of the standard deviations, over the valid points of each segment that has any."""
-        # An edge belongs to the nearer of the surfaces that meet there, and blur displaces it a little.
+        """Return means, and median SDs, over the valid points of each segment."""
+        # an edge belongs to the nearer of the adjoining surfaces, and is displaced slightly by blur
         true = 1 / minimum_filter(truth, 15)[np.rint(points.row).astype(int), np.rint(points.column).astype(int)]
         chosen = np.unique(points.segment[valid])
         per = [np.flatnonzero(valid & (points.segment == number)) for number in chosen]
@@ -92,11 +92,11 @@ class Sorted:
         )
 
     def depth_class(self, vergence: FloatArray) -> NDArray[np.intp]:
-        """0, 1, 2 for small, medium and large depth."""
+        """Return 0, 1 or 2 for small, medium and large depth."""
         return np.searchsorted(BOUNDS, 1 / np.maximum(vergence, 1e-9))
 
     def scores(self) -> dict[str, float]:
-        """Shares in percent: segments in the right class, and pairs, of those 5 % or more apart, in the right order."""
+        """Return percentages of segments in the correct class, and of pairs at least 5 % apart in the correct order."""
         found, true = self.depth_class(self.recovered), self.depth_class(self.true)
         one, other = np.triu_indices(len(self.true), 1)
         differ = np.abs(np.log(self.true[one] / self.true[other])) > 0.05
@@ -110,19 +110,19 @@ class Sorted:
 
 @dataclass(frozen=True)
 class Room:
-    """The noisy views of the room, the segments of the first, and all ways to sort them."""
+    """Noisy views of the room, segments of the first, and their order by each method."""
 
     view: View
     truth: FloatArray
     points: Edges
     blurred: Sorted
-    sharp: Sorted  # by the blur of a pinhole's view
+    sharp: Sorted  # by the blur of a pinhole view
     compared: Sorted
-    same: Sorted  # by comparing two views through a pinhole, named as if through the two apertures
+    same: Sorted  # by comparison of two pinhole views with the optics of the two apertures
 
     @classmethod
     def of(cls, shape: tuple[int, int], samples: int, seed: int = 1, progress: Progress | None = None) -> Room:
-        """Render the room and sort its segments; everything in it lies beyond the focus of `LENS`."""
+        """Render the room and sort its segments; all of it lies beyond the focus of `LENS`."""
         report = progress or (lambda share: None)
         lenses = ((LENS, samples), (SMALL, samples), (PINHOLE, samples // 4))
         rendered = []
@@ -146,7 +146,7 @@ class Room:
 
     @property
     def detected(self) -> int:
-        """Number of segments, estimated or not."""
+        """Number of detected segments, with or without an estimate."""
         return len(np.unique(self.points.segment))
 
 
@@ -227,7 +227,7 @@ def _draw(found: Room) -> Figure:
 
 
 def _classes(axes: list[Axes], found: Room, result: Sorted, name: str) -> None:
-    """The segments of each class, the farthest first; orange where they belong to another."""
+    """Draw the segments of each class, the farthest first; misclassified ones in orange."""
     read, true = result.depth_class(result.recovered), result.depth_class(result.true)
     for ax, number in zip(axes, (2, 1, 0), strict=True):
         chosen = np.flatnonzero(read == number)
@@ -237,7 +237,7 @@ def _classes(axes: list[Axes], found: Room, result: Sorted, name: str) -> None:
 
 
 def _against_truth(ax: Axes, on: Sorted, off: Sorted, name: str) -> None:
-    """Every segment against the truth, through the lens and through a pinhole."""
+    """Draw every segment's estimate against the truth, through the lens and through a pinhole."""
     ax.plot([0.15, 1.7], [0.15, 1.7], color=GREY, linewidth=0.6, zorder=0)
     few = len(on.true) < 100
     ax.plot(off.true, off.recovered, "x", color=ORANGE, markersize=4.0 if few else 2.5, label="through a pinhole")

@@ -23,16 +23,16 @@ SEED = 2
 FOCUS = 1 - BODY_RADIUS  # m, the front of the bottle
 SMALL, LARGE = (Lens(focal_length=0.05, f_number=number, focus_distance=FOCUS) for number in (22, 5.6))
 FIELD = 0.34  # height of the frame, a tangent
-NOISE = 0.003  # of the mean radiance, beside that of the rays
+NOISE = 0.003  # relative to the mean radiance, in addition to that of the rays
 WINDOW = 8.0  # px
 FAR = 4.0  # m
-MIRRORED = 0.02  # D by which what is seen lies behind the surface, where it is a reflection
+MIRRORED = 0.02  # minimum distance (D) of the source behind the surface that counts as a reflection
 
 
 def views_and_truth(
     *, shape: tuple[int, int] = (400, 300), samples: int = 128, progress: Progress | None = None
 ) -> tuple[list[View], View, Rendered]:
-    """The bottle through both apertures, a second view through the small one, and the truth (in the first of all)."""
+    """Render the bottle through both apertures, and again through the small one; return views and the first's truth."""
     report = progress or (lambda share: None)
     pixel = FIELD / shape[0]
     scene = bottle(SEED)
@@ -50,18 +50,18 @@ def views_and_truth(
 
 
 def content(view: View) -> NDArray[np.float32]:
-    """Fig. 5a, b: root mean square Laplacian over local brightness, on the grid of 4 x 4 pixels.
+    """Return Fig. 5a, b: root mean square Laplacian divided by local brightness, on the grid of 4 x 4 pixels.
 
-    The disparity against a checkerboard of known content, so that it is the very thing that the ratio is made of.
+    It is computed as the disparity relative to a checkerboard of known content, and is thus the quantity in the ratio.
     """
     board = 1 + 0.5 * (np.indices(view.shape).sum(axis=0) % 2 - 0.5)
     ratio, _ = focal_disparity(board.astype(np.float32), np.asarray(view.image, np.float32))
-    return ratio * np.float32(4 * 0.5)  # its Laplacian is 4 x its contrast about a mean of 1
+    return ratio * np.float32(4 * 0.5)  # the Laplacian of the checkerboard is 4 x its contrast, with mean 1
 
 
 @dataclass(frozen=True)
 class Read:
-    """Depth from both views, and where it is that of a reflection, or of what is seen directly."""
+    """Depth from both views, with masks of reflections and of directly visible surfaces."""
 
     depth: DepthMap
     mirrored: NDArray[np.bool_]
@@ -70,13 +70,13 @@ class Read:
 
     @classmethod
     def of(cls, depth: DepthMap, seen: NDArray[np.float64], surface: NDArray[np.float64]) -> Read:
-        """`seen` is the vergence of what is seen, through the mirror, and `surface` that of what is nearest (D)."""
+        """Classify pixels by the vergence (D) of the light's source via the mirror, `seen`, and of the `surface`."""
         scored = depth.valid & np.isfinite(seen)
         behind = np.where(scored, surface - seen, 0)
         return cls(depth, behind > MIRRORED, scored & (np.abs(behind) < 1e-3), depth.vergence - seen)
 
     def scores(self, seen: NDArray[np.float64], surface: NDArray[np.float64]) -> dict[str, float]:
-        """Medians in dioptres, and shares in percent."""
+        """Return medians in dioptres, and percentages."""
         at, vergence = self.mirrored, self.depth.vergence
         within = np.abs(self.error) < 2 * self.depth.vergence_sd
         return {
@@ -97,20 +97,20 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     shape = (800, 600) if full else (400, 300)
     views, again, truth = views_and_truth(shape=shape, progress=lambda share: report(0.85 * share))
     assert truth.vergence is not None
-    # What a blur gives is where the light comes from: of a curved mirror, by two meridians, the mean.
+    # blur indicates the source of the light: for a curved mirror, the mean of two meridians
     seen = (truth.vergence[..., 0, 0] + truth.vergence[..., 1, 1]) / 2
     surface = 1 / truth.distance
-    # Rays are noise too: take it from the images.
+    # the rays are a source of noise: estimate it from the images
     noise = [noise_floor(view.image) for view in views]
     images = [np.asarray(view.image, np.float32) for view in (*views, again)]
     disparity, valid = focal_disparity(images[0], images[1], noise=noise, window=WINDOW)
     control, control_valid = focal_disparity(images[0], images[2], noise=noise, window=WINDOW)
     depth = recover_depth(views, method="ratio", near=FOCUS, far=FAR, window=WINDOW)
-    # The control's second view is said to be the large aperture's, which it is not.
+    # control: the second view is stated to be that of the large aperture, which is wrong
     flat = recover_depth([views[0], replace(again, optics=LARGE)], method="ratio", near=FOCUS, far=FAR, window=WINDOW)
     report(0.9)
     ratio = Read.of(depth, seen, surface)
-    with warnings.catch_warnings():  # of the mirror, which is at no one distance: the caption says it
+    with warnings.catch_warnings():  # the mirror image has no single distance, which the caption states
         warnings.simplefilter("ignore", FocalGradientWarning)
         default = Read.of(recover_depth(views, near=FOCUS, far=FAR), seen, surface)
     differ = float(default.depth.details["split_band"]["tau"])
@@ -172,7 +172,7 @@ def _caption(on: dict[str, float], better: dict[str, float], differ: float) -> t
 
 
 DISPARITIES = (0.0, 1.1)
-"""One scale for the disparity and its control: 1 is no change of blur, and noise goes a little beyond."""
+"""Common colour scale of the disparity and its control: 1 is no change of blur; noise slightly exceeds it."""
 
 
 def _rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
@@ -219,7 +219,7 @@ def _distance(read: Read) -> NDArray[np.float64]:
 
 
 def _scatter(ax: Axes, read: Read, seen: NDArray[np.float64]) -> None:
-    """Estimated against traced vergence, of every 25th pixel."""
+    """Draw estimated against traced vergence for every 25th pixel."""
     ax.plot([1 / FAR, 1 / FOCUS], [1 / FAR, 1 / FOCUS], color=GREY, linewidth=0.6, zorder=3)
     for chosen, colour, name in ((read.direct, BLUE, "seen directly"), (read.mirrored, ORANGE, "reflections")):
         some = np.flatnonzero(chosen)[::25]

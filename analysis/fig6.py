@@ -1,4 +1,4 @@
-"""Fig. 6: the geometry of imaging, drawn to the numbers of a lens."""
+"""Fig. 6: geometry of image formation, drawn with the values of a lens."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 LENS = Lens(focal_length=0.050, f_number=2, focus_distance=0.150)
 POINT = 0.300  # m, beyond the plane of focus
-TALLER = 3  # the vertical scale over the horizontal one
+TALLER = 3  # ratio of vertical to horizontal scale
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     radius = LENS.aperture_diameter / 2
-    behind = Lens(LENS.focal_length, LENS.f_number, POINT).sensor_distance  # where the far point would be sharp
+    behind = Lens(LENS.focal_length, LENS.f_number, POINT).sensor_distance  # sensor distance that focuses the far point
     sigma = float(LENS.blur_radius(POINT)) * LENS.sensor_distance
     traced = radius * (LENS.sensor_distance - behind) / behind  # similar triangles behind the lens (Eq. 15)
     recovered = paper_distance(

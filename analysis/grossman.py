@@ -1,4 +1,4 @@
-"""Distance of edges from one photograph, in centimetres: beside the accuracy that Grossman reported in 1985."""
+"""Distance of edges from one photograph, compared with the accuracy reported by Grossman in 1985."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from focalgradient.render import cast, noisy
 from focalgradient.scenes import Plane, Scene, Texture
 
 LENS = Lens(focal_length=0.050, f_number=8, focus_distance=0.75)
-"""A standard lens of a 35 mm camera. The paper does not give Grossman's settings: these are ours."""
+"""Standard lens of a 35 mm camera (our choice, as the paper does not state Grossman's settings)."""
 
 PITCH = 12e-6  # m
 SHAPE = (160, 160)
 NOISE = 0.005  # white is 1
 DISTANCES = (0.85, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)  # m, of the card, all beyond focus
 GROSSMAN = 0.0125  # m: "an accuracy ± 1.25 centimeters" (section IV)
-CARD = 0.55  # side of the card, as a share of the frame
+CARD = 0.55  # side of the card relative to the frame
 
 
 def photograph(distance: float, seed: int) -> View:
-    """A dark card on a white sheet at `distance` (m), ray cast, with noise, in 8 bits."""
+    """Render a dark card on a white sheet at `distance` (m) by ray casting, with noise, in 8 bits."""
     pixel = PITCH / LENS.sensor_distance
     side = CARD * SHAPE[1] * pixel * distance
-    # A little before the sheet, and turned by nothing: its four edges are what is measured.
+    # the card lies slightly before the sheet, parallel to it: only its four edges are measured
     card = Plane((0.0, 0.0, distance * (1 - 1e-5)), (0, 0, -1), Texture(mean=0.1, contrast=0.0), size=(side, side))
     sheet = Plane((0.0, 0.0, distance), (0.0, 0.0, -1.0), Texture(mean=0.8, contrast=0.0))
     view = noisy(cast(Scene((sheet, card)), LENS, SHAPE, pixel, samples=64, seed=seed).view, NOISE, seed)
@@ -40,20 +40,20 @@ def photograph(distance: float, seed: int) -> View:
 def measure(
     distances: Sequence[float], *, seeds: int = 3, progress: Progress | None = None
 ) -> dict[str, NDArray[np.float64]]:
-    """Distances of the cards' edges, each from one photograph, beside the truth.
+    """Estimate distances of the cards' edges, each from one photograph.
 
     Returns
     -------
     dict of ndarray
-        Distances x seeds: ``estimate_m``, the median over the valid pixels; distances: ``points_rms_m``, root mean
-        square error of single pixels. NaN where no pixel is valid.
+        Distances x seeds: ``estimate_m``, median over the valid pixels; distances: ``points_rms_m``, RMS error of
+        single pixels. NaN without valid pixels.
     """
     estimate, rms = np.full((len(distances), seeds), np.nan), np.full(len(distances), np.nan)
     for row, distance in enumerate(distances):
         errors = []
         for seed in range(seeds):
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", FocalGradientWarning)  # that nothing is valid: it is drawn
+                warnings.simplefilter("ignore", FocalGradientWarning)  # warning of no valid pixel, which is drawn
                 depth = recover_depth([photograph(distance, seed)], method="edges", near=LENS.focus_distance)
             found = depth.distance[depth.valid]
             if found.size:
@@ -67,7 +67,7 @@ def measure(
 
 
 def reach(distances: Sequence[float], errors: NDArray[np.float64], bound: float = GROSSMAN) -> float:
-    """Farthest of `distances` up to which all errors are within `bound`; NaN if not even the first is."""
+    """Return the largest of `distances` up to which all errors are within `bound`; NaN if there is none."""
     within = np.cumprod(errors <= bound).astype(bool)
     return float(np.asarray(distances)[within].max()) if within.any() else float("nan")
 

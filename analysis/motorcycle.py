@@ -1,4 +1,4 @@
-"""A real photograph with true depth: seen through two apertures, and its depth recovered.
+"""Depth recovered from a real photograph with known depth, rendered through two apertures.
 
 The photograph and its true disparity are `skimage.data.stereo_motorcycle` of scikit-image, which ships them: the scene
 'Motorcycle' of the Middlebury 2014 benchmark (D. Scharstein, H. Hirschmueller, Y. Kitajima, G. Krathwohl, N. Nesic,
@@ -25,32 +25,32 @@ from focalgradient.plotting import depth_figure
 from focalgradient.render import noisy
 from focalgradient.view import LUMINANCE
 
-FOCAL_PX, BASELINE, OFFSET = 994.978, 0.193001, 31.086  # px, m, px: of the reduced photograph
+FOCAL_PX, BASELINE, OFFSET = 994.978, 0.193001, 31.086  # px, m, px: for the reduced photograph
 PIXEL_ANGLE = 1 / FOCAL_PX
-FOCUS = 1.8  # m: in front of everything, which is 2.1 to 5 m away
+FOCUS = 1.8  # m: nearer than the scene, which is 2.1 to 5 m away
 SMALL, WIDE = (Lens(focal_length=0.090, f_number=number, focus_distance=FOCUS) for number in (8, 2))
-NOISE = 0.005  # of white paper in full light
+NOISE = 0.005  # relative to white paper in full light
 WINDOW = 8.0
-JUMP = 0.01  # D between neighbouring pixels, about a quarter of a pixel of blur radius: where depth is said to jump
+JUMP = 0.01  # D between neighbouring pixels, about a quarter of a pixel of blur radius: a depth discontinuity
 MARGIN = 16  # pixels, two windows
 
 METHODS: tuple[MethodName, ...] = ("equalise", "ratio")
 
 OWN_BLUR = 0.6
-"""Standard deviation in pixels of the Gaussian that every rendered view has on top, for its samples not to alias."""
+"""Standard deviation in pixels of the Gaussian in every rendered view, which prevents aliasing."""
 
 RADIUS_STEP = 1 / 64
-"""Steps of blur radius, in pixels, in which discs are tabled."""
+"""Step of the tabulated blur radii, in pixels."""
 
 LAYERS = 4
-"""Layers of depth to a pixel of blur radius, in which nearer ones cover farther ones."""
+"""Number of depth layers per pixel of blur radius; nearer layers occlude farther ones."""
 
 
 def photograph() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Linear luminance, distance in metres everywhere, and where the latter is known; H x W each.
+    """Return linear luminance, distance in metres, and a mask of its known values (H x W each).
 
-    Disparity is missing mostly where only one eye looked behind something: the farther of the nearest known places to
-    the left and right is put there.
+    Unknown disparities, mostly half-occlusions, are filled with the farther of the nearest known values to the left and
+    right.
     """
     from skimage.data import stereo_motorcycle
 
@@ -69,39 +69,40 @@ def photograph() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.b
 
 
 def discs(largest: float) -> NDArray[np.float32]:
-    """Discs of radius 0 to `largest` pixels in steps of RADIUS_STEP, each smoothed by OWN_BLUR.
+    """Return discs of radius 0 to `largest` pixels in steps of RADIUS_STEP, each smoothed by OWN_BLUR.
 
-    Returns R x S x S: the light at each whole-pixel offset (down, right) of 0 to S - 1 from the disc's centre.
+    The result (R x S x S) contains the light at each whole-pixel offset (down, right) of 0 to S - 1 from the disc's
+    centre.
     """
     radius = np.arange(0, largest + 2 * RADIUS_STEP, RADIUS_STEP)
     size = int(np.ceil(largest + 4 * OWN_BLUR)) + 1
     distance = np.hypot(*np.indices((size, size)))
     some, place = np.unique(distance, return_inverse=True)
-    frequency = (np.arange(1500) + 0.5) / 1000  # cycles per pixel, to where OWN_BLUR has ended everything
+    frequency = (np.arange(1500) + 0.5) / 1000  # cycles per pixel, up to where OWN_BLUR removes all contrast
     x = 2 * np.pi * np.maximum(radius, 1e-6)[:, None] * frequency
     transfer = 2 * special.j1(x) / x * np.exp(-2 * (np.pi * OWN_BLUR * frequency) ** 2)
     light = (transfer * 2 * np.pi * frequency / 1000) @ special.j0(2 * np.pi * frequency[:, None] * some)
-    # Every pixel in reach has a small weight at least: what is hidden behind an outline is like what is beside it.
+    # a small minimum weight fills regions hidden behind a boundary from their surroundings
     return np.maximum(light[:, place.reshape(distance.shape)], 1e-7).astype(np.float32)
 
 
 def seen_through(
     sharp: NDArray[np.float64], vergence: NDArray[np.float64], lens: Lens, pixel_angle: float = PIXEL_ANGLE
 ) -> View:
-    """A photograph seen through a wide aperture: each pixel's light spread over the disc of its own depth.
+    """Render a photograph through a wide aperture: the light of each pixel is spread over the disc of its depth.
 
-    At each pixel the light that arrives is taken from the nearest layer of depth first, until the pixel is full. What
-    is left open behind an outline, from where the photograph shows nothing, is filled with the farthest layer seen
-    beside it. Exact on smooth surfaces; an approximation within a blur's width of outlines.
+    At each pixel, light is taken from the nearest depth layer first, until the pixel is full. Gaps behind a boundary,
+    where the photograph contains no information, are filled with the farthest visible layer nearby. Exact on smooth
+    surfaces; approximate within a blur's width of boundaries.
 
     Parameters
     ----------
     sharp
-        Linear radiance, H x W, all of it in focus.
+        Linear radiance, H x W, completely in focus.
     vergence
-        In dioptres, H x W.
+        Vergence in dioptres, H x W.
     lens, pixel_angle
-        Of the view.
+        Lens and pixel angle (rad) of the view.
     """
     radius = np.abs(lens.focus_vergence - vergence) * (lens.aperture_diameter / 2 / pixel_angle)
     table = discs(float(radius.max()))
@@ -142,14 +143,14 @@ def _gather(light, size, depth, table, first, last, image):  # type: ignore[no-u
 
 
 def near_jumps(vergence: NDArray[np.float64], margin: int) -> NDArray[np.bool_]:
-    """Within `margin` pixels of where `vergence` (H x W) jumps by more than JUMP from one pixel to the next."""
+    """Return a mask of pixels within `margin` of a depth discontinuity: a change above JUMP between neighbours."""
     down, right = np.diff(vergence, axis=0, append=vergence[-1:]), np.diff(vergence, axis=1, append=vergence[:, -1:])
     smooth = np.maximum(np.abs(down), np.abs(right)) <= JUMP
     return np.asarray(ndimage.distance_transform_edt(smooth) <= margin)
 
 
 def bound(sharp: NDArray[np.floating], vergence: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
-    """Least sd of vergence, H x W in dioptres, that any unbiased method could reach at each pixel in the window."""
+    """Return the bound on the SD of vergence (H x W, D) of any unbiased method, at each pixel in the window."""
     levels = np.linspace(vergence.min(), vergence.max(), 5)
     maps = [
         texture_bound(sharp, (SMALL, WIDE), float(level), PIXEL_ANGLE, noise=noise, window=WINDOW) for level in levels
@@ -164,7 +165,7 @@ def bound(sharp: NDArray[np.floating], vergence: NDArray[np.float64], noise: flo
 def score(
     depth: DepthMap, vergence: NDArray[np.float64], least: NDArray[np.float64], where: NDArray[np.bool_]
 ) -> dict[str, float]:
-    """Errors over the valid pixels of `where`, against the true `vergence` and the `least` sd possible (D, H x W)."""
+    """Return errors over the valid pixels of `where`, given true `vergence` and the SD bound `least` (D, H x W)."""
     usable = depth.valid & where
     error = depth.vergence[usable] - vergence[usable]
     percent = 100 * (depth.distance[usable] * vergence[usable] - 1)
@@ -174,7 +175,7 @@ def score(
         "bias_percent": float(np.median(percent)),
         "median_size_of_error_D": float(np.median(np.abs(error))),
         "within_2_vergence_sd_percent": 100 * float(np.mean(np.abs(error) <= 2 * depth.vergence_sd[usable])),
-        # A normal error's median size is 0.674 of its standard deviation.
+        # the median absolute value of a normal variable is 0.674 SD
         "median_multiple_of_the_bound": float(np.median(np.abs(error) / least[usable]) / 0.674),
     }
 

@@ -1,4 +1,4 @@
-"""What is seen of the turning Necker cube, by its focal gradient: `python analysis/necker.py [DATASET]`."""
+"""Reports on the rotating Necker cube by focal gradient: `python analysis/necker.py [DATASET]`."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ __all__ = ["make", "shown"]
 
 
 def shown(dataset: Path) -> Shown:
-    """The Necker figure of a data set.
+    """Make the Necker figure from a data set.
 
     Raises
     ------
     InputError
-        If it holds no reports on the cube, cannot be read, or the rules of exclusion leave nobody.
+        If it contains no reports on the cube, cannot be read, or the exclusion rules leave nobody.
     """
     part = analyse_necker(dataset)
     result = part.result
     if part.data is not None and part.data.problems:
-        raise InputError(part.data.problems[0])  # a report states what it leaves out; a figure cannot
+        raise InputError(part.data.problems[0])  # unlike a report, a figure cannot state exclusions
     if isinstance(result, NotComputed):
         raise InputError(f"{dataset}: {result.reason}")
     who = "simulated observers" if part.simulated else "subjects"
@@ -64,7 +64,7 @@ def shown(dataset: Path) -> Shown:
 
 
 def _plotted(result: NeckerResult) -> dict[str, Any]:
-    """The numbers behind the figure."""
+    """Return the numbers behind the figure."""
     fits = [each.lognormal if each.better == "lognormal" else each.gamma for each in result.dominance]
     return {
         "share_of_time": [
@@ -103,7 +103,7 @@ def _plotted(result: NeckerResult) -> dict[str, Any]:
 
 
 def _nonrigid(result: NeckerResult, gradient: str) -> float | None:
-    """Nonrigid share of the time with one of the readings, in percent: mean over subjects, strongest gradient."""
+    """Return the nonrigid proportion of the reported time, in percent: mean over subjects, strongest gradient."""
     own = [each for each in result.subject_shares if each.gradient == gradient and each.nonrigid is not None]
     strongest = max((each.strength for each in own), default=0.0)
     shares = [each.nonrigid for each in own if each.strength == strongest and each.nonrigid is not None]
@@ -111,7 +111,7 @@ def _nonrigid(result: NeckerResult, gradient: str) -> float | None:
 
 
 def make(dataset: Path, *, full: bool = False, progress: Progress | None = None) -> Shown:
-    """The same for the run of all figures, which hands the data set over; `full` changes nothing here."""
+    """Make the figure within the run of all figures, which supplies the data set; `full` has no effect."""
     return shown(dataset)
 
 

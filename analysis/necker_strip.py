@@ -1,4 +1,4 @@
-"""The Necker cube under its three gradients, its two readings from above, and how far the second is from rigid."""
+"""The Necker cube with its three gradients, top views of its two readings, and nonrigidity of the second one."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from focalgradient.scenes.necker import EDGES, NeckerCube, Reading, departure_fr
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CUBE = NeckerCube(size=0.4, perspective=0.4, distance=0.5, line_width=0.0075)  # at its natural size
+CUBE = NeckerCube(size=0.4, perspective=0.4, distance=0.5, line_width=0.0075)  # with natural size
 APERTURE = 0.025  # m, of a 50 mm lens at f/2
 FIELD = 0.78  # rad, of a frame
-MOMENTS = (0.0, 0.05, 0.1, 0.15, 0.2)  # turns; at 0.25 the picture is that of 0
+MOMENTS = (0.0, 0.05, 0.1, 0.15, 0.2)  # turns; the picture repeats at 0.25
 TURN = np.arange(720) / 720
 PERSPECTIVES = np.linspace(0.02, 0.8, 27)
 COLOUR: dict[Reading, str] = {"rigid": BLUE, "nonrigid": ORANGE}
@@ -32,7 +32,7 @@ ROWS: dict[Gradient, str] = {
 
 
 def frames(size: int) -> dict[Gradient, list[NDArray[np.float32]]]:
-    """The frames of each gradient at the MOMENTS, `size` pixels square."""
+    """Render the frames of each gradient at the MOMENTS, `size` pixels square."""
     return {
         gradient: [
             necker_frame(CUBE, turn, shape=(size, size), pixel_angle=FIELD / size, gradient=gradient, aperture=APERTURE)
@@ -51,7 +51,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     departure = {reading: departure_from_rigid(shape) for reading, shape in shapes.items()}
     whole = np.array([departure_from_rigid(NeckerCube(perspective=p).reversed(TURN)).whole for p in PERSPECTIVES])
     lengths = edge_lengths(shapes["nonrigid"]) / CUBE.edge
-    # Of the cube's own edges, which do not all reach the limits of the turn's depth.
+    # depth range of the cube's edges, which is smaller than that of the whole turn
     sigma = [blur_at(CUBE, CUBE.seen(turn, reading)[:, 2], aperture=APERTURE) for turn in MOMENTS for reading in COLOUR]
     most = float(blur_at(CUBE, CUBE.farthest, aperture=APERTURE))
     light = {gradient: [float(picture.sum(dtype=float)) for picture in pictures[gradient]] for gradient in ROWS}
@@ -113,7 +113,7 @@ def _draw(
         panels = strip.subplots(4, len(MOMENTS))
         for row, (gradient, label) in zip(panels, ROWS.items(), strict=False):
             for ax, picture in zip(row, pictures[gradient], strict=True):
-                # As a display would show it: a pixel's grey value is the root of its light.
+                # as on a display: grey values are the square root of light
                 ax.imshow((picture / white) ** (1 / 2.2), cmap="gray", vmin=0, vmax=1, interpolation="lanczos")
                 ax.set(xticks=[], yticks=[])
                 ax.spines[:].set_visible(False)
@@ -142,7 +142,7 @@ def _draw(
 
 
 def _from_above(ax: Axes, turn: float) -> Axes:
-    """Draw both readings as seen from above, in edges of the cube about its centre; the viewer is below."""
+    """Draw both readings from above, in edge lengths relative to the cube's centre; the viewer is below."""
     marks: dict[str, Any] = {"marker": "o", "markersize": 3.5}
     for reading, colour in COLOUR.items():
         shape = (CUBE.seen(turn, reading) - [0, 0, CUBE.distance]) / CUBE.edge

@@ -1,4 +1,4 @@
-"""What a simulated observer perceives: blur estimated from a picture beside the true blur, and the depth by it."""
+"""Percepts of a simulated observer: estimated and true blur of a picture, and depth from blur."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 FIXATIONS = ("nearest", "farthest")
 FIXATED_TIMES = 20
 SHOWN = ("default", "blur-blind", "opposite")
-MOST_BLUR, MOST_DEPTH = 10.0, 0.4  # arcmin, D: ends of the scales of colour
+MOST_BLUR, MOST_DEPTH = 10.0, 0.4  # arcmin, D: ends of the colour scales
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Perceived:
-    """A picture, what is true of it and what is perceived in it; maps are rows x columns of places."""
+    """Picture, ground truth and percept; maps are rows x columns of places."""
 
     pixels: NDArray[np.uint8]
     fixation: tuple[float, float]
@@ -37,7 +37,7 @@ class Perceived:
 
 
 def perceive(stimuli: StimulusSet, aperture: str, fixation: str) -> Perceived:
-    """Encode a picture of a set's second scene, and perceive it as the default observer does."""
+    """Encode a picture of a set's second scene, and compute the default observer's percept."""
     name = stimuli.scenes[1]
     picture, scene = stimuli.picture(name, aperture, fixation), stimuli.scene(name)
     target = scene.nearest if fixation == "nearest" else scene.farthest
@@ -45,7 +45,7 @@ def perceive(stimuli: StimulusSet, aperture: str, fixation: str) -> Perceived:
     (encoded,) = encode(pixels, stimuli.display, [target.position_px], stimuli.depth(name))
     columns = round(np.sqrt(encoded.blur.size * pixels.shape[1] / pixels.shape[0]))
     shape = (encoded.blur.size // columns, columns)
-    # The disc in the picture, from dioptres through the camera's pixels to arcmin on the display.
+    # disc in the picture: from dioptres via the camera's pixels to arcmin on the display
     radius = 0.5e-3 * picture.aperture_mm * np.abs(encoded.depth) / stimuli.manifest["parameters"]["pixel_angle_rad"]
     beyond = np.sqrt(np.maximum(encoded.blur**2 - encoded.fixated_blur**2, 0))
     percepts = [perceived_depth(encoded, OBSERVERS["default"], np.random.default_rng(n)) for n in range(FIXATED_TIMES)]
@@ -61,7 +61,7 @@ def perceive(stimuli: StimulusSet, aperture: str, fixation: str) -> Perceived:
 
 
 def _increase(seen: Mapping[tuple[str, str], Perceived], observer: Observer) -> dict[str, list[float]]:
-    """How deep each picture looks to an observer, relative to the pinhole's, by fixation and aperture."""
+    """Return the perceived depth of each picture relative to the pinhole, by fixation and aperture."""
     found = {}
     for end in FIXATIONS:
         depth = [
@@ -145,7 +145,7 @@ def _draw(wide: dict[str, Perceived], ratios: dict[str, dict[str, list[float]]])
             ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)))
             for side, name, marker, colour in (
                 *((-0.12, "blur-blind", "x", GREY), (0.12, "opposite", "s", ORANGE), (0.0, "default", "o", BLUE)),
-            ):  # side by side, as some lie on one another
+            ):  # side by side, as some coincide
                 places = np.arange(len(APERTURES)) + side
                 fill = "full" if name == "default" else "none"
                 ax.plot(places, ratios[name][end], marker + "-", color=colour, fillstyle=fill, ms=4, lw=0.8, label=name)

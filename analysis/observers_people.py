@@ -1,8 +1,8 @@
-"""Compare observers on people's order of depth (Konrad, Cooper & Wetzstein 2016) by people held out in turn.
+"""Cross-validated comparison of observers on human depth-order judgements (Konrad, Cooper & Wetzstein 2016).
 
-Takes the study's table `depth_task.csv`: participant, mode, correct, viewing_distance_D, relative_distance_D. Trials of
-relative distance 0, which have no right answer, are left out. States what the observer of the best AIC predicts of as
-many new people as the second argument says (4).
+Reads the study's table `depth_task.csv`: participant, mode, correct, viewing_distance_D, relative_distance_D. Trials
+with relative distance 0, which have no correct answer, are excluded. Also prints the prediction of the observer with
+the best AIC for as many new people as the second argument states (default 4).
 """
 
 import math
@@ -16,7 +16,7 @@ from focalgradient.observers import DEPTH_ORDER_OBSERVERS, Answers, compare_obse
 
 
 def read(file: Path) -> Answers:
-    """The answers of the table, modes as the cues that they offer."""
+    """Read the answers of the table; modes become the available cues."""
     table = pd.read_csv(file)
     table = table[table["relative_distance_D"] != 0]
     mode = table["mode"]
@@ -31,7 +31,7 @@ def read(file: Path) -> Answers:
 
 
 def main() -> None:
-    """Print each observer's fit, and what it predicts of a person who was not fitted."""
+    """Print the fit of each observer, and its prediction for a new person."""
     answers = read(Path(sys.argv[1]))
     print("log likelihood: fitted, held out; AIC, BIC; exceedance probability; held out per person and its SD")
     compared = compare_observers(answers, DEPTH_ORDER_OBSERVERS)

@@ -1,6 +1,6 @@
-"""Recovery of observers' parameters from simulated answers of each kind: choices, ratings, durations.
+"""Parameter recovery: observers fitted to their own simulated choices, ratings and durations.
 
-The true value, the estimate and its standard error of each parameter, and a figure.
+Prints true value, estimate and standard error of each parameter, and draws a figure.
 """
 
 import numpy as np
@@ -23,13 +23,13 @@ TRIAL_S = 12.0
 
 
 def law(conditions: Conditions, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean logarithm of an answer, which blur moves and people differ in, and its standard deviation."""
+    """Return the mean log duration, which depends on blur and person, and its standard deviation."""
     mean = np.log(values["level"]) + values["blur"] * conditions["blur"] + values["people"] * own
     return mean, values["noise"] + 0 * mean
 
 
 def fits(seed: int = 1) -> dict[str, tuple[dict[str, float], ObserverFit]]:
-    """Simulate and fit each kind; the search does not start at the true values."""
+    """Simulate and fit each kind of answer; the search does not start at the true values."""
     rng = np.random.default_rng(seed)
     who = np.repeat(np.arange(PEOPLE), TRIALS)
     own = rng.standard_normal(PEOPLE)[who]
@@ -54,7 +54,7 @@ def fits(seed: int = 1) -> dict[str, tuple[dict[str, float], ObserverFit]]:
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
-    """Fit and draw; `full` changes nothing."""
+    """Fit and draw; `full` has no effect."""
     found = fits()
     rows = [
         (kind, name, value, fit.values[name], fit.standard_errors[name])

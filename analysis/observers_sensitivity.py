@@ -1,4 +1,4 @@
-"""On what the simulated observers' result depends: other rules, and every constant over its range."""
+"""Sensitivity of the simulated observers' results: other rules, and every constant over its range."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["CONSTANTS", "RULES", "Row", "make", "rows"]
 
 APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 FIXATIONS = ("nearest", "farthest")
-TIMES = 3  # fixations of each picture, whose errors are averaged
+TIMES = 3  # number of simulated fixations per picture, over which errors are averaged
 
 Encoded = Mapping[tuple[str, str, str], EncodedStimulus]
 
@@ -52,9 +52,9 @@ CONSTANTS: tuple[tuple[str, float, float, str], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What one observer's depth does from the pinhole to the largest aperture: ratios, geometric means over scenes.
+    """Effect of the aperture on one observer's perceived depth, as ratios: geometric means over scenes.
 
-    `smallest_step` is the least ratio from one aperture to the next with the nearest object in focus.
+    `smallest_step` is the smallest ratio between successive apertures with the nearest object in focus.
     """
 
     name: str
@@ -65,14 +65,14 @@ class Row:
 
 
 def by_height(stimulus: EncodedStimulus) -> EncodedStimulus:
-    """The same with a layout that is estimated from the picture: what is higher is farther; amplitude as it was."""
-    columns = round(np.sqrt(stimulus.depth.size))  # the pictures are square
+    """Replace the layout by height in the picture (higher is farther) with unchanged amplitude."""
+    columns = round(np.sqrt(stimulus.depth.size))  # pictures are square
     height = -(np.arange(stimulus.depth.size) // columns).astype(float)
     return replace(stimulus, depth=(height - height.mean()) / height.std() * stimulus.depth.std())
 
 
 def rises(encoded: Encoded, observer: Observer) -> tuple[float, float, float]:
-    """Near and far rise at the largest aperture, and the smallest step between apertures with the near in focus."""
+    """Return near and far effect at the largest aperture, and the smallest step between apertures with near focus."""
     scenes = sorted({scene for scene, _, _ in encoded})
     logs = np.log(
         [
@@ -91,7 +91,7 @@ def rises(encoded: Encoded, observer: Observer) -> tuple[float, float, float]:
 
 
 def rows(encoded: Encoded) -> tuple[list[Row], list[Row]]:
-    """One row a rule, and two a constant: with its least and its greatest value."""
+    """Return one row per rule, and two per constant: with its smallest and its largest value."""
     default = OBSERVERS["default"]
     rules = []
     for name, other in RULES:

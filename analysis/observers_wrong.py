@@ -1,4 +1,4 @@
-"""Errors of the simulated observer: its answers by looking beside the truth of the pictures."""
+"""Errors of the simulated observer: its answers compared with the ground truth of the pictures."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from focalgradient.stimuli import blurred_edge, slanted_plane, texture_border
 
 DEFAULT = OBSERVERS["default"]
 FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
-"""A display of 60 pixels per degree."""
+"""Display with 60 pixels per degree."""
 
 SIDE = 5.0  # degrees: width and height of the pictures
 BLURS = (0.0, 0.5, 1.0, 2.0, 4.0)  # arcmin
-SLOPES = (0.75, 1.0, 1.5)  # of the amplitude of textures, 1/f^slope
+SLOPES = (0.75, 1.0, 1.5)  # of the amplitude spectrum of textures, 1/f^slope
 DISTANCES = (0.2, 0.3, 0.6, 1.2)  # metres
 SLANTS = (0.0, 30.0, 50.0, 70.0, 80.0)  # degrees
 PEDESTALS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)  # arcmin
@@ -37,7 +37,7 @@ Values = dict[str, list[float]]
 
 
 class Size(TypedDict):
-    """Size of a picture and the resolution of its display."""
+    """Size of a picture and resolution of its display."""
 
     width_deg: float
     height_deg: float
@@ -48,7 +48,7 @@ SIZE = Size(width_deg=SIDE, height_deg=SIDE, pixels_per_degree=60.0)
 
 
 def blur_all_over() -> Values:
-    """Median blur (arcmin) read of textures that are blurred everywhere alike, by the slope of their amplitude."""
+    """Return the median estimated blur (arcmin) of uniformly blurred textures, by slope of the amplitude spectrum."""
     found: Values = {}
     for slope in SLOPES:
         found[f"1/f^{slope:g}"] = [
@@ -70,7 +70,7 @@ def blur_all_over() -> Values:
 
 
 def depth_of_halves() -> Values:
-    """Perceived depth (D) of a flat layout: one half blurred, and both, where there is nothing to be seen deep."""
+    """Return the perceived depth (D) of a flat layout with one half blurred, and with both, which is not deep."""
     return {
         name: [
             DEFAULT.look(
@@ -87,7 +87,7 @@ def depth_of_halves() -> Values:
 
 
 def distance_and_slant() -> tuple[list[float], list[float]]:
-    """Distance (m) of a plane of 75 degrees, and slant (degrees) of planes at .3 m, both by blur alone."""
+    """Return distances (m) of a plane slanted by 75 degrees, and slants (degrees) of planes at .3 m, by blur alone."""
     metres = []
     for distance in DISTANCES:
         drawn = slanted_plane(slant_deg=75, distance_m=distance, pupil_mm=4, **SIZE)
@@ -107,7 +107,7 @@ def distance_and_slant() -> tuple[list[float], list[float]]:
 
 
 def right_at_threshold() -> Values:
-    """Share right at the rule's own thresholds, by pedestal: .75 but for what the pixels lose."""
+    """Return the proportion correct at the rule's own thresholds, by pedestal: .75 without losses in the pixels."""
 
     def texture(blur: float) -> np.ndarray:
         return texture_border(left_blur_arcmin=blur, right_blur_arcmin=blur, seed=1, **SIZE).picture

@@ -1,9 +1,9 @@
-"""Scenes with outlines whose true depth is known, and how depth about outlines is scored.
+"""Scenes with occlusion boundaries and known depth, and scores of depth near boundaries.
 
-Spheres are ray cast by `focalgradient.render.cast`. The others are flat or slanted layers with shapes cut out of them,
-whose rays are traced here, so that every point of the lens sees past an outline what it would see. The scenes
-`HELD_BACK` were not looked at while the treatment of outlines was made on `MADE_WITH`; `CONTROLS` have no outlines;
-`drawn` gives as many others as are asked for, by chance.
+Spheres are ray cast by `focalgradient.render.cast`. The other scenes are flat or slanted layers of given shapes, traced
+here so that each point of the lens sees past a boundary correctly. The scenes `HELD_BACK` were not used while the
+boundary treatment was developed on `MADE_WITH`; `CONTROLS` have no boundaries; `drawn` generates any number of random
+scenes.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ SHAPE = (240, 320)
 PIXEL = 3.2e-4  # rad
 NEAR_OUTLINES = 10  # px
 JUMP = 1.05  # ratio of distances from one pixel to the next
-PAD = 48  # px that layers reach beyond the frame
-FINE = 4  # samples of a layer's shape to a pixel
+PAD = 48  # px by which layers extend beyond the frame
+FINE = 4  # samples of a layer's shape per pixel
 RAYS = 256
 
 
@@ -41,16 +41,16 @@ def lens(f_number: float, focus: float) -> Lens:
 
 @dataclass(frozen=True)
 class Layer:
-    """A plane of 1/f texture with a shape: its vergence (D) in the frame's middle, and its slopes, D to a pixel."""
+    """Plane of 1/f texture with a shape: vergence (D) at the centre of the frame, and slopes in D per pixel."""
 
     vergence: float
-    shape: Callable[[Array, Array], NDArray[np.bool_]] | None = None  # of x and y from the frame's middle; None: all
+    shape: Callable[[Array, Array], NDArray[np.bool_]] | None = None  # of x and y from the centre; None: everywhere
     slope: tuple[float, float] = (0.0, 0.0)  # right, down
     mean: float = 1.0
 
 
 def half(angle: float, offset: float = 0.0) -> Callable[[Array, Array], NDArray[np.bool_]]:
-    """What lies on one side of a line."""
+    """Return a half-plane."""
     return lambda x, y: x * np.cos(angle) + y * np.sin(angle) < offset
 
 
@@ -59,7 +59,7 @@ def bar(angle: float, width: float, offset: float = 0.0) -> Callable[[Array, Arr
 
 
 def leaf(right: float, down: float, angle: float, length: float, width: float) -> Callable[..., NDArray[np.bool_]]:
-    """Two arcs that meet in points."""
+    """Return a leaf shape, two arcs that meet in points."""
 
     def inside(x: Array, y: Array) -> NDArray[np.bool_]:
         u = (x - right) * np.cos(angle) + (y - down) * np.sin(angle)
@@ -70,7 +70,7 @@ def leaf(right: float, down: float, angle: float, length: float, width: float) -
 
 
 def blob(right: float, down: float, radius: float, seed: int) -> Callable[..., NDArray[np.bool_]]:
-    """A disc with waves in its rim."""
+    """Return a disc with an undulating rim."""
     random = np.random.default_rng(seed)
     size, phase = random.uniform(0.05, 0.12, 3), random.uniform(0, 2 * np.pi, 3)
 
@@ -88,19 +88,19 @@ def either(*shapes: Callable[..., NDArray[np.bool_]]) -> Callable[..., NDArray[n
 
 @dataclass(frozen=True)
 class Case:
-    """A scene, the lenses it is seen through, the noise (of the mean light), and limits of the search."""
+    """Scene with lenses, noise (relative to the mean light), and limits of the search."""
 
     lenses: tuple[Lens, ...]
-    layers: tuple[Layer, ...] = ()  # the nearest first; none: spheres
+    layers: tuple[Layer, ...] = ()  # nearest first; empty: spheres
     seed: int = 0
     noise: float = 0.01
     limits: dict[str, float] = field(default_factory=dict)
     size: tuple[int, int] = SHAPE  # px
-    rays: int = RAYS  # a pixel
+    rays: int = RAYS  # per pixel
 
 
-FRONT, FRONT_LIMIT = (lens(16, 0.55), lens(5.6, 0.55)), {"near": 0.55}  # two apertures, focused before everything
-BACK, BACK_LIMIT = (lens(16, 3.0), lens(5.6, 3.0)), {"far": 3.0}  # behind everything
+FRONT, FRONT_LIMIT = (lens(16, 0.55), lens(5.6, 0.55)), {"near": 0.55}  # two apertures, focus nearer than the scene
+BACK, BACK_LIMIT = (lens(16, 3.0), lens(5.6, 3.0)), {"far": 3.0}  # focus beyond the scene
 FOCI = (lens(8, 0.7), lens(8, 1.5))
 WIDE_FOCI = (lens(5.6, 0.7), lens(5.6, 1.6))
 
@@ -147,7 +147,7 @@ HELD_BACK = {
         FRONT, (Layer(1.3, either(blob(-40, 0, 70, 3), bar(0.6, 14, 100))), Layer(0.7)), 26, 0.005, FRONT_LIMIT
     ),
 }
-# Two views, a third, and the limits of the search.
+# two views, a third, and limits of the search
 DRAWN_FROM: dict[str, tuple[tuple[Lens, ...], Lens, dict[str, float]]] = {
     "front": (FRONT, lens(9, 0.55), FRONT_LIMIT),
     "back": (BACK, lens(9, 3.0), BACK_LIMIT),
@@ -157,10 +157,10 @@ DRAWN_FROM: dict[str, tuple[tuple[Lens, ...], Lens, dict[str, float]]] = {
 
 
 def drawn(number: int) -> tuple[str, Case]:
-    """A scene drawn by chance, and which views it is seen by.
+    """Return a random scene with its views.
 
-    One to three layers before a wall, of half planes, bars and blobs; two views, of every fourth scene three; frames
-    of 90 pixels and more, in which outlines take much of the room; noise of 0.2 to 3 %.
+    Scenes have one to three layers before a wall (half planes, bars and blobs); two views, for every fourth scene
+    three; frames from 90 pixels, in which boundaries occupy a large part; noise of 0.2 to 3 %.
     """
     random = np.random.default_rng(number)
     size = int(random.integers(90, 260)), int(random.integers(90, 330))
@@ -191,7 +191,7 @@ CONTROLS = {
     "plane, foci": Case(FOCI, (Layer(1.1, slope=(2e-3, 1e-3)),), 32),
     "steep plane, back": Case(BACK, (Layer(1.0, slope=(3.5e-3, 0)),), 33, limits=BACK_LIMIT),
     "wall, front": Case(FRONT, (Layer(1.0),), 34, 0.03, FRONT_LIMIT),
-    # One plane, of which a part has another texture: painted, not an outline.
+    # one plane, part of which has another texture: a painted edge, not an occlusion boundary
     "painted wall, foci": Case(FOCI, (Layer(1.0, PAINTED, mean=1.5), Layer(1.0)), 35),
     "painted plane, front": Case(
         FRONT, (Layer(1.1, PAINTED, (2e-3, 0), 1.5), Layer(1.1, slope=(2e-3, 0))), 36, 0.003, FRONT_LIMIT
@@ -200,7 +200,7 @@ CONTROLS = {
 
 
 def texture(seed: int, mean: float, size: tuple[int, int]) -> NDArray[np.float32]:
-    """A 1/f field, two samples to a pixel, with detail up to half a cycle a pixel, of contrast 0.2."""
+    """Return a 1/f field, two samples per pixel, with detail up to half a cycle per pixel and a contrast of 0.2."""
     shape = [2 * (n + 2 * PAD) for n in size]
     frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
     frequency[0, 0] = np.inf
@@ -216,7 +216,7 @@ def _trace(masks, textures, planes, rays, blur, focus, image):  # type: ignore[n
         for j in range(width):
             total = 0.0
             for n in range(rays.shape[0]):
-                # Each pixel's rays are turned by an angle of its own.
+                # the ray pattern of each pixel has its own rotation
                 turn = 2 * np.pi * ((i * 0.7548776662 + j * 0.5698402910) % 1.0)
                 a = blur * (rays[n, 0] * np.cos(turn) - rays[n, 1] * np.sin(turn))
                 b = blur * (rays[n, 0] * np.sin(turn) + rays[n, 1] * np.cos(turn))
@@ -241,7 +241,7 @@ def _trace(masks, textures, planes, rays, blur, focus, image):  # type: ignore[n
 
 
 def layered(case: Case) -> tuple[list[View], Array]:
-    """Views of layers without noise, and the true vergence."""
+    """Return noise-free views of layers, and the true vergence."""
     from scipy.stats import qmc
 
     points = qmc.Sobol(4, rng=np.random.default_rng(case.seed)).random(case.rays)
@@ -267,7 +267,7 @@ def layered(case: Case) -> tuple[list[View], Array]:
 
 
 def views_and_truth(name: str, case: Case, cache: Path | None = None) -> tuple[list[View], Array]:
-    """Noisy views of a case, and its true vergence (H x W)."""
+    """Return noisy views of a case, and its true vergence (H x W)."""
     place = None if cache is None else cache / f"{name.replace(' ', '_').replace(',', '')}.npz"
     if place is not None and place.exists():
         with np.load(place) as kept:
@@ -286,7 +286,7 @@ def views_and_truth(name: str, case: Case, cache: Path | None = None) -> tuple[l
 
 
 def near_outlines(vergence: Array) -> NDArray[np.bool_]:
-    """Within `NEAR_OUTLINES` pixels of a jump of the true vergence."""
+    """Return a mask of pixels within `NEAR_OUTLINES` pixels of a discontinuity of the true vergence."""
     whole = np.ones(vergence.shape, bool)
     for axis in (0, 1):
         jump = np.abs(np.diff(np.log(vergence), axis=axis)) > np.log(JUMP)
@@ -299,7 +299,7 @@ def near_outlines(vergence: Array) -> NDArray[np.bool_]:
 
 
 def score(depth: DepthMap, vergence: Array, where: NDArray[np.bool_]) -> dict[str, float]:
-    """Shares in percent over the pixels of `where`: valid, and of these off by > 10 %, by > 5 sd, within 2 sd."""
+    """Return percentages over the pixels of `where`: valid, and of these off by > 10 %, by > 5 SD, within 2 SD."""
     use = depth.valid & where
     if not use.any():
         return {"valid": 0.0}

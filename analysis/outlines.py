@@ -1,4 +1,4 @@
-"""Depth about outlines: sixteen scenes, half of them held back while the method was made."""
+"""Depth near occlusion boundaries: sixteen scenes, half of them held out during development."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
 
 
 def _figure(drawn: dict[str, tuple[View, DepthMap]], found: dict[str, dict[str, dict[str, float]]]) -> Figure:
-    """A scene's map without and with outlines, and what each scene's score becomes."""
+    """Draw a scene's map without and with boundary treatment, and the change of each scene's score."""
     page = (170.0, 118.0)
     with style():
         figure = new_figure(*page)

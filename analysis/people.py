@@ -1,7 +1,7 @@
-"""Depth that the eyes of a population read by colour, each with aberrations of its own.
+"""Depth from colour for the eyes of a population, each with its own aberrations.
 
-Eyes that are measured, and estimators that know less of them: `benchmarks/depth_of_people.py --out DIR`; what that
-found is drawn by `python analysis/people.py DIR/people.json errors.png`.
+Measured eyes, and estimators with less knowledge of them, are the subject of `benchmarks/depth_of_people.py --out DIR`;
+`python analysis/people.py DIR/people.json errors.png` draws its results.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LOOKS = {
 
 
 def measure(eyes: int, distances: int, *, progress: Progress | None = None) -> list[Row]:
-    """What so many eyes read through each of the pupils of walls at so many distances."""
+    """Estimate the depth of walls at `distances` vergences by a number of eyes through each pupil."""
     people, beyond = population(None), tuple(walls(distances).tolist())
     looks = [Look(number, pupil, drawn(people, number), beyond) for number in range(eyes) for pupil in PUPILS]
     rows: dict[int, list[Row]] = {}
@@ -69,7 +69,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
 
 
 def _told(rows: Sequence[Mapping[str, float | str]]) -> dict[str, float]:
-    """Over eyes and walls: shares of pixels by their mean, errors by their median."""
+    """Summarise over eyes and walls: fractions of pixels by mean, errors by median."""
     values = {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name not in ("views", "reader")}
     return {
         "valid": float(values["valid"].mean()),
@@ -81,7 +81,7 @@ def _told(rows: Sequence[Mapping[str, float | str]]) -> dict[str, float]:
 
 
 def draw(rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Median error over eyes, with its quartiles, at each wall: a panel for each kind of views and pupil."""
+    """Draw the median error over eyes, with quartiles, at each wall: one panel per kind of views and pupil."""
     kinds = list(dict.fromkeys(str(row["views"]) for row in rows))
     readers = [name for name in READERS if any(row["reader"] == name for row in rows)]
     pupils = sorted({float(row["pupil_mm"]) for row in rows})

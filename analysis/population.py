@@ -1,6 +1,6 @@
-"""Eyes drawn from a population look at walls: their views, with noise, and depth read with their own optics.
+"""Eyes drawn from a population and their noisy views of walls, with depth estimated with each eye's own optics.
 
-`people` draws it; `benchmarks/depth_of_people.py` compares readers that know less.
+`people` draws the results; `benchmarks/depth_of_people.py` compares estimators with less knowledge.
 """
 
 from __future__ import annotations
@@ -20,33 +20,33 @@ from focalgradient.optics import Optics
 PIXEL = np.radians(1 / 60)
 FOCUS, SHAPE = 2.0, (112, 112)
 NEAR, FAR = 0.3, 2.0
-"""Metres between which depth is searched."""
+"""Limits of the depth search, in metres."""
 
 PUPILS = (0.003, 0.005)
 KINDS = ("bands", "moments")
 MOMENTS = [0.125, 0.375]
-"""Seconds: the extremes of an oscillation of 0.25 D at 2 Hz."""
+"""Times of the views in seconds: the extremes of an oscillation of 0.25 D at 2 Hz."""
 
 WAVELENGTHS = 3
-"""Of either waveband."""
+"""Number of wavelengths per waveband."""
 
 FARTHEST, NEAREST = -0.9, 1.2
-"""Dioptres beyond focus between which walls stand."""
+"""Range of the walls, in dioptres beyond focus."""
 
 GAP = 0.125
-"""Dioptres on either side of focus in which none stands."""
+"""Range on either side of focus without walls, in dioptres."""
 
 NOISE, CORRELATION = 0.01, 0.95
-"""Standard deviation of a pixel's noise over the mean; of the bands' textures with each other's."""
+"""Standard deviation of pixel noise relative to the mean; correlation between the textures of the bands."""
 
 Row = dict[str, float | str]
 
 
 def population(folder: Path | None) -> ZernikePopulation:
-    """The population measured over 6 mm whose mean and covariance lie in `folder`; None: one that stands in for it.
+    """Return the population (over 6 mm) whose mean and covariance are in `folder`; None: a substitute.
 
-    That one is our own choice: independent coefficients about 0 of the third order and above, of standard deviations
-    of 0.2 um that fall by half with each radial order.
+    The substitute is our choice: independent coefficients with mean 0, from the third order on, with standard
+    deviations of 0.2 um that halve with each radial order.
     """
     if folder is not None:
         return ZernikePopulation.read(folder / "mean_6mm.csv", folder / "covariance_6mm.csv", 0.006)
@@ -55,20 +55,20 @@ def population(folder: Path | None) -> ZernikePopulation:
 
 
 def walls(count: int) -> NDArray[np.float64]:
-    """Dioptres beyond focus of so many walls, evenly but for a gap about focus, where there is no side."""
+    """Return the vergences of walls in dioptres beyond focus, evenly spaced except for a gap around focus."""
     even = np.linspace(FARTHEST, NEAREST - 2 * GAP, count)
     return np.where(even > -GAP, even + 2 * GAP, even)
 
 
 def at_focus(coefficients: Sequence[float], pupil: float) -> Eye:
-    """The eye of these coefficients, its lower orders corrected by spectacles, accommodated to FOCUS."""
+    """Return the eye with these coefficients, corrected for sphere and cylinder, accommodated to FOCUS."""
     corrected = [0.0 if j < 6 else float(value) for j, value in enumerate(coefficients)]
     eye = Eye.from_zernike(corrected, pupil, measured_diameter=0.006)
     return replace(eye, accommodation=eye.accommodation + FOCUS - eye.focus_vergence)
 
 
 def cones_of(kind: str, eye: Eye) -> list[Cones]:
-    """What gives an eye its two views: two wavebands, or two moments."""
+    """Return the cones of an eye's two views: two wavebands, or two moments."""
     if kind == "moments":
         return [Cones.of(one, "L+M", wavelengths=WAVELENGTHS) for one in eye.through(MOMENTS, Oscillation())]
     blue = Cones.of(eye, "S", finest_cpd=S_FINEST_CPD, wavelengths=WAVELENGTHS)
@@ -76,19 +76,19 @@ def cones_of(kind: str, eye: Eye) -> list[Cones]:
 
 
 def seen(cones: Sequence[Cones], beyond: float, seed: int) -> list[View]:
-    """The views of a wall that stands so many dioptres `beyond` focus, with noise; bands' textures are correlated."""
+    """Return noisy views of a wall `beyond` focus (D), with correlated textures of the bands."""
     found = eye_views(1 / (FOCUS - beyond), cones, SHAPE, PIXEL, noise=NOISE, correlation=CORRELATION, seed=seed)
     return [one.view for one in found]
 
 
 def read(views: Sequence[View], optics: Sequence[Optics], beyond: float) -> Row:
-    """Scores of depth that is estimated with these `optics`, where it is claimed and over all pixels."""
+    """Score the depth estimated with these `optics`, over valid pixels and over all pixels."""
     depth = recover_depth(
         [View(one.image, own, PIXEL) for one, own in zip(views, optics, strict=True)], near=NEAR, far=FAR
     )
     truth = np.full(SHAPE, 1 / (FOCUS - beyond))
     off = np.abs(depth.vergence - 1 / truth)[depth.valid] / depth.vergence_sd[depth.valid]
-    # Where nothing is claimed, what would have been is stated apart.
+    # estimates of rejected pixels are scored separately
     whole = score(depth.vergence, np.ones(SHAPE, bool), truth, FOCUS)
     return {
         **score(depth.vergence, depth.valid, truth, FOCUS),
@@ -100,7 +100,7 @@ def read(views: Sequence[View], optics: Sequence[Optics], beyond: float) -> Row:
 
 @dataclass(frozen=True)
 class Look:
-    """One eye and pupil: its number, coefficients, and the dioptres beyond focus of the walls that it looks at."""
+    """One eye and pupil: index, coefficients, and vergences of the walls (D beyond focus)."""
 
     number: int
     pupil: float
@@ -109,12 +109,12 @@ class Look:
 
 
 def drawn(people: ZernikePopulation, number: int) -> tuple[float, ...]:
-    """Coefficients of one eye of the population: the first of many are those of few."""
+    """Return the coefficients of one eye of the population; they do not depend on the number drawn."""
     return tuple(people.drawn(np.random.default_rng([1, number])).tolist())
 
 
 def looked(look: Look) -> list[Row]:
-    """What is estimated of each wall in its two wavebands of an eye, its own optics known."""
+    """Score each wall in the two wavebands of an eye with known optics."""
     cones = cones_of("bands", at_focus(look.coefficients, look.pupil))
     about: Row = {"eye": look.number, "pupil_mm": 1e3 * look.pupil, "views": "bands", "reader": "own"}
     return [

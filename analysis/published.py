@@ -1,6 +1,6 @@
-"""Published experiments beside what a simulated observer predicts, scored by a rule that was stated beforehand.
+"""Published experiments with predictions of a simulated observer, scored by a rule stated beforehand.
 
-The table is written as ``published.csv``, too, with what was read where and why an observer cannot be asked.
+The table is also written as ``published.csv``, with sources and the reasons why an observer cannot be asked.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ PLACES = {
 LINE_MM = 4.6
 
 
-PAIRS = 3  # of trials of accommodation, without --full or --pairs
+PAIRS = 3  # pairs of accommodation trials without --full or --pairs
 
 
 def make(
     *, full: bool = False, pairs: int | None = None, kept: Path | None = None, progress: Progress | None = None
 ) -> Shown:
-    """Make the table; `pairs` of trials of accommodation, 24 with `full`, are kept in a folder."""
+    """Make the table; `pairs` of accommodation trials (24 with `full`) are cached in a folder."""
     report = None if progress is None else lambda share, words: progress(share)
     count_pairs = pairs or (ALL_PAIRS if full else PAIRS)
     accommodation = kruger1993(count_pairs, kept)

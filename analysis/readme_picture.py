@@ -1,4 +1,4 @@
-"""The picture of the README: a scene, two views of it, the depth that they give, and what people judge.
+"""Picture of the README: a scene, two views of it, the recovered depth, and human judgements.
 
 Writes docs/picture.png.
 """
@@ -26,9 +26,9 @@ from focalgradient.scenes import Sphere, spheres
 
 PICTURE = Path(__file__).parents[1] / "docs" / "picture.png"
 SHAPE = (360, 480)
-FARTHEST = 3.2  # m, to the right of the drawing
-JUDGED = (math.inf, 5.6)  # f-numbers of the pictures that people judge
-FOCUS = 0.62  # m, on the nearest sphere, in these
+FARTHEST = 3.2  # m, right end of the drawing
+JUDGED = (math.inf, 5.6)  # f-numbers of the judged pictures
+FOCUS = 0.62  # m, on the nearest sphere, in the judged pictures
 
 
 def make() -> Figure:
@@ -50,7 +50,7 @@ def make() -> Figure:
             draw_view(ax, view, describe_optics(view.optics))
             ax.spines[:].set(color=colour, linewidth=1.6, visible=True)
         draw_distance(axes[3], found, limits=limits, title="distance by blur (hatched: rejected)")
-        # The bar of the map stands between it and what people judge.
+        # the colour bar of the map is between it and the judgements
         for ax, x in zip(axes[4:], (75.5, 133.0), strict=True):
             ax.set_position((x / page[0], 3.0 / page[1], wide / page[0], high / page[1]))
         for ax, number, title in zip(
@@ -64,9 +64,9 @@ def make() -> Figure:
 
 
 def _side(ax: Axes) -> None:
-    """The scene from the side: the lens at the left, the spheres as far as they are, and the two planes of focus.
+    """Draw the scene from the side: the lens at the left, the spheres at their distances, and the two planes of focus.
 
-    Heights are enlarged, and the spheres drawn round all the same.
+    Heights are enlarged, but the spheres are drawn round.
     """
     top = 0.13  # m
     ax.set(xlim=(-0.15, FARTHEST), ylim=(-top, top), xticks=(0, 1, 2, 3), yticks=[])
@@ -93,7 +93,7 @@ def _side(ax: Axes) -> None:
 
 
 def write(figure: Figure, path: Path) -> None:
-    """Write `figure` as a PNG of 256 colours, greys and the map's own: a third of the size of one of all colours."""
+    """Write `figure` as a PNG with 256 colours, greys and those of the map: a third of the size of full colour."""
     buffer = io.BytesIO()
     with style():
         figure.savefig(buffer, format="png", dpi=200)

@@ -1,7 +1,7 @@
-"""What a finished figure is, and how figures become files and a report.
+"""Figures as data, and their output as files and as a report.
 
-A figure's script has a function `make(*, full, progress) -> Shown` and hands it to `alone` when it is run by itself.
-`progress` is called now and then with the share done, 0 to 1; `full` asks for more data and takes longer.
+The script of a figure has a function `make(*, full, progress) -> Shown`, which it passes to `alone` when run by itself.
+`progress` is called with the completed fraction, 0 to 1; `full` requests more data and takes longer.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ Progress = Callable[[float], object]
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A figure with what it shows.
+    """Figure with its description.
 
     Parameters
     ----------
     title
-        Its heading in the report.
+        Heading in the report.
     caption
-        What it shows and what it means, as paragraphs of plain text.
+        Description and interpretation, as paragraphs of plain text.
     figure
-        The picture.
+        Figure to be drawn.
     summary
-        What was measured, as a few numbers: a table in the report. Units are in the names.
+        Main measured numbers, a table in the report. The names contain the units.
     plotted
-        Every number that is drawn as a curve or as points.
+        Every number drawn as a curve or as points.
     table
-        Comma-separated values to be kept beside the picture; empty where there are none.
+        Comma-separated values to be stored with the figure; empty if there are none.
     """
 
     title: str
@@ -60,7 +60,7 @@ class Shown:
 
 
 def images(shown: Shown) -> dict[str, bytes]:
-    """The picture as the contents of a PNG and a PDF file, the same bytes in every run, and the table of a CSV file."""
+    """Return the contents of PNG and PDF file, identical in every run, and the table as CSV."""
     files = {"csv": shown.table.encode()} if shown.table else {}
     for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
         buffer = io.BytesIO()
@@ -71,7 +71,7 @@ def images(shown: Shown) -> dict[str, bytes]:
 
 
 def numbers_json(figures: Mapping[str, Shown]) -> str:
-    """Every figure's words and numbers, by the figure's name, as strict JSON: what is not finite is null."""
+    """Return every figure's texts and numbers, by name, as strict JSON: non-finite numbers are null."""
     numbers = {
         name: {"title": shown.title, "caption": shown.caption, "summary": shown.summary, "plotted": shown.plotted}
         for name, shown in figures.items()
@@ -82,7 +82,7 @@ def numbers_json(figures: Mapping[str, Shown]) -> str:
 def report_html(
     figures: Mapping[str, Shown], pngs: Mapping[str, bytes], remark: str, claims: Sequence[Answer] = ()
 ) -> str:
-    """One page that needs nothing else: the paper's claims answered, then every figure and what was measured."""
+    """Return a self-contained page: the paper's claims with results, then every figure and its measurements."""
     contents = "".join(f'<li><a href="#{name}">{html.escape(s.title)}</a></li>' for name, s in figures.items())
     sections = "".join(_section(name, shown, pngs[name]) for name, shown in figures.items())
     made_with = ", ".join(f"{name} {version(name)}" for name in ("focalgradient", "numpy", "scipy", "matplotlib"))
@@ -114,7 +114,7 @@ PAMI-9(4), 523–531, 1987.</p>
 
 
 def _claims_table(claims: Sequence[Answer], figures: Mapping[str, Shown]) -> str:
-    """The claims, each with its answer, a link to its figure, and the command that makes it."""
+    """Return the claims, each with its result, a link to its figure, and the command that makes it."""
     if not claims:
         return ""
     rows = []
@@ -134,9 +134,9 @@ def _claims_table(claims: Sequence[Answer], figures: Mapping[str, Shown]) -> str
 
 
 def alone(name: str, make: Callable[..., Shown], **more: tuple[Callable[[str], Any], str]) -> None:
-    """Run one figure's script by itself: write its picture and numbers, and print what was measured.
+    """Run the script of one figure: write the figure and its numbers, and print the measurements.
 
-    Each of `more` is an option of this script: what reads its value, and its help.
+    Each of `more` is an option of this script: function that parses its value, and help text.
     """
     parser = argparse.ArgumentParser(description=f"Make {name} alone.")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the figure (default: results)")
@@ -158,7 +158,7 @@ def alone(name: str, make: Callable[..., Shown], **more: tuple[Callable[[str], A
 
 
 def _percent() -> Progress:
-    """Write each further percent on the terminal, where there is one."""
+    """Return a progress callback that prints each new percent, if the output is a terminal."""
     last = [-1]
 
     def say(share: float) -> None:
@@ -186,7 +186,7 @@ def _section(name: str, shown: Shown, png: bytes) -> str:
 
 
 def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """A summary as rows of a table, label and value; of what is itself a mapping, a row for each of its entries."""
+    """Convert a summary to table rows of label and value; each entry of a nested mapping has its own row."""
     rows: list[tuple[str, str]] = []
     for name, value in summary.items():
         if isinstance(value, Mapping):
@@ -197,7 +197,7 @@ def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _p(value: float | None) -> str:
-    """Write a p value: not more exactly than it is known."""
+    """Format a p value, with no more digits than are accurate."""
     return "< 0.0001" if value is not None and value < 1e-4 else _short(value)
 
 
@@ -209,7 +209,7 @@ UNITS = {
 
 
 def _label(name: str, entry: str = "") -> str:
-    """Write a number's name as words, then which `entry` of it, with its unit in brackets."""
+    """Format a number's name as words, then the `entry` of it, with its unit in brackets."""
     words, _, unit = name.rpartition("_")
     label = (words if unit in UNITS else name).replace("_", " ")
     label += f", {entry}" if entry else ""
@@ -217,13 +217,13 @@ def _label(name: str, entry: str = "") -> str:
 
 
 ROUNDING = 1e-9
-"""What is smaller than this, in whatever unit, is a rounding error here."""
+"""Absolute value below which a number counts as rounding error, in any unit."""
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def _short(value: Any) -> str:
-    """Write a number to four digits, anything else as it is.
+    """Format a number with four significant digits; other values unchanged.
 
     >>> _short([1.353e-14, 0.25, 3.93838e-05])
     '0, 0.25, 3.938 × 10⁻⁵'
@@ -240,7 +240,7 @@ def _short(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Turn `value` into what JSON can hold: arrays to lists, numbers to six digits, what is not finite to None."""
+    """Convert a value for JSON: arrays to lists, numbers to six digits, non-finite numbers to None."""
     match value:
         case Mapping():
             return {str(key): _plain(item) for key, item in value.items()}

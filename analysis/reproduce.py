@@ -55,7 +55,7 @@ from focalgradient.report import make_report
 
 FIGURES: tuple[
     tuple[str, Callable[..., Shown], float], ...
-] = (  # in the report's order: the paper's, then ours; seconds that each takes, for an even progress bar
+] = (  # in the order of the report: figures of the paper, then others; duration in seconds, for the progress bar
     ("fig1", fig1.make, 45.0),
     ("fig2", fig2.make, 1.0),
     ("fig2_measured", fig2_measured.make, 30.0),
@@ -90,12 +90,12 @@ FIGURES: tuple[
 )
 
 OF_DATASET = {"fig3", "necker"}
-"""Figures of answers, made of one data set: of simulated observers here, for people have not been asked."""
+"""Figures of answers, from one data set: that of simulated observers here, as people have not been tested."""
 
 ONLY_FULL = {"accommodation_experiments", "people"}
-"""Figures that take minutes however little data they use."""
+"""Figures that take minutes with any amount of data."""
 
-NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded
+NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # omitted with a message if it cannot be loaded
 
 REMARK = (
     "Blur grows with the distance from the plane of focus. These figures show the law, how precisely it gives "
@@ -106,24 +106,24 @@ REMARK = (
 
 
 FIRST = "fig3"
-"""The figure that is made first, as most readers look for it; the report keeps its own order."""
+"""Figure that is made first, as most readers look for it; the order of the report is unaffected."""
 
 UNFINISHED = "unfinished"
-"""Folder within the results of what is made so far: a run that was stopped goes on from it."""
+"""Folder for unfinished results, from which an interrupted run continues."""
 
 
 def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
-    """Make all figures and move them into `out` together, or not at all; go on where a run was stopped.
+    """Make all figures and move them into `out` together, or not at all; continue an interrupted run.
 
     Parameters
     ----------
     out
         Folder for the figures (PNG, PDF), ``numbers.json``, ``report.html``, the data set of the simulated observers
-        (``simulated``) and the report of it (``simulated_report``); made if it does not exist.
+        (``simulated``) and its report (``simulated_report``); created if it does not exist.
     full
-        More data; takes longer.
+        True for more data, which takes longer.
     quiet
-        No progress bar.
+        True to hide the progress bar.
     """
     folder = out / UNFINISHED
     _begin(folder, full)
@@ -136,7 +136,7 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
         done = 0.0
 
         def run(name: str, seconds: float, make: Callable[[Progress], Any]) -> Any:
-            """Make one thing, and move the bar by its seconds."""
+            """Make one result, and advance the bar by its duration."""
             nonlocal done
             bar.set_description(name.ljust(15))
             made = make(lambda share: bar.update(done + share * seconds - bar.n))
@@ -191,7 +191,7 @@ KEY = "made-by"
 
 
 def _begin(folder: Path, full: bool) -> None:
-    """Make the folder of unfinished results; those of another program or amount of data are removed."""
+    """Create the folder of unfinished results; remove those of another program or amount of data."""
     own = hashlib.sha256(f"{full} {sys.version} {focalgradient.__version__}".encode())
     for root in (Path(focalgradient.__file__).parent, Path(__file__).parent):
         for file in sorted(root.rglob("*.py")):
@@ -204,7 +204,7 @@ def _begin(folder: Path, full: bool) -> None:
 
 
 def _keep(folder: Path, name: str, shown: Shown) -> None:
-    """Write a figure's pictures, then its words and numbers: it is made when these are there."""
+    """Write the files of a figure, then its texts and numbers, whose presence marks it as finished."""
     for kind, content in images(shown).items():
         (folder / f"{name}.{kind}").write_bytes(content)
     words = folder / f"{name}.json.part"
@@ -213,7 +213,7 @@ def _keep(folder: Path, name: str, shown: Shown) -> None:
 
 
 def _kept(folder: Path, name: str) -> Shown | None:
-    """Read a figure's words and numbers; None where it was left out."""
+    """Read a figure's texts and numbers; None if it was omitted."""
     path = folder / f"{name}.json"
     if not path.exists():
         return None

@@ -1,4 +1,4 @@
-"""A rendered scene: its views, its true depth, what is recovered, and the error."""
+"""Rendered scene: views, true depth, recovered depth, and error."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from focalgradient.scenes import spheres
 
 LENSES = tuple(Lens(focal_length=0.025, f_number=8, focus_distance=distance) for distance in (0.8, 1.6))
 WIDTH = 320 * 8e-6  # m, of the sensor
-NOISE = 0.01  # of the mean radiance
+NOISE = 0.01  # relative to the mean radiance
 SEED = 5
-EDGE = 0.0375  # of the width: 18 of 480 pixels, about two windows
+EDGE = 0.0375  # relative to the width: 18 of 480 pixels, about two windows
 
 
 def views_and_truth(
     *, shape: tuple[int, int] = (360, 480), samples: int = 64, progress: Progress | None = None
 ) -> tuple[list[View], NDArray[np.float64]]:
-    """Spheres on a floor before a wall, seen with either focus, and their true distance in metres (H x W).
+    """Render spheres on a floor before a wall at both focus settings; return views and true distance in metres (H x W).
 
-    Focusing moves the lens, so that the views differ a little in magnification, as a camera's do; the truth is on the
-    first view's pixels.
+    Focusing moves the lens, so that the views differ slightly in magnification, as with a camera; the truth refers to
+    the pixels of the first view.
     """
     scene = spheres(SEED)
     rendered = []
@@ -37,7 +37,7 @@ def views_and_truth(
 
 
 def away_from_edges(truth: NDArray[np.float64], pixels: int) -> NDArray[np.bool_]:
-    """Where the true distance (H x W) changes by less than a tenth within so many `pixels`."""
+    """Return a mask where the true distance (H x W) varies by less than a tenth within `pixels`."""
     from scipy.ndimage import maximum_filter, minimum_filter
 
     size = 2 * pixels + 1
@@ -46,7 +46,7 @@ def away_from_edges(truth: NDArray[np.float64], pixels: int) -> NDArray[np.bool_
 
 
 def score(depth: DepthMap, truth: NDArray[np.float64], where: NDArray[np.bool_]) -> dict[str, float]:
-    """Errors of distance in percent, and coverage, over the valid pixels of `where`."""
+    """Return errors of distance in percent, and coverage, over the valid pixels of `where`."""
     usable = depth.valid & where
     percent = 100 * (depth.distance[usable] / truth[usable] - 1)
     within = np.abs(depth.vergence[usable] - 1 / truth[usable]) <= 2 * depth.vergence_sd[usable]

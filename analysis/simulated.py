@@ -1,4 +1,4 @@
-"""Simulated observers take part in both experiments: the data set that the figures of answers are made of."""
+"""Data set of simulated observers in both experiments, from which the figures of answers are made."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ __all__ = ["OBSERVERS", "SEED", "natural_pictures", "seconds", "take_part"]
 
 OBSERVERS = 20
 SEED = 1987
-SCENES = 5  # the standard and four more
+SCENES = 5  # including the standard
 FULL_SCENES = 13
-TAKING_PART = 45.0  # seconds, about, that the observers take
-EACH_SCENE = 60.0  # seconds that the pictures of a scene take, which are made once
+TAKING_PART = 45.0  # approximate duration of the observers' sessions, in seconds
+EACH_SCENE = 60.0  # seconds to render the pictures of a scene, which are cached
 
 
 def natural_pictures(progress: Callable[[float, str], object] | None = None, *, full: bool = False) -> StimulusSet:
-    """The pictures of the figures, 512 pixels wide, made once and kept: path traced; plain spheres without Mitsuba."""
+    """Return the cached pictures of the figures, 512 pixels wide: path traced, or plain spheres without Mitsuba."""
     scenes = FULL_SCENES if full else SCENES
     if variant() is not None:
         return natural_set(scenes, progress)
@@ -42,30 +42,30 @@ def natural_pictures(progress: Callable[[float, str], object] | None = None, *, 
 
 
 def seconds(*, full: bool = False) -> float:
-    """How long the observers take, about; the first time with the pictures, which are kept."""
+    """Estimate the duration of the sessions, on the first run including the pictures, which are cached."""
     scenes = FULL_SCENES if full else SCENES
     made = any((cache_folder() / f"{name}-{scenes}").exists() for name in ("natural", "spheres-512"))
     return TAKING_PART if made else TAKING_PART + scenes * EACH_SCENE
 
 
 def take_part(out: Path, *, observer: str = "default", full: bool = False, progress: Progress | None = None) -> Path:
-    """Let `OBSERVERS` of them look at the pictures and at the cube, and record what they answer as a BIDS data set.
+    """Let `OBSERVERS` simulated observers respond to the pictures and the cube; record a BIDS data set.
 
     Parameters
     ----------
     out
         Folder of the data set.
     observer
-        By name, of `focalgradient.observers.OBSERVERS`.
+        Name of the observer in `focalgradient.observers.OBSERVERS`.
     full
-        All scenes of the usual design instead of four.
+        True for all scenes of the default design instead of four.
     progress
-        Called now and then with the share done, 0 to 1.
+        Function called with the completed fraction, 0 to 1.
 
     Returns
     -------
     Path
-        The folder.
+        Folder of the data set.
     """
     report = progress or (lambda share: None)
     pictures = natural_pictures(lambda share, what: report(0.5 * share), full=full)

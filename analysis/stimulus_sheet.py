@@ -1,4 +1,4 @@
-"""Pictures of the depth-rating experiment: one scene under all its conditions, and what was held constant."""
+"""Pictures of the depth-rating experiment: one scene in all conditions, and the controlled variables."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
 
 
 def _controls(made: StimulusSet) -> dict[str, dict[str, Any]]:
-    """What was controlled in the set, each with its worst value, its limit, and whether that is met."""
+    """Return the controlled variables of the set, each with its worst value, its limit, and whether that is met."""
     return {name: one for name, one in made.manifest["controls"].items() if isinstance(one, dict) and "met" in one}
 
 
@@ -119,7 +119,7 @@ def _blur(ax: Axes, made: StimulusSet) -> Axes:
 
 
 def _amplitude(ax: Axes, made: StimulusSet) -> Axes:
-    """Draw amplitudes over those predicted, by spatial frequency on the display."""
+    """Draw the ratio of measured to predicted amplitudes by spatial frequency on the display."""
     controls = made.manifest["controls"]
     limit = controls["spectrum_percent"]["limit"] / 100
     ax.axhspan(1 - limit, 1 + limit, color="#e8e8e8", linewidth=0, zorder=0)
@@ -127,7 +127,7 @@ def _amplitude(ax: Axes, made: StimulusSet) -> Axes:
     for aperture, colour in COLOURS.items():
         for end, marker in MARKERS.items():
             ratio = controls["scenes"][SCENE]["pictures"][f"{aperture.replace('/', '')}-{end}"]["spectrum"]
-            # The middle of each octave, from half a cycle a pixel down.
+            # centre of each octave, from half a cycle per pixel down
             frequency = made.display.pixels_per_degree * 0.5 / 2 ** (np.arange(len(ratio)) + 0.5)
             label = f"{aperture}, {end}"
             ax.plot(frequency, ratio, marker=marker, color=colour, markersize=4, linewidth=0.8, label=label)

@@ -1,4 +1,4 @@
-"""Which wavelength of a mixture of red and blue light is in focus: by estimates of depth, luminance, or colour."""
+"""Wavelength in focus for a mixture of red and blue light, if accommodation follows depth, luminance or colour."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from focalgradient.eye.light import Band
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 SHARES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.0)
-"""Amount of the display's blue light over blue and red, each in multiples of its amount in the display's white."""
+"""Fraction of the display's blue light in the mixture, relative to the amounts in the display's white."""
 
-VERGENCE, PUPIL = 2.0, 0.004  # of the target (D), and of the eye (m)
+VERGENCE, PUPIL = 2.0, 0.004  # vergence of the target (D), and pupil diameter (m)
 FOCUS = np.linspace(-1.4, 0.6, 81)
-"""Accommodation (at 580 nm) over the target's vergence in dioptres, among which each rule seeks its best."""
+"""Candidate accommodation (at 580 nm) relative to the target's vergence, in dioptres."""
 
 CPD = np.geomspace(1.0, 20.0, 40)
-"""Cycles per degree that luminance and colour channels sum over, those of one octave alike, as 1 / frequency gives."""
+"""Spatial frequencies (cycles per degree) over which contrast is summed, logarithmically spaced."""
 
-NOISE = 0.1  # of the estimate's views, over their mean
+NOISE = 0.1  # noise of the views, relative to their mean
 GRID = np.arange(0.0, 4.0001, 0.02)
 DEPTH, COLOUR, LUMINANCE = "depth, taken for white", "colour-opponent contrast", "luminance contrast"
 BANDS: tuple[Band, ...] = ("L+M", "S")
@@ -34,30 +34,30 @@ BANDS: tuple[Band, ...] = ("L+M", "S")
 
 @dataclass(frozen=True)
 class Mixture:
-    """What cones catch of red and blue light together."""
+    """Cone excitation by a mixture of red and blue light."""
 
     share: float
 
     @property
     def amounts(self) -> tuple[float, float, float]:
-        """Of the display's red, green and blue light."""
+        """Amounts of the display's red, green and blue light."""
         return (1 - self.share, 0.0, self.share)
 
     def cones(self, band: Band, focus: float = VERGENCE) -> Cones:
-        """An eye accommodated to `focus` (D, at 580 nm), in this light."""
+        """Return the cones of an eye accommodated to `focus` (D, at 580 nm), in this light."""
         light = SpectralBasis.of_display().mixed(band, self.amounts)
         finest = 10.0 if band == "S" else math.inf
         return Cones.in_light(Eye(PUPIL, focus), band, light, wavelengths=11, finest_cpd=finest)
 
     def contrast(self, band: Band) -> NDArray[np.float64]:
-        """Contrast that the band gets of a pattern of this light over white, at each focus and frequency."""
+        """Return the band's contrast for a pattern of this light relative to white, at each focus and frequency."""
         caught = float(SpectralBasis.of_display().catch(band) @ np.array(self.amounts))
         seen = self.cones(band)
         return np.asarray(caught * seen.transfer(np.degrees(CPD), VERGENCE - FOCUS[:, None]))
 
 
 def by_luminance(mixture: Mixture) -> float:
-    """Focus over the target's vergence (D) that gives L and M cones together the most contrast."""
+    """Return the focus relative to the target's vergence (D) that maximises the contrast of L and M cones together."""
     return _best(mixture.contrast("L+M"))
 
 
@@ -86,12 +86,12 @@ def by_depth(mixture: Mixture, seeds: int = 4) -> float:
 
 
 def _best(contrast: NDArray[np.float64]) -> float:
-    """Focus of the greatest sum of squared contrast."""
+    """Return the focus with the largest sum of squared contrast."""
     return float(FOCUS[np.sum(contrast**2, axis=1).argmax()])
 
 
 def _root(focus: NDArray[np.float64], misses: NDArray[np.float64]) -> float:
-    """The focus to which accommodation that follows `misses` settles: where they fall through 0; nan if nowhere."""
+    """Return the stable focus of accommodation that follows `misses`: their falling zero crossing; NaN if none."""
     falls = np.flatnonzero((misses[:-1] > 0) & (misses[1:] <= 0))
     if not falls.size:
         return math.nan
@@ -103,12 +103,12 @@ RULES = {DEPTH: by_depth, COLOUR: by_colour, LUMINANCE: by_luminance}
 
 
 def wavelength(focus: float) -> float:
-    """Wavelength (nm) of a target that is in focus where the eye accommodates by `focus` (D) more than its vergence."""
+    """Return the wavelength (nm) in focus if the eye accommodates by `focus` (D) more than the target's vergence."""
     return float(chromatic_wavelength(focus)) if math.isfinite(focus) else math.nan
 
 
 def measure(*, seeds: int = 4, progress: Progress | None = None) -> dict[str, list[float]]:
-    """Wavelength in focus (nm) by each rule, for each of `SHARES`."""
+    """Return the wavelength in focus (nm) by each rule, for each of `SHARES`."""
     found: dict[str, list[float]] = {DEPTH: [], COLOUR: [], LUMINANCE: []}
     for number, share in enumerate(SHARES):
         mixture = Mixture(share)

@@ -1,4 +1,4 @@
-"""Range of accommodation, to copy and change: up to which vergence a letter can be made clear.
+"""Range of accommodation (template): the range of vergences at which a letter can be seen clearly.
 
 A focus-tunable lens before the eye moves the display to each vergence of the design; the participant tries to make the
 letter clear, and says whether it is. `focalgradient run experiments/accommodation_range.py --pilot` tries it with a
@@ -19,25 +19,25 @@ from focalgradient.lab.questions import ask_which
 from focalgradient.tasks import Task, register
 
 LETTER_DEG = 1 / 6
-"""Height of the letter: 10 arcmin, as 20/40 on a chart of acuity."""
+"""Height of the letter: 10 arcmin, the 20/40 line of an acuity chart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FocusTrial(Trial):
-    """A vergence to accommodate to."""
+    """Vergence to accommodate to."""
 
     demand_d: float = field(metadata={"about": "Vergence of the display behind the lens.", "units": "D"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FocusAnswer(Response):
-    """Whether the letter could be made clear."""
+    """Report whether the letter could be seen clearly."""
 
     clear: bool = field(metadata={"about": "Whether the letter could be made clear."})
 
 
 class FocusDesign(Plan):
-    """Vergences, and the lens that makes them."""
+    """Vergences to be shown, and the lens that produces them."""
 
     task: str = "accommodation"
     repetitions: int = 4
@@ -48,13 +48,13 @@ class FocusDesign(Plan):
     letter_s: float = 2.0
 
     def trials(self, participant: str, session: str | None = None) -> Any:
-        """Each vergence as often as the design says."""
+        """Return each vergence, repeated as the design states."""
         return self.ordered(participant, session, [FocusTrial(demand_d=one) for one in self.demands_d])
 
 
 @register
 class Accommodation(Task):
-    """Say whether a letter can be made clear, at each vergence."""
+    """Report at each vergence whether a letter can be seen clearly."""
 
     name = "accommodation"
     title = "Range of accommodation, by a focus-tunable lens"
@@ -77,7 +77,7 @@ class Accommodation(Task):
     }
 
     def experiment(self) -> Experiment:
-        """Refuse a lens that does not answer before the window opens."""
+        """Check before the window opens that the lens responds."""
         return replace(super().experiment(), check=lambda design, display, room: check(design))
 
     def run(self, sitting: Sitting, trial: FocusTrial) -> FocusAnswer:
@@ -96,7 +96,7 @@ class Accommodation(Task):
         return FocusAnswer(onset=sitting.since_start(onset), response_time=given.seconds, clear=given.value == 1)
 
     def simulated(self, design: FocusDesign, trial: FocusTrial, observer: Any, chance: Any) -> FocusAnswer:
-        """Answer as somebody who accommodates up to 4 D, give or take half a dioptre."""
+        """Answer like a person who accommodates up to 4 D, with a standard deviation of 0.5 D."""
         clear = bool(trial.demand_d < chance.normal(4.0, 0.5))
         return FocusAnswer(onset=0.0, response_time=1.0, clear=clear)
 
@@ -105,7 +105,7 @@ lens_of = cache(open_lens)
 
 
 def check(design: FocusDesign) -> None:
-    """Open the lens, and refuse vergences that it does not reach."""
+    """Open the lens, and raise `InputError` for vergences beyond its range."""
     lens = lens_of(design.lens)
     for demand in (*design.demands_d, design.demands_d[0]):
         lens.set_focus(demand)

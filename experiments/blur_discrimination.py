@@ -1,4 +1,4 @@
-"""Blur discrimination in two intervals: thresholds fall and rise again with the pedestal, the dipper of blur.
+"""Blur discrimination in two intervals: thresholds as a function of the pedestal, the dipper function of blur.
 
 Each pedestal has a staircase of its own, all interleaved; the standard edge and the more blurred one come in random
 order (Watson & Ahumada 2011, J. Vis. 11(5):10). In a browser the server chooses the blur.
@@ -94,7 +94,7 @@ class BlurDiscrimination(Task):
         return DipperAnswer(level=trial.level, correct=int(value) == trial.interval, **times)
 
     def simulated(self, design, trial, observer, chance):
-        noise = 0.3 + 0.18 * trial.pedestal  # blur is seen on top of the eye's own, which makes the dip
+        noise = 0.3 + 0.18 * trial.pedestal  # intrinsic blur adds to the pedestal, which produces the dipper
         own = 0.8
         seen = math.hypot(own, trial.pedestal + trial.level) - math.hypot(own, trial.pedestal)
         right = bool(chance.random() < 0.5 + 0.49 * (1 - math.exp(-((seen / noise) ** 2))))

@@ -19,7 +19,7 @@ from focalgradient.live import FocusSeries
 from focalgradient.tasks import Adjustment, Refocused, Task, register
 
 EYE = Lens(focal_length=0.017, f_number=17 / 4, focus_distance=1.0)  # a pupil of 4 mm
-MOST_D = 2.0  # of the knob
+MOST_D = 2.0  # end of the knob's range
 Numbers = Annotated[tuple[float, ...], Field(strict=False, description="a list of numbers")]
 
 

@@ -1,4 +1,4 @@
-"""Threshold of blur, to copy and change: how much blur is just noticed, or just makes a picture look deeper.
+"""Threshold of blur (template): the smallest increase in blur that is noticed, or that makes a picture look deeper.
 
 Each trial shows one scene twice, blurred further in one of two intervals, and asks in which. How much is chosen by
 QUEST+ from all answers so far, while the screen is grey. Each step is below; scenes, levels, order and pages are the
@@ -21,7 +21,7 @@ from focalgradient.render import blur_picture
 
 
 def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
-    """Show a scene in two intervals, and ask which was the more blurred, or the deeper, one."""
+    """Show a scene in two intervals, and ask for the more blurred, or the deeper, one."""
     design, screen, words = sitting.design, sitting.screen, sitting.words
     picture, _ = sitting.picture(trial.scene, "pinhole", design.fixation)
     mark = sitting.mark(picture)
@@ -54,12 +54,12 @@ def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
 
 
 def draw(image: Any, since: float) -> None:
-    """Draw a frame: the picture stands."""
+    """Draw a frame of a static picture."""
     image.draw()
 
 
 def next_level(sitting: Sitting, trial: BlurTrial) -> float:
-    """Return how much blur is added: the most in practice and to check attention, else what QUEST+ learns most from."""
+    """Return the level: the maximum in practice and catch trials, else the most informative one by QUEST+."""
     if trial.phase == "practice" or trial.catch:
         return float(sitting.design.levels[-1])
     sitting.procedure.learn(answers_of(sitting.recorded))
@@ -67,15 +67,15 @@ def next_level(sitting: Sitting, trial: BlurTrial) -> float:
 
 
 def blurred(sitting: Sitting, scene: str, amount: float) -> Any:
-    """Blur a scene's pinhole picture, evenly by dioptres, or by its depth through an aperture of that diameter (mm)."""
+    """Blur a scene's pinhole picture, uniformly in dioptres, or by its depth with an aperture of that diameter (mm)."""
     design, stimuli = sitting.design, sitting.stimuli
     assert stimuli is not None, "--stimuli is asked for before the window opens"
     picture = stimuli.picture(scene, "pinhole", design.fixation)
     light = stimuli.linear(picture)
     if amount > 0:
-        if design.judged == "blur":  # focused 1 / amount away, and all lies at infinity
+        if design.judged == "blur":  # focused 1 / amount away, with the whole scene at infinity
             eye, distance = lens(design.pupil_mm, 1 / amount), np.full(light.shape[:2], math.inf)
-        else:  # focused on the object that is fixated
+        else:  # focused on the fixated object
             distance = stimuli.depth(scene).astype(float)
             x, y = stimuli.scene(scene).target(design.fixation).position_px
             eye = lens(amount, float(distance[int(y), int(x)]))
@@ -85,13 +85,13 @@ def blurred(sitting: Sitting, scene: str, amount: float) -> Any:
 
 
 def lens(aperture_mm: float, focus_distance: float) -> Lens:
-    """Return a lens of that aperture; its focal length does not matter to blur as an angle."""
+    """Return a lens with that aperture; its focal length does not affect the angular size of blur."""
     focal_length = min(0.01, focus_distance / 2)
     return Lens(focal_length, 1e3 * focal_length / aperture_mm, focus_distance)
 
 
 def before(sitting: Sitting) -> None:
-    """Make the procedure, and blur one picture: what is compiled on its first use must not delay a trial."""
+    """Create the adaptive procedure, and blur one picture, so that compilation does not delay a trial."""
     sitting.screen.text(sitting.words("common.moment")).draw()
     sitting.screen.frame()
     sitting.procedure = Procedure(sitting.design)

@@ -44,7 +44,7 @@ class BorderDesign(Counterbalanced):
 
 @register
 class BorderBlur(Task):
-    """Say which of two textures lies in front."""
+    """Judge which of two textures lies in front."""
 
     name = "borderblur"
     title = "Border blur as a cue to the order of depth (Mather 1996)"

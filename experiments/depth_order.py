@@ -1,4 +1,4 @@
-"""Depth order with and without depth of field: which of two cards is nearer, with blur that tells it or all sharp.
+"""Depth order with and without depth of field: which of two cards is nearer, with informative blur or without blur.
 
 Two textured cards stand side by side before a wall; one is in focus. With depth of field the other one is blurred by
 its distance; without, all is sharp and only chance is left, as their sizes in the picture are equal. After the
@@ -56,7 +56,7 @@ class OrderDesign(Counterbalanced):
 
 @register
 class DepthOrder(Task):
-    """Say which of two cards is nearer."""
+    """Judge which of two cards is nearer."""
 
     name = "depthorder"
     title = "Order of depth with and without depth of field"

@@ -1,4 +1,4 @@
-"""Experiment 1, to copy and change: how three-dimensional a picture looks, by its aperture and by what is fixated.
+"""Experiment 1 (template): rated depth of a picture by aperture and fixated object.
 
 Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as a
 ratio to the standard, a pinhole picture that counts as 1, or on another scale of the design. Each step is below;
@@ -20,7 +20,7 @@ from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
-    """Show one picture and ask. `sitting.screen` has what is needed to show something else (`text`, `play`, `wait`)."""
+    """Show one picture and ask for a rating. `sitting.screen` also offers `text`, `play` and `wait`."""
     if trial.standard_before:
         show_standard(sitting)
     onset, file = show_picture(sitting, trial)
@@ -38,7 +38,7 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
 
 
 def show_standard(sitting: Sitting) -> None:
-    """Show the picture that counts as 1, after a page that says so."""
+    """Show the standard, after a page that defines its rating as 1."""
     design, screen = sitting.design, sitting.screen
     _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
     pages(screen, [standard_text(design, sitting.words)], "ready")
@@ -47,17 +47,17 @@ def show_standard(sitting: Sitting) -> None:
 
 
 def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None]:
-    """Show all intervals of a trial: when the first that counts appeared (s of the sitting), and the picture's file."""
+    """Show all intervals of a trial; return onset of the rated picture (s of the run), and its file."""
     design, screen, recorder = sitting.design, sitting.screen, sitting.recorder
     intervals = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s)]
-    two = design.response_scale.intervals > 1  # a choice: the picture and what it is compared with, in random order
+    two = design.response_scale.intervals > 1  # a choice: picture and reference in random order
     if two:
         intervals.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s))
-    elif design.reference == "same-scene":  # the same scene through a pinhole comes first
+    elif design.reference == "same-scene":  # the same scene through a pinhole precedes it
         intervals.insert(0, ("reference", design.reference_of(trial), design.reference_s))
     ready: dict[str, Part] = {}
 
-    def prepare() -> None:  # while the screen is empty: loading pictures must not delay a frame
+    def prepare() -> None:  # during the blank screen: loading pictures must not delay a frame
         for event, which, _ in intervals:
             ready[event] = prepared(sitting, which, dict(trial.factors))
             screen.warm(*(one for one in ready[event].drawn if one is not None))
@@ -73,16 +73,16 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
 
 
 class Part(NamedTuple):
-    """What an interval draws, the place of its mark (px from the middle), and the picture's file, if it has one."""
+    """Stimulus of an interval, position of its fixation mark (px from the centre), and the picture's file, if any."""
 
     drawn: tuple[Any, Any, Any]
-    """Picture, mark and mask; None where there is no mask."""
+    """Picture, mark and mask; None without a mask."""
     place: tuple[float, float]
     file: str | None
 
 
 def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, str]) -> Part:
-    """Load a picture; a drawing of a catch trial, whose depth nobody doubts, has the mark of the standard."""
+    """Load a picture; catch drawings of unambiguous depth have the fixation mark of the standard."""
     scene, aperture, fixation = which
     if scene in DRAWINGS:
         picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
@@ -95,14 +95,14 @@ def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, s
 
 
 def noise(sitting: Sitting, shape: tuple[int, ...]) -> Any:
-    """Return a mask: squares of 0.1 degrees, each of another grey."""
+    """Return a mask: squares of 0.1 degrees with random grey levels."""
     side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
     small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
     return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
 
 
 def interval(sitting: Sitting, part: Part, seconds: float, event: str) -> float:
-    """Show mark, picture, mask and blank: when the picture appeared (s of the sitting)."""
+    """Show mark, picture, mask and blank; return the onset of the picture (s of the run)."""
     design, screen = sitting.design, sitting.screen
     image, mark, mask = part.drawn
 
@@ -122,14 +122,14 @@ def interval(sitting: Sitting, part: Part, seconds: float, event: str) -> float:
 
 
 def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
-    """Ask how three-dimensional it looked, on the scale of the design."""
+    """Ask for the perceived depth on the scale of the design."""
     scale = sitting.design.response_scale
     given = ask(sitting.screen, scale.control(sitting.words))
     return replace(given, value=scale.answer_in(given.value, trial.interval))
 
 
 def ask_confidence(sitting: Sitting) -> float | None:
-    """Ask how sure the participant is, from 0 to 1, where the design wants to know."""
+    """Ask for the confidence, from 0 to 1, if the design includes it."""
     if not sitting.design.confidence:
         return None
     words = sitting.words
@@ -138,7 +138,7 @@ def ask_confidence(sitting: Sitting) -> float | None:
 
 
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:
-    """Return how far (degrees) the gaze was from the mark, and whether too far; nothing where it was not recorded."""
+    """Return the distance (degrees) of gaze from the mark, and if it is too large; empty without gaze recording."""
     taken = sitting.taken
     if taken is None:
         return {}

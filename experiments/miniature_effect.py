@@ -1,4 +1,4 @@
-"""The miniature effect: how far away a town looks, in metres, when it is blurred as a model town nearby would be.
+"""The miniature effect: perceived distance, in metres, of a town that is blurred like a nearby model.
 
 The blur follows the distances of the scene ("consistent"), or only rises upwards in the picture ("vertical"), or
 sideways ("horizontal") (Held et al. 2010, ACM TOG 29(2):19). Runs in the laboratory and in a browser.
@@ -49,7 +49,7 @@ class TownDesign(Counterbalanced):
 
 @register
 class MiniatureEffect(Task):
-    """Say how far away a town looks, in metres."""
+    """Judge the distance of a town in metres."""
 
     name = "miniatureeffect"
     title = "The miniature effect"

@@ -1,4 +1,4 @@
-"""Experiment 2, to copy and change: whether the turning Necker cube looks rigid, or wobbles.
+"""Experiment 2 (template): whether a rotating Necker cube looks rigid or wobbles.
 
 One key is held while it looks rigid, another while it wobbles; every press and release is kept with its time. Each
 step is below; shapes, blur, order and pages are the design's (`--print-design`). As it stands it is `focalgradient run
@@ -17,7 +17,7 @@ from focalgradient.stimuli.cube_frames import frame_count, frames_of, shown
 
 
 def trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
-    """Show one cube, and keep what is pressed; in practice, say how well the keys were held."""
+    """Show one cube, and record the keys; in practice, report how well they were held."""
     loop = cube_pictures(sitting, trial)
     ready(sitting, trial)
     watched = show_cube(sitting, trial, loop)
@@ -27,7 +27,7 @@ def trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
 
 
 def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
-    """Return what draws each frame of a quarter turn, after which the cube looks the same again."""
+    """Return the drawings of the frames of a quarter turn, after which the cube looks the same again."""
     screen = sitting.screen
     pixel_angle = screen.display.pixel_pitch / screen.display.distance
     moment = screen.text(sitting.words("common.moment"), height=0.026, y=-0.42)
@@ -35,7 +35,7 @@ def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
     for number, light in enumerate(
         frames_of(trial, sitting.design, frame_count(sitting.design, 1 / screen.frame_s), pixel_angle)
     ):
-        if number % 10 == 0:  # the screen is redrawn, and ESC is noticed
+        if number % 10 == 0:  # redraw the screen and respond to ESC
             moment.draw()
             screen.frame()
             screen.stop_if_asked(screen.keys.events())
@@ -45,7 +45,7 @@ def cube_pictures(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
 
 
 def reminder(sitting: Sitting) -> list[Any]:
-    """Return the names of the two percepts, each with its key, on the side where the key lies."""
+    """Return the names of the two percepts with their keys, each on the side of its key."""
     design = sitting.design
     of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
     return [
@@ -57,7 +57,7 @@ def reminder(sitting: Sitting) -> list[Any]:
 
 
 def ready(sitting: Sitting, trial: NeckerTrial) -> None:
-    """Say which key is for what, and wait for the space bar."""
+    """Explain the keys, and wait for the space bar."""
     screen = sitting.screen
     title, hold, start = CubePages(sitting.design, sitting.words, sitting.participant).ready(trial)
     parts = [
@@ -70,7 +70,7 @@ def ready(sitting: Sitting, trial: NeckerTrial) -> None:
 
 
 def show_cube(sitting: Sitting, trial: NeckerTrial, loop: list[Any]) -> Watched:
-    """Show the cube for as long as the trial says, and keep each press and release of the two keys."""
+    """Show the cube for the duration of the trial, and record each press and release of the two keys."""
     screen, below = sitting.screen, reminder(sitting)
     keys = sitting.design.keys_of(sitting.participant).values()
 
@@ -83,13 +83,13 @@ def show_cube(sitting: Sitting, trial: NeckerTrial, loop: list[Any]) -> Watched:
     onset = screen.play(draw, trial.trial_s, "cube", presses=found)
     end = screen.blank()
     screen.on_event("off", end)
-    found += screen.keys.events()  # what was pressed during the last frame
+    found += screen.keys.events()  # key events during the last frame
     presses = sorted(press._replace(time=press.time - onset) for press in found if press.key in keys)
     return Watched(onset=sitting.since_start(onset), presses=presses, trial_duration=end - onset)
 
 
 def feedback(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> None:
-    """Say for what share of the time the right key was held, alone."""
+    """Report the proportion of time during which only the correct key was held."""
     held = percepts(watched.presses, sitting.design.keys_of(sitting.participant), watched.trial_duration)
     right = sum(one.end - one.onset for one in held if one.percept == trial.shape)
     share = f"{100 * right / watched.trial_duration:.0f}"

@@ -1,4 +1,4 @@
-"""The demonstration, to copy and change: depth with one eye through a pinhole, without it, and through a tube.
+"""Demonstration (template): depth with one eye through a pinhole, without it, and through a tube.
 
 Each block begins with a page and the standard. In the real world the participant is guided; in pictures, the pinhole
 and the tube show the same round field. Each step is below; forms, scenes, order and pages are the design's
@@ -19,11 +19,11 @@ from focalgradient.lab.sound import tone
 
 BLOCKS = {"real": "pinhole.block_real", "picture": "pinhole.block_picture"}
 WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
-MARK_S = 1.0  # of the mark on the object that is in focus
+MARK_S = 1.0  # duration of the mark on the object in focus
 
 
 def trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
-    """Let the participant look once, and ask."""
+    """Let the participant look once, and ask for a rating."""
     begin_block(sitting, trial)
     if trial.form == "real":
         onset, picture = look(sitting, trial.viewing), None
@@ -34,7 +34,7 @@ def trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
 
 
 def begin_block(sitting: Sitting, trial: PinholeTrial) -> None:
-    """Where a block begins, and at the start of a sitting: its page, its marker and the standard."""
+    """Show page, marker and standard at the beginning of a block or run."""
     block = {"form": trial.form, "repetition": str(trial.repetition)}
     if sitting.levels == block:
         return
@@ -49,7 +49,7 @@ def begin_block(sitting: Sitting, trial: PinholeTrial) -> None:
 
 
 def look(sitting: Sitting, viewing: str, event: str = "look") -> float:
-    """Guide a look at the real world, which a tone ends: when it began (s of the sitting)."""
+    """Guide a look at the real scene, ended by a tone; return its onset (s of the run)."""
     screen = sitting.screen
     pages(screen, [sitting.words(WAYS[viewing])], "ready", foot=sitting.words("pinhole.ready"))
     text, white = screen.text(sitting.words("pinhole.look"), height=0.04), screen.whole(1.0)
@@ -61,7 +61,7 @@ def look(sitting: Sitting, viewing: str, event: str = "look") -> float:
 
 
 def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "picture") -> tuple[float, str]:
-    """Show the picture that stands for a look: when it appeared (s of the sitting), and its file."""
+    """Show the picture that replaces a look; return its onset (s of the run), and its file."""
     design, screen = sitting.design, sitting.screen
     aperture = "pinhole" if viewing == "pinhole" else design.natural_aperture
     picture, image = sitting.picture(scene, aperture, "nearest")
@@ -76,7 +76,7 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
 
 
 def through_tube(sitting: Sitting, picture: Any) -> Any:
-    """Return a picture, black outside the round field of the tube, which lies whole in it, near what is in focus."""
+    """Return a picture that is black outside the round field of the tube, placed near the object in focus."""
     pixels, display = sitting.pixels(picture), sitting.screen.display
     wide = 2 * display.distance * math.tan(math.radians(sitting.design.field_deg) / 2) / display.pixel_pitch
     sides = (pixels.shape[1], pixels.shape[0])
@@ -89,7 +89,7 @@ def through_tube(sitting: Sitting, picture: Any) -> Any:
 
 
 def ask_depth(sitting: Sitting) -> Given:
-    """Ask how three-dimensional it looked, as a ratio to the view through the pinhole."""
+    """Ask for the perceived depth as a ratio to the view through the pinhole."""
     design, words = sitting.design, sitting.words
     ends = (words("pinhole.flatter"), words("pinhole.deeper"))
     question, below = words("pinhole.question"), words("pinhole.below")

@@ -1,4 +1,4 @@
-"""Slant from blur: how slanted a textured plane looks through a small and a large pupil.
+"""Slant from blur: perceived slant of a textured plane seen through a small and a large pupil.
 
 The texture is even in the picture ("projected"), so that blur alone tells the slant, or painted on the plane, so that
 its perspective tells it, too. Runs in the laboratory and in a browser.
@@ -52,7 +52,7 @@ class SlantDesign(Counterbalanced):
 
 @register
 class SlantFromBlur(Task):
-    """Say how slanted a plane looks."""
+    """Judge the slant of a plane."""
 
     name = "slantfromblur"
     title = "Slant from blur and from perspective"

@@ -1,4 +1,4 @@
-"""Stereo with blur: how deep a wavy surface looks to two eyes, with blur that agrees, is absent, or is reversed.
+"""Stereo with blur: perceived depth of a wavy surface seen with two eyes, with consistent, absent or reversed blur.
 
 Red-cyan glasses give each eye its view, or a mirror stereoscope (--stereoscope FILE; laboratory only). Disparity is the
 same in all conditions; blur follows the same depth, none, or the opposite one, as if near and far were exchanged.
@@ -52,7 +52,7 @@ class StereoDesign(Counterbalanced):
 
 @register
 class StereoBlur(Task):
-    """Say how deep a wavy surface looks to two eyes."""
+    """Judge the depth of a wavy surface with two eyes."""
 
     name = "stereoblur"
     title = "Depth from disparity with consistent, absent and reversed blur"
@@ -73,7 +73,7 @@ class StereoBlur(Task):
     }
 
     def views(self, design, trial, pixels_per_degree):
-        """Return the light of the left and of the right eye's view."""
+        """Return the light of the views of the left and the right eye."""
         side = 2 * round(3 * pixels_per_degree)  # 6 degrees
         grain = np.random.default_rng(trial.trial).uniform(0.1, 0.9, (side // 3 + 1, side // 3 + 1))
         light = grain.repeat(3, 0).repeat(3, 1)[:side, :side]
