@@ -1,9 +1,9 @@
-"""The table of all estimators: error, bias, coverage and speed by blur, noise and texture, against the limit.
+"""Comparison of all estimators with the information limit: error, bias, coverage and speed by blur, noise and texture.
 
     python benchmarks/all_estimators.py [--seeds 4] [--psf gaussian] [--out FILE.csv]
 
-The walls, the bound and the scores are those of `analysis/estimators.py`, which draws the same table as a figure; here
-are more walls, every number, and autofocus on every texture.
+The walls, the bound and the scores are those of `analysis/estimators.py`, which draws the same table as a figure; this
+benchmark has more walls, every number, and autofocus on every texture.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
-"""Calibration of the Bayesian models of the rises by simulation (Talts et al. 2018), with the extra `bayes`.
+"""Simulation-based calibration of the Bayesian models (Talts et al. 2018); needs the extra `bayes`.
 
     python benchmarks/bayes_calibration.py [--sets 20] [--exact 1000] [--steps 0] [--workers 2 | --scheduler ADDRESS]
 
-Each set draws the rise and the standard deviations from the priors, then log ratios from the model. Two things are
-tested. The posterior that the priors and the model have *exactly* (a complete table has one in closed form but for the
-three standard deviations, which are summed over a grid) must hold the true value evenly over its quantiles: --exact
-sets. And the draws of the sampler must be those of that posterior: in --sets of them, its distribution function of the
-draws has the mean 1/2, to the error that the effective number of draws leaves. The second is far sharper than ranks of
-the true values alone.
+Each data set draws the effect and the standard deviations from the priors, then log ratios from the model. There are
+two tests. First, the quantiles of the true values in the *exact* posterior must be uniform: --exact sets (a complete
+table has a closed form except for the three standard deviations, which are summed over a grid). Second, the draws of
+the sampler must follow that posterior: in --sets of them, its distribution function, evaluated at the draws, must have
+mean 1/2, within the error implied by the effective sample size. The second test is far more sensitive than ranks of the
+true values alone.
 
-The model of answers in steps has no posterior in closed form. --steps sets of both fixations and three steps are drawn
-from its priors, and the true values must lie evenly over the quantiles of the sampler's draws.
+The ordinal model has no closed-form posterior. --steps data sets with both fixations and three steps are drawn from its
+priors, and the true values must be uniform over the quantiles of the sampler's draws.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only slow it down
 
 import numpy as np
 import pandas as pd
@@ -39,12 +39,12 @@ SHARES = (0.5, 0.8, 0.95)
 BINS = 10
 DRAWS, TUNE = 500, 500
 GRID = 90
-"""Points for each standard deviation, evenly in its logarithm."""
+"""Number of grid points per standard deviation, logarithmically spaced."""
 
 
 @dataclass(frozen=True, slots=True)
 class Exact:
-    """The posterior of one complete table: weights over a grid of the three standard deviations, and the rise's law."""
+    """Exact posterior of one complete table: weights over a grid of the three SDs, and distribution of the effect."""
 
     spreads: tuple[FloatArray, FloatArray, FloatArray]
     weights: FloatArray
@@ -53,7 +53,7 @@ class Exact:
 
     @classmethod
     def of(cls, table: FloatArray) -> Exact:
-        """From log ratios of subjects by scenes."""
+        """Compute the posterior from log ratios of subjects by scenes."""
         subjects, scenes = table.shape
         rows, columns, whole = table.mean(axis=1), table.mean(axis=0), float(table.mean())
         squares = (
@@ -69,19 +69,19 @@ class Exact:
         residual = np.geomspace(left / 2.5, left * 2.5, GRID)
         a, b, e = np.meshgrid(of_subjects, of_scenes, residual, indexing="ij")
         expected = (e**2 + scenes * a**2, e**2 + subjects * b**2, e**2)
-        about = (expected[0] + expected[1] - e**2) / table.size  # variance of the mean about the rise
+        about = (expected[0] + expected[1] - e**2) / table.size  # variance of the mean around the effect
         prior = RATIO_PRIORS["rise"].sd ** 2
         log = -0.5 * (np.log(about + prior) + whole**2 / (about + prior))
         for square, df, scale in zip(squares, freedom, expected, strict=True):
             log -= 0.5 * (df * np.log(scale) + square / scale)
         for name, value in (("subjects", a), ("scenes", b), ("residual", e)):
-            log += np.log(RATIO_PRIORS[name].density(value)) + np.log(value)  # evenly in the logarithm
+            log += np.log(RATIO_PRIORS[name].density(value)) + np.log(value)  # Jacobian of the logarithmic spacing
         weights = np.exp(log - log.max())
         weight = prior / (about + prior)
         return cls((of_subjects, of_scenes, residual), weights / weights.sum(), weight * whole, np.sqrt(weight * about))
 
     def below(self, name: str, values: ArrayLike) -> FloatArray:
-        """Probability that a parameter is below each value."""
+        """Return the probability that a parameter is below each value."""
         values = np.atleast_1d(np.asarray(values, dtype=float))
         if name == "rise":
             likely = self.weights > 1e-7 * self.weights.max()
@@ -94,7 +94,7 @@ class Exact:
 
 
 def drawn(seed: int, number: int, subjects: int, scenes: int) -> tuple[dict[str, float], FloatArray]:
-    """True values of one set, and its table."""
+    """Draw the true values of one data set, and its table."""
     rng = np.random.default_rng([seed, number])
     truth = {name: prior.draw(rng) for name, prior in RATIO_PRIORS.items()}
     table = truth["rise"] + truth["subjects"] * rng.normal(size=(subjects, 1))
@@ -103,14 +103,14 @@ def drawn(seed: int, number: int, subjects: int, scenes: int) -> tuple[dict[str,
 
 
 def exact(task: tuple[int, int, int, int]) -> dict[str, float]:
-    """Where each true value of one set lies in its exact posterior; it depends on the task alone."""
+    """Return the quantile of each true value of one data set in its exact posterior; depends on `task` only."""
     truth, table = drawn(*task)
     posterior = Exact.of(table)
     return {name: float(posterior.below(name, value)[0]) for name, value in truth.items()}
 
 
 def sampled(task: tuple[int, int, int, int]) -> dict[str, dict[str, float]]:
-    """The sampler's draws of one set against the exact posterior, in standard errors; and the true value's quantile."""
+    """Compare the sampler's draws of one data set with the exact posterior, in standard errors; add true quantiles."""
     truth, table = drawn(*task)
     posterior = Exact.of(table)
     who, scene = np.indices(table.shape)
@@ -131,9 +131,9 @@ STEPS = 3
 
 
 def drawn_steps(seed: int, number: int, subjects: int, scenes: int) -> tuple[dict[str, float], pd.DataFrame]:
-    """True values of one set of answers in steps, pinhole and largest aperture with both fixations, and its table.
+    """Draw true values of one ordinal data set (pinhole and largest aperture, both fixations), and its table.
 
-    A set that does not use every step is drawn anew: a choice by the answers alone leaves the true values evenly over
+    Sets that do not use every step are drawn again: a selection by the answers alone keeps the true values uniform over
     their posteriors.
     """
     rng = np.random.default_rng([seed, number, STEPS])
@@ -161,7 +161,7 @@ def drawn_steps(seed: int, number: int, subjects: int, scenes: int) -> tuple[dic
 
 
 def of_steps(task: tuple[int, int, int, int]) -> dict[str, float]:
-    """Where the true values of one set lie in the sampler's draws; the least effective number, and divergences."""
+    """Return quantiles of the true values of one data set in the draws, smallest effective sample size, divergences."""
     truth, table = drawn_steps(*task)
     _, found = posteriors_of_steps(table, 1.44, seed=task[1] + 1, draws=DRAWS, tune=TUNE, chains=2)
     quantiles: dict[str, float] = {}
@@ -175,7 +175,7 @@ def of_steps(task: tuple[int, int, int, int]) -> dict[str, float]:
 
 
 def evenness(table: pd.DataFrame) -> None:
-    """Print how evenly the true values lie over the quantiles of their posteriors."""
+    """Print tests of the uniformity of the true values' quantiles."""
     print("| parameter | chi-squared (9) | p | " + " | ".join(f"in {share:.0%}" for share in SHARES) + " |")
     print("| --- " * (3 + len(SHARES)) + "|")
     for name in table:
@@ -210,7 +210,7 @@ def main() -> None:
         found: list[dict[str, dict[str, float]]] = []
         for one in in_order(executor, sampled, tasks(asked.sets)):
             found.append(one)
-            if asked.out:  # after each set, so that what was cut off is not lost
+            if asked.out:  # saved after each set, so that interrupted runs lose nothing
                 asked.out.write_text(json.dumps({"ratios": found}) + "\n", encoding="utf-8")
         steps: list[dict[str, float]] = []
         for each in in_order(executor, of_steps, tasks(asked.steps)):
@@ -227,7 +227,7 @@ def main() -> None:
 
 
 def against_exact(found: list[dict[str, dict[str, float]]]) -> None:
-    """Print the sampler's draws against the exact posterior."""
+    """Print the comparison of the sampler's draws with the exact posterior."""
     print(f"sampler against the exact posterior, {len(found)} sets")
     print("| parameter | chi-squared | degrees of freedom | p | largest z | least effective draws |")
     print("| --- " * 6 + "|")

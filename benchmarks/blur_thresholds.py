@@ -1,15 +1,14 @@
-"""Are thresholds recovered, and do their intervals cover? Simulated observers whose threshold is known.
+"""Recovery of thresholds and coverage of their intervals, for simulated observers with known thresholds.
 
     python benchmarks/blur_thresholds.py [--runs 1000] [--slope 3.5] [--processes 2]
         [--lapse 0.015] [--prior-slope 3]
 
-Each run is a session of 60 trials: QUEST+ chooses the levels, an observer with a Weibull function answers (its
-threshold drawn evenly on a logarithmic scale from 0.06 to 0.7 D, 2 % lapses), psignifit fits. Printed: the bias of the
-threshold, its spread over runs, the share of runs in which the 95 % interval holds the true one, and the least spread
-that any unbiased estimate can have from these trials when slope and lapse rate are known (Cramer and Rao). The fit's
-priors of lapse rate and slope are `--lapse` (mean) and `--prior-slope` (median; without it every slope is as likely).
-psignifit's search for the mode of the posterior, whose result is not used, is left out: it changes neither median nor
-interval, and takes longest. A run takes about 1.3 s of processor time.
+Each run is a session of 60 trials: QUEST+ chooses the levels, an observer with a Weibull function answers (threshold
+log-uniform from 0.06 to 0.7 D, 2 % lapses), psignifit fits. Printed are the bias of the threshold, its SD over runs,
+the fraction of runs whose 95 % interval contains the true value, and the Cramer-Rao bound of the SD for these trials
+with known slope and lapse rate. The priors of lapse rate and slope in the fit are `--lapse` (mean) and `--prior-slope`
+(median; default: log-uniform). psignifit's search for the mode of the posterior, whose result is not used, is skipped:
+it affects neither median nor interval, and takes longest. A run takes about 1.3 s of processor time.
 """
 
 from __future__ import annotations
@@ -34,10 +33,10 @@ RANGE = (0.06, 0.7)  # dioptres
 
 
 def session(job: tuple[int, float, float, float | None]) -> tuple[float, float, float, float, float]:
-    """Log10 of the true threshold, the estimate and the ends of its interval; and Fisher's information."""
+    """Return log10 of true threshold, estimate and ends of its interval, and the Fisher information."""
     seed, slope, lapse, prior = job
     warnings.simplefilter("ignore")
-    library = importlib.import_module("psignifit.psignifit")  # the module, which its function hides
+    library = importlib.import_module("psignifit.psignifit")  # the module, which its function of the same name hides
     vars(library)["maximize_posterior"] = lambda data, param_init, **others: param_init
     design = BlurThresholdDesign(catch_trials=0, practice_trials=0)
     true = 10 ** np.random.default_rng([seed, 11]).uniform(*np.log10(RANGE))

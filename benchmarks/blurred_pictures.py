@@ -1,13 +1,13 @@
-"""How accurate and how fast `focalgradient.render.blur` is: against ray casting of one scene through one lens.
+"""Accuracy and speed of `focalgradient.render.blur`, compared with ray casting of the same scene and lens.
 
     python benchmarks/blurred_pictures.py [--held-back] [--speed]
 
-Twelve scenes with outlines, blur up to 15 pixels on both sides of focus; `--held-back` takes twelve others of the same
-kinds, which had no part in choosing the constants of `focalgradient.render.hidden`. Errors are root mean squares in per
-cent of the picture's mean, away from outlines and within two radii of blur from them; the rim, where the picture would
-have to be known beyond its frame, is left out. The baseline is plain layered convolution: the picture cut into layers
-half a pixel of blur apart, each convolved with its disc together with its shape, from far to near one over the other.
-`--speed` times a picture of 1920 x 1080 with 15 pixels of blur.
+Twelve scenes with occlusion boundaries and blur up to 15 pixels on both sides of focus; `--held-back` uses twelve
+others of the same kinds, which were not used to choose the constants of `focalgradient.render.hidden`. Errors are root
+mean squares in percent of the picture's mean, away from boundaries and within two blur radii of them; the margin, which
+depends on the scene outside the frame, is excluded. The baseline is layered convolution: the picture is divided into
+layers half a pixel of blur apart, and each is convolved with its disc together with its mask, composited from far to
+near. `--speed` times a picture of 1920 x 1080 with 15 pixels of blur.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ SHAPE, PIXEL = (240, 320), 3e-4
 FIELD = SHAPE[1] * PIXEL
 FOCAL = 0.05
 TRUTH = 1024
-"""Rays a pixel of the true picture: they leave noise of 0.1 % of the mean."""
+"""Rays per pixel of the reference picture; their noise is 0.1 % of the mean."""
 
 FloatArray = NDArray[np.floating]
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A scene and the lens through which it is seen."""
+    """Scene, and lens through which it is seen."""
 
     name: str
     scene: Scene
@@ -52,7 +52,7 @@ def texture(seed: int, mean: float = 0.3) -> Texture:
 
 
 def bars(seed: int, widths: tuple[int, ...], near: float, far: float) -> Scene:
-    """Upright bars, so many pixels wide, before a wall."""
+    """Return a scene of upright bars, `widths` pixels wide, before a wall."""
     random = np.random.default_rng(seed)
     cards = [
         Plane(
@@ -71,7 +71,7 @@ def bars(seed: int, widths: tuple[int, ...], near: float, far: float) -> Scene:
 
 
 def leaves(seed: int, count: int = 14) -> Scene:
-    """Slanted cards at all distances before a wall."""
+    """Return a scene of slanted cards at all distances before a wall."""
     random = np.random.default_rng(seed)
     cards = []
     for number in range(count):
@@ -106,7 +106,7 @@ def cases(held_back: bool) -> list[Case]:
 
 
 def layered(picture: FloatArray, distance: FloatArray, lens: Lens) -> FloatArray:
-    """Plain layered convolution."""
+    """Blur by layered convolution."""
     scale = lens.aperture_diameter / 2 / PIXEL
     vergence = scale / distance
     pad = 32
@@ -126,7 +126,7 @@ def layered(picture: FloatArray, distance: FloatArray, lens: Lens) -> FloatArray
 
 
 def errors(case: Case, methods: dict[str, Callable[..., FloatArray]]) -> tuple[float, dict[str, tuple[float, float]]]:
-    """Largest radius of blur, and of each method the error away from outlines and near them, in per cent."""
+    """Return the largest blur radius, and for each method the errors away from and near boundaries, in percent."""
     lens = Lens(FOCAL, case.f_number, case.focus)
     sharp = cast(case.scene, replace(lens, f_number=math.inf), SHAPE, PIXEL, samples=64)
     truth = cast(case.scene, lens, SHAPE, PIXEL, samples=TRUTH, seed=3).view.image

@@ -1,10 +1,10 @@
-"""What is known of real cameras: from scenes of known depth, from points, from sheets, from dual pixels, from an edge.
+"""Calibration of real cameras from scenes of known depth, points, sheets, dual pixels, and an edge.
 
     python benchmarks/cameras.py DATA [--rooms N]
 
-DATA is a folder with any of ``indoor_pairs`` (01/narrow.jpg, wide.jpg, depth_mm.png, ...),
-``dual_pixel`` (sheet_0600_f4, scene1, ...) and ``edge_at_distances`` (50cm-A.png, ...); what is absent is left out.
-Errors are of vergence (D) unless said otherwise; "within 2 sd" counts `DepthMap.total_sd`.
+DATA is a folder with any of ``indoor_pairs`` (01/narrow.jpg, wide.jpg, depth_mm.png, ...), ``dual_pixel``
+(sheet_0600_f4, scene1, ...) and ``edge_at_distances`` (50cm-A.png, ...); missing ones are skipped. Errors are of
+vergence (D) unless stated otherwise; "within 2 sd" refers to `DepthMap.total_sd`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from focalgradient.psf import Disc
 
 
 def agreement(depth: DepthMap, distance: NDArray[np.floating]) -> str:
-    """One map against true distances (m; NaN or 0 where none)."""
+    """Format the agreement of one map with true distances (m; NaN or 0 where unknown)."""
     use = depth.valid & (distance > 0.3)
     if use.sum() < 100:
         return f"valid {depth.valid.mean():6.1%}  too few"
@@ -45,7 +45,7 @@ def agreement(depth: DepthMap, distance: NDArray[np.floating]) -> str:
 
 
 def rooms(folder: Path, count: int) -> None:
-    """Calibrate on rooms, test on the other half; and correct single rooms by one and two measured points."""
+    """Calibrate on half of the rooms, test on the other half; correct single rooms by one and two measured points."""
     names = sorted(path.name for path in folder.iterdir() if (path / "depth_mm.png").exists())[:count]
     text = "[camera]\nfocal_length_mm = 35\npixel_pitch_um = 36\n"
     for name in names:
@@ -102,8 +102,8 @@ def rooms(folder: Path, count: int) -> None:
 
 
 def dual_pixels(folder: Path) -> None:
-    """Calibrate the halves on the sheet at 0.6 m, and estimate depth of scenes."""
-    lens = Lens(0.0496, 4, 0.947, focus_tolerance=0.05)  # the scale's 1 m, from the sensor
+    """Calibrate the halves on the sheet at 0.6 m, and estimate the depth of scenes."""
+    lens = Lens(0.0496, 4, 0.947, focus_tolerance=0.05)  # marked 1 m, measured from the sensor
     angle = 46.9e-6 / lens.sensor_distance
 
     def views(name: str, optics: tuple[DualPixel, DualPixel]) -> list[View]:
@@ -126,7 +126,7 @@ def dual_pixels(folder: Path) -> None:
 
 
 def edges(folder: Path) -> None:
-    """Predict one edge's distance from the other two."""
+    """Predict the distance of one edge from the other two."""
     readings = []
     for path in sorted(folder.glob("*cm-*.png")):
         lens = Lens(0.018, 3.5, 0.25)
@@ -143,7 +143,7 @@ def edges(folder: Path) -> None:
 
 
 def main() -> None:
-    """Print every part whose data are there."""
+    """Print the results of every available data set."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path)
     parser.add_argument("--rooms", type=int, default=20, help="how many rooms, of those in order")

@@ -1,16 +1,16 @@
-"""Whether the stated uncertainty of depth covers, on flat walls as an eye sees them.
+"""Coverage of the stated uncertainty of depth for flat walls seen by an eye.
 
     python benchmarks/coverage_of_walls.py [--kinds bands moments both] [--pupils MM ...] [--luminances CD ...]
         [--foci D ...] [--vergences D ...] [--seeds N] [--sides PIXELS ...] [--out FILE.csv]
 
-A wall stands at each vergence before an eye that is focused at each of `foci`; its views have the photon noise of each
-luminance (cd/m^2). Bands: what L and M, and S cones see (textures correlated at 0.95). Moments: two views of L and M
-cones, 0.5 D apart in focus. Both: the four views of two bands at two moments. The noise is not given to the estimator,
-and the search has its default limits, beyond which many of these walls lie: they are to be rejected.
+A wall stands at each vergence before an eye focused at each of `foci`; its views have the photon noise of each
+luminance (cd/m^2). Bands: images of the L and M, and of the S cones (textures correlated at 0.95). Moments: two views
+of the L and M cones, 0.5 D apart in focus. Both: the four views of two bands at two moments. The noise is not given to
+the estimator, and the search has its default limits; many of these walls lie beyond them, and should be rejected.
 
-A line states, over all walls of a kind, pupil and luminance: the share of valid pixels; of these, the
-median error (D), the median stated standard deviation (D), the shares within 1, 2 and 5 standard deviations (a normal
-error: 68, 95 and 100 %), and the share that is wrong by more than 0.5 D.
+Each line states, over all walls of a kind, pupil and luminance: the fraction of valid pixels; for these, the median
+error (D), the median stated SD (D), the fractions within 1, 2 and 5 SDs (normal errors: 68, 95 and 100 %), and the
+fraction with an error above 0.5 D.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from focalgradient.eye.retina import S_FINEST_CPD
 PIXEL = np.radians(1 / 60)
 CORRELATION, WRONG = 0.95, 0.5
 PAIR = (0.125, 0.375)
-"""Seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
+"""Times of the views in seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
 
 KINDS = ("bands", "moments", "both")
 PUPILS_MM = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
@@ -60,7 +60,7 @@ Row = dict[str, float | str]
 
 
 def measured(kind: str, mm: float, luminance: float, focus: float, vergence: float, seed: int, side: int) -> Row:
-    """One wall: shares and medians over its valid pixels."""
+    """Return fractions and medians over the valid pixels of one wall."""
     eye = Eye(1e-3 * mm, focus)
     moments = [eye] if kind == "bands" else eye.through(PAIR, Oscillation())
     cones = [Cones.of(one, "L+M") for one in moments]
@@ -88,7 +88,7 @@ def measured(kind: str, mm: float, luminance: float, focus: float, vergence: flo
 
 
 def table(rows: list[Row]) -> list[str]:
-    """A line for each kind, pupil and luminance, and for each kind and all."""
+    """Return one line per kind, pupil and luminance, and one per kind over all."""
     lines = [
         "kind     pupil  cd/m^2  valid %  |error| D    sd D   in 1 %  in 2 %  in 5 %  off by .5 D %  walls claimed"
     ]

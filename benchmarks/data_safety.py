@@ -1,8 +1,8 @@
-"""People's data: what outsiders, full disks and untrue texts could do to them.
+"""Safety of people's data against outsiders, full disks and untrue texts.
 
     python benchmarks/data_safety.py [LINE ...]
 
-One row for each fault: what it gave before it was fixed, and what it gives now.
+Each row is one fault, with the result before it was fixed, and the present result.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Cases of `data_safety.py` about conduct: impossible answers, what is shown where, untrue texts, killed sessions."""
+"""Cases of `data_safety.py` on conduct: impossible answers, displayed stimuli, untrue texts, killed sessions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TESTS = Path(__file__).parents[1] / "tests"
 
 
 class _Script:
-    """A program that takes part, and waits for nothing."""
+    """Program that takes part without waiting."""
 
     def __init__(self, folder: Path, design: str):
         (folder / "design.toml").write_text(design)
@@ -41,12 +41,12 @@ class _Script:
         self.who = {"token": token, "tab": "tab-1"}
 
     def begin(self, **more: Any) -> Any:
-        """Begin; returns the trials."""
+        """Start the session; return the trials."""
         answer = self.client.post("/api/begin", json={**self.who, **SCREEN, **more})
         return answer.json().get("trials", answer.status_code)
 
     def answer(self, trial: dict[str, Any], number: int, **changed: Any) -> int:
-        """Answer a trial as if it had taken its time; returns the status."""
+        """Answer a trial after its usual duration; return the status."""
         seconds = trial["cube"]["seconds"]
         told = {"onset": 11.0 * number, "presses": [], "trial_duration": seconds, "frames": FRAMES} | changed
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"a-{number}"}
@@ -54,7 +54,7 @@ class _Script:
 
 
 def fast_script() -> str:
-    """Send 80 s of trials within a moment, one refused answer after the other, and all at once after 20 s."""
+    """Send 80 s of trials instantly: one rejected answer after another, and all at once after 20 s."""
     with tempfile.TemporaryDirectory() as name:
         script = _Script(Path(name), LONG)
         trials = script.begin()
@@ -69,7 +69,7 @@ def fast_script() -> str:
 
 
 def impossible_answers() -> str:
-    """Answers that no page sends."""
+    """Send answers that no page sends."""
     cases: dict[str, dict[str, Any]] = {
         "unknown key": {"presses": [[0.5, "q", True]]},
         "key after the end": {"presses": [[70.0, "f", True]]},
@@ -85,7 +85,7 @@ def impossible_answers() -> str:
 
 
 def after_outage() -> str:
-    """Answers of an honest page whose network was away for the whole session."""
+    """Send the answers of an honest page that was offline for the whole session."""
     with tempfile.TemporaryDirectory() as name:
         script = _Script(Path(name), LONG)
         trials = script.begin()
@@ -97,7 +97,7 @@ def after_outage() -> str:
 
 
 def standard_first() -> str:
-    """Sittings that rate nothing before the standard, over scales and places of resumption."""
+    """Count runs that rate a picture before the standard, over scales and points of resumption."""
     words, right, count = load_words("en"), 0, 0
     for scale in ("ratio", "bipolar"):
         design = DepthRatingDesign(repetitions=1, scale=scale, catch_pictures=("flatter", "deeper"))
@@ -112,7 +112,7 @@ def standard_first() -> str:
 
 
 def form_and_consent() -> str:
-    """What the form's answers and a consent with a version become."""
+    """Send form answers, and consent with a version."""
     with tempfile.TemporaryDirectory() as name:
         script = _Script(Path(name), LONG)
         script.begin(about={"age": "34", "sex": "f", "handedness": "left"})
@@ -124,7 +124,7 @@ def form_and_consent() -> str:
 
 
 def phone() -> str:
-    """What a phone is shown, and how many labels it takes; a refresh rate that the browser hides."""
+    """Request the pages of a phone, and count the accepted labels; include a browser that hides the refresh rate."""
     sys.path[:0] = [str(TESTS / "web"), str(TESTS / "experiments")]
     chromium, served = import_module("chromium").chromium, import_module("test_browser").served
     with tempfile.TemporaryDirectory() as name, chromium() as browser:
@@ -142,7 +142,7 @@ def phone() -> str:
 
 
 def untrue_texts() -> str:
-    """Statements that their design does not bear out, over designs and languages."""
+    """Count statements that contradict their design, over designs and languages."""
     wrong: Counter[str] = Counter()
     for language in LANGUAGES:
         words = load_words(language)
@@ -170,7 +170,7 @@ def _told(design: Any, language: str) -> str:
 
 
 def killed_focus() -> str:
-    """A session of focus by gaze of which a kill has left the journal alone."""
+    """Recover a focus-by-gaze session that was killed so that only its journal remains."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name, "data")
         begin_dataset(root, "human")

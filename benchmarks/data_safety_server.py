@@ -1,4 +1,4 @@
-"""Cases of `data_safety.py` about the server: sessions of others, full disks, what withdrawal leaves, floods."""
+"""Cases of `data_safety.py` on the server: sessions of others, full disks, remains after withdrawal, floods."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ FRAMES = {"shown": [{"event": "cube", "stamps": [16.67 * number for number in ra
 PASSWORD = "secret"
 TESTS = Path(__file__).parents[1] / "tests"
 sys.path.insert(0, str(TESTS / "web"))
-Hurried = import_module("hurried").Hurried  # the clock of the tests, which goes on with each answer
+Hurried = import_module("hurried").Hurried  # clock of the tests, which advances with each answer
 
 PROGRAM = str(Path(sys.executable).with_name("focalgradient"))
 
 
 @contextmanager
 def served(folder: Path) -> Iterator[TestClient]:
-    """A client of a server with its data in a folder."""
+    """Yield a client of a server with its data in a folder."""
     (folder / "design.toml").write_text(DESIGN)
     people = People(folder / "data-links.jsonl", data=folder / "data")
     study = Study(load_design(folder / "design.toml"), folder / "data", people)
@@ -56,7 +56,7 @@ def served(folder: Path) -> Iterator[TestClient]:
 
 
 def take_part(client: TestClient, platform: dict[str, str]) -> str:
-    """Take part from the open link to the end; gives the secret."""
+    """Take part from the open link to the end; return the secret."""
     token = str(client.post("/api/join", json={"platform": platform}).json()["token"])
     who = {"token": token, "tab": "tab"}
     trials = client.post("/api/begin", json={**who, **SCREEN}).json()["trials"]
@@ -70,7 +70,7 @@ def take_part(client: TestClient, platform: dict[str, str]) -> str:
 
 
 def other_sessions() -> str:
-    """How many of five complete sessions are left when somebody has tried identifiers 1 to 5."""
+    """Count how many of five complete sessions remain after someone tries identifiers 1 to 5."""
     with tempfile.TemporaryDirectory() as folder, served(Path(folder)) as client:
         for number in range(1, 6):
             take_part(client, {"id": str(number)})
@@ -82,7 +82,7 @@ def other_sessions() -> str:
 
 
 def full_disk() -> str:
-    """What joining answers at each number of bytes that are left, and whether the server starts again."""
+    """Report the response to joining at each number of free bytes, and whether the server restarts."""
     replies, starts, write = Counter[str](), 0, os.write
     rooms = range(0, 120, 10)
     for room in rooms:
@@ -107,14 +107,14 @@ def full_disk() -> str:
             try:
                 People(Path(folder, "data-links.jsonl")).close()
                 starts += 1
-            except Exception as error:  # a server that does not start is the result
+            except Exception as error:  # a failed start is a result
                 print(f"{room} bytes left: {error}", file=sys.stderr)
     found = ", ".join(f"{count} x {reply}" for reply, count in sorted(replies.items()))
     return f"{found}; starts again {starts} of {len(rooms)}"
 
 
 def after_withdrawal() -> str:
-    """Which names are left in data and links when a participant has withdrawn by the page and by the command."""
+    """List names left in data and links after a withdrawal by the page and by the command."""
     left = {}
     for way in ("page", "command"):
         with tempfile.TemporaryDirectory() as folder:
@@ -140,7 +140,7 @@ def after_withdrawal() -> str:
 
 
 def stop_from_elsewhere() -> str:
-    """What stopping a session answers to pages of another site."""
+    """Report the response to requests from another site to stop a session."""
     evil = "https://evil.example"
     with tempfile.TemporaryDirectory() as folder, served(Path(folder)) as client:
         take_part(client, {})
@@ -153,7 +153,7 @@ def stop_from_elsewhere() -> str:
 
 
 def slow_messages() -> str:
-    """How many of 300 half-sent messages are open after 12 s, of a server that is the command's own."""
+    """Count how many of 300 half-sent messages are open after 12 s, for the server of the command."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "design.toml").write_text(DESIGN)
         command = [PROGRAM, "serve", "design.toml", "--data", "data", "--port", "0"]
@@ -183,7 +183,7 @@ def _is_open(one: socket.socket) -> bool:
 
 
 def flood() -> str:
-    """How many of 600 joins, and of 600 wrong passwords, are taken at once from one address."""
+    """Count how many of 600 joins, and of 600 wrong passwords, one address can send at once."""
     with tempfile.TemporaryDirectory() as folder, served(Path(folder)) as client:
         joined = [client.post("/api/join", json={"platform": {}}).status_code for _ in range(600)]
         guessed = [client.get("/experimenter", auth=("experimenter", str(one))).status_code for one in range(600)]

@@ -1,17 +1,16 @@
-"""How accurate `recover_depth` is about outlines, on scenes of our own whose true depth is known.
+"""Accuracy of `recover_depth` near occlusion boundaries, on synthetic scenes with known depth.
 
     python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--drawn FIRST LAST] [--only NAME ...]
                                            [--cache DIR] [--out FILE.json]
 
-Each scene (`analysis/outline_scenes.py`) is taken with outlines and without them (``outlines=False``). Printed are,
-within 10 pixels of the true outlines (where distance changes by 5 % from one pixel to the next) and over the whole
-frame, in percent: the valid pixels, and of these those off by more than 10 %, those off by more
-than 5 stated standard deviations, and those within 2; then the median and the 90th percentile of the error of distance,
-and seconds of processor. The scenes of `--held-back` were not looked at while the method was made. Those of
-`--controls` have no outlines: there depth and its validity must be the same, and what they differ by is printed; the
-standard deviation may grow where noise bends depth. Those of `--drawn` are drawn by chance, by their numbers, and
-printed is, for each kind of views, how many are refused (less than 5 % of the frame valid), and the mean over scenes of
-what whole frames give.
+Each scene (`analysis/outline_scenes.py`) is processed with and without the boundary treatment (``outlines=False``).
+Printed are, within 10 pixels of true boundaries (where distance changes by 5 % between neighbours) and over the whole
+frame, in percent: valid pixels, and of these those off by more than 10 %, by more than 5 stated SDs, and those within
+2; then the median and the 90th percentile of the error of distance, and processor seconds. The scenes of `--held-back`
+were not used during development. The scenes of `--controls` have no boundaries: depth and validity should not change,
+and the changes are printed; the SD may grow where noise distorts depth. The scenes of `--drawn` are random, selected by
+number; printed are, for each kind of views, the number of refused scenes (less than 5 % of the frame valid), and the
+mean over scenes of the scores of whole frames.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from outline_scenes import (
 )
 
 REFUSED = 5.0
-"""Percent of the frame that is valid, below which it counts as refused."""
+"""Percentage of valid pixels below which a frame counts as refused."""
 
 
 def measure(name: str, case: Case, cache: Path | None) -> dict[str, dict[str, float]]:
@@ -53,7 +52,7 @@ def measure(name: str, case: Case, cache: Path | None) -> dict[str, dict[str, fl
 
 
 def departure(name: str, case: Case, cache: Path | None) -> dict[str, float]:
-    """By how much the treatment of outlines changes a frame that has none: at most, in sd; of sd; of validity."""
+    """Return the largest changes by the boundary treatment in a frame without boundaries: depth (SDs), SD, validity."""
     views, _ = views_and_truth(name, case, cache)
     plain, treated = (recovered(case, views, outlines)[0] for outlines in (False, True))
     both = plain.valid & treated.valid
@@ -71,7 +70,7 @@ def show(name: str, found: dict[str, dict[str, float]]) -> None:
 
 
 def show_drawn(found: dict[str, list[dict[str, float]]]) -> None:
-    """What whole frames of each kind of views give, on the mean, and how many are refused."""
+    """Print the mean scores of whole frames, and the number of refused frames, for each kind of views."""
     for kind, scores in sorted(found.items()):
         valid = [one["valid"] for one in scores]
         columns = ("off_10_percent", "beyond_5_sd", "within_2_sd", "median_percent")

@@ -1,21 +1,21 @@
-"""Depth of walls from the views of eyes with measured aberrations, by estimators that know more or less of the optics.
+"""Depth of walls from views of eyes with measured aberrations, by estimators with more or less knowledge of the optics.
 
     python benchmarks/depth_of_people.py [--eyes N] [--distances N] [--workers N | --scheduler ADDRESS] [--out DIR]
         [FOLDER]
 
-With --out, every eye's result is kept in DIR as it is found, and the same command run again goes on where it stopped.
+With --out, the results of each eye are stored in DIR, and the same command continues an interrupted run.
 
-FOLDER holds mean_6mm.csv and covariance_6mm.csv of a population's Zernike coefficients (micrometres, in the OSA's
-order, over 6 mm), as Thibos, Bradley & Hong (2002) give them. Without it a population of our own choice stands in:
-independent coefficients about 0, of standard deviations that fall by half with each radial order.
+FOLDER contains mean_6mm.csv and covariance_6mm.csv of a population's Zernike coefficients (micrometres, in the OSA
+order, over 6 mm), as in Thibos, Bradley & Hong (2002). Without it a substitute of our choice is used: independent
+coefficients with mean 0 and standard deviations that halve with each radial order.
 
 Each eye sees walls at several distances through pupils of 3 and 5 mm, in two wavebands, and at two moments. Depth is
-estimated (a) with the eye's own optics, (b) with the mean eye's in their place, (c) with what an estimator has learned
-from its own views of walls at known distances (`learned.py`). The lower orders are corrected, as by spectacles, and
-the eye's accommodation is known to it.
+estimated (a) with the eye's own optics, (b) with those of the mean eye, (c) with what an estimator has learned from its
+own views of walls at known distances (`learned.py`). Sphere and cylinder are corrected, as by spectacles, and the eye's
+accommodation is known to the estimator.
 
-Also, of every eye: how well a single patch determines the side of focus, with the eye's odd aberrations only, with its
-even ones only, with all, and with two wavebands.
+Also printed, for every eye: how well a single patch determines the side of focus, with the eye's odd aberrations only,
+with its even ones only, with all, and with two wavebands.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ KEPT: dict[str, Callable[[int, int], bool]] = {
 
 
 def measured(job: tuple[Look, Sequence[float]]) -> tuple[list[Row], Row, float]:
-    """Scores of every reader, kind of views and wall; what tells the side; processor seconds.
+    """Score every estimator, kind of views and wall; add the evidence on the side of focus, and processor seconds.
 
-    Of an eye, and of the coefficients of the mean one.
+    The job contains the eye and the coefficients of the mean eye.
     """
     began = process_time()
     look, mean = job
@@ -97,11 +97,11 @@ def measured(job: tuple[Look, Sequence[float]]) -> tuple[list[Row], Row, float]:
 
 
 def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
-    """How well a patch of side x side minutes of arc tells `defocus` beyond focus from as much nearer: nats.
+    """Return the evidence (nats) in a patch of side x side arcmin for `defocus` beyond focus against the same nearer.
 
-    The mean of the two Kullback-Leibler divergences of what is seen: a natural texture of a standard deviation of 0.2
-    of the mean, with noise. 5 nats leave an error in about one patch of a thousand. Focus is where the eye, of these
-    aberrations, passes most.
+    It is the mean of the two Kullback-Leibler divergences of the retinal images of a natural texture with a relative SD
+    of 0.2, with noise; 5 nats imply errors in about one patch of a thousand. Focus is defined as the maximum transfer
+    of the eye with these aberrations.
     """
     down, right = np.fft.fftfreq(side)[:, None] / PIXEL, np.fft.rfftfreq(side) / PIXEL
     radius = np.hypot(down, right) * PIXEL
@@ -117,11 +117,11 @@ def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
         for colour, wavelengths in (("one wavelength", 1), ("daylight", 5), ("two bands", 5)):
             bands: tuple[Band, ...] = ("L+M", "S") if colour == "two bands" else ("L+M",)
             cones = [Cones.of(one, band, wavelengths=wavelengths) for band in bands]
-            # About 0 the passed light is even where aberrations are odd, and its maximum exactly there.
+            # near 0 the transfer is symmetric for odd aberrations, with its maximum exactly at 0
             best = cones[0].focus_vergence + near[passed.argmax()]
             seen = np.stack([cone.through_focus(down, right, best + defocus * np.array([-1, 1])) for cone in cones])
             covariance = np.einsum("alyx,blyx->lyxab", seen, seen.conj()) * over_noise[..., None, None]
-            if len(bands) == 2:  # what bands do not share
+            if len(bands) == 2:  # independent power of the bands
                 covariance[..., 0, 1] *= CORRELATION
                 covariance[..., 1, 0] *= CORRELATION
             first, second = covariance + np.eye(len(bands))
@@ -132,7 +132,7 @@ def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
 
 
 def table(rows: Sequence[Row]) -> list[str]:
-    """Medians over eyes and walls of each pupil, kind of views and reader."""
+    """Return medians over eyes and walls for each pupil, kind of views and estimator."""
     lines = [
         "pupil  views    optics    valid %  median error D  side right %  within 2 sd %  |  all pixels: error D  "
         "side right %"
@@ -157,7 +157,7 @@ def table(rows: Sequence[Row]) -> list[str]:
 
 
 def side_table(of: Sequence[Row]) -> list[str]:
-    """Medians over eyes of what tells the side of focus."""
+    """Return medians over eyes of the evidence on the side of focus."""
     lines = ["pupil  what tells 0.5 D beyond focus from 0.5 D nearer     median nats  eyes above 5"]
     for pupil in sorted({float(row["pupil_mm"]) for row in of}):
         some = [row for row in of if row["pupil_mm"] == pupil]
@@ -169,7 +169,7 @@ def side_table(of: Sequence[Row]) -> list[str]:
 
 
 def kept(file: Path | None, settings: Row) -> tuple[list[Row], list[Row], float]:
-    """What an earlier run of the same settings left in `file`: rows, what tells the side, processor seconds."""
+    """Read the rows, side evidence and processor seconds of an earlier run with the same settings from `file`."""
     if file is None or not file.exists():
         return [], [], 0.0
     before = json.loads(read_bytes(file))

@@ -1,13 +1,13 @@
-"""Ordinary slips of `focalgradient depth`: which lead to a wrong depth map, and which of those without a warning.
+"""Ordinary user errors with `focalgradient depth`: which lead to a wrong depth map, and which without a warning.
 
     python benchmarks/depth_slips.py [--only WORD] [--seed 1]
 
-A slanted plane of natural texture, from 0.9 m to 2.2 m, is photographed by two apertures and by two foci. One thing
-at a time then goes wrong as it does to people: a unit, an order, a file, an editor, the camera's movement. The command
-is run as a user runs it. Outcomes: *refused* (exit code 2), *rejected* (less than 2 % of the pixels valid), *right*
-(at least 85 % of the claimed distances within two stated standard deviations and at most 3 % beyond five, or the median
-error below 1 %), else *wrong*, with a warning that the right photographs do not give, or *silent*. What blur cannot see
-(a common scale of all apertures, a common shift of all foci) is marked as such.
+A slanted plane of natural texture, from 0.9 m to 2.2 m, is photographed with two apertures and with two foci. Then one
+error at a time is introduced: in a unit, an order, a file, by an editor, by camera movement. The command is run as by a
+user. Outcomes: *refused* (exit code 2), *rejected* (less than 2 % of the pixels valid), *right* (at least 85 % of the
+claimed distances within two stated SDs and at most 3 % beyond five, or the median error below 1 %), otherwise *wrong*,
+with a warning that the correct photographs do not cause, or *silent*. Errors that blur cannot reveal (a common scale of
+all apertures, a common shift of all foci) are marked.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ FOCAL, PITCH = 25.0, 8.0
 """Focal length (mm) and pixel pitch (um) of the camera."""
 
 NOISE = 0.004
-"""Standard deviation of the noise, over the brightest pixel."""
+"""Noise standard deviation relative to the brightest pixel."""
 
 SETUPS = {"two apertures": ((16.0, 0.85), (5.6, 0.85)), "two foci": ((5.6, 0.85), (5.6, 1.5))}
-"""f-number and distance of focus (m) of each photograph."""
+"""f-number and focus distance (m) of each photograph."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """What a user gives to the command: pictures (linear, 0 to 1) and what is stated of them."""
+    """Input of the command: pictures (linear, 0 to 1), and stated values."""
 
     pictures: tuple[Picture, ...]
     f_numbers: tuple[float, ...]
@@ -68,7 +68,7 @@ class Given:
 Slip = Callable[[Given], Given]
 SLIPS: dict[str, Slip] = {}
 UNSEEN: set[str] = set()
-"""Slips after which the views are exactly those of another scene or camera: blur cannot see them."""
+"""Errors after which the views are exactly those of another scene or camera, which blur cannot reveal."""
 
 
 def slip(name: str, *, unseen: bool = False) -> Callable[[Slip], Slip]:
@@ -82,7 +82,7 @@ def slip(name: str, *, unseen: bool = False) -> Callable[[Slip], Slip]:
 
 
 def stated(name: str, change: Callable[[Given], dict[str, object]], *, unseen: bool = False) -> None:
-    """Register a slip of what is stated, as the fields that it changes."""
+    """Register an error in stated values, as the fields that it changes."""
     slip(name, unseen=unseen)(lambda given: replace(given, **change(given)))  # type: ignore[arg-type]
 
 
@@ -100,7 +100,7 @@ def _scaled(values: Sequence[float], factor: float) -> tuple[float, ...]:
     return tuple(factor * value for value in values)
 
 
-# What is stated of the camera
+# Stated values of the camera
 stated("nothing", lambda g: {})
 stated("focal length in metres", lambda g: {"focal": g.focal / 1e3})
 stated("focal length in centimetres", lambda g: {"focal": g.focal / 10})
@@ -140,7 +140,7 @@ stated("near and far beyond the scene", lambda g: {"near": 3.0, "far": 8.0})
 stated("the other side of focus", lambda g: {"near": 0.4, "far": 0.85}, unseen=True)
 stated("no limits", lambda g: {"near": None})
 
-# How light is encoded
+# Encoding of light
 stated("sRGB read as linear", lambda g: {"encodings": ("srgb", "srgb")})
 stated("linear read as sRGB", lambda g: {"stated_encoding": "srgb"})
 stated("one view sRGB, read as linear", lambda g: {"encodings": ("linear", "srgb")})
@@ -177,7 +177,7 @@ def _eight(picture: Picture) -> NDArray[np.uint8]:
 
 
 def _denoised(picture: Picture) -> Picture:
-    """Non-local means in the encoding of a file, with the mean light kept."""
+    """Denoise by non-local means in the encoding of a file, with unchanged mean light."""
     stored = _eight(np.asarray(linear_to_srgb(np.clip(picture, 0, 1)), float))
     light = np.asarray(srgb_to_linear(np.asarray(cv2.fastNlMeansDenoising(stored, h=6), float) / 255), float)
     return light * (picture.mean() / light.mean())
@@ -201,7 +201,7 @@ def _moved(length: int) -> Callable[[Picture], Picture]:
 
 
 def _otherwise_blurred(shape: str) -> Slip:
-    """The more blurred views with the blur of another shape, at each place of the size that its distance gives."""
+    """Return an error in which the more blurred view has another blur shape, of the size that follows from distance."""
 
     def make(given: Given) -> Given:
         return replace(
@@ -211,7 +211,7 @@ def _otherwise_blurred(shape: str) -> Slip:
     return make
 
 
-# What the camera or the photographer did
+# Camera and photographer
 edited("displaced by 0.3 pixels", _shift(0.0, 0.3))
 edited("displaced by 1 pixel", _shift(0.7, 0.7))
 edited("displaced by 3 pixels", _shift(2.0, 2.2))
@@ -246,7 +246,7 @@ slip("the other picture twice")(lambda g: replace(g, pictures=(g.pictures[1], g.
 for _shape in ("gaussian", "annulus", "hexagon", "half disc"):
     slip(f"blur: {_shape}")(_otherwise_blurred(_shape))
 
-# What an editor did
+# Editing
 edited("one view denoised", _denoised)
 edited("both views denoised", _denoised, (0, 1))
 edited("one view smoothed (bilateral)", _smoothed)
@@ -316,7 +316,7 @@ def _angle(focus: float) -> float:
 
 @cache
 def _rendered(f_number: float, focus: float, seed: int = 1) -> tuple[Picture, Picture]:
-    """Linear picture without noise and distance (m), both with a margin."""
+    """Return a linear noise-free picture and distances (m), both with a margin."""
     shape = (HEIGHT + 2 * MARGIN, WIDTH + 2 * MARGIN)
     scene = slant(0.9, 2.2, field=WIDTH * _angle(0.85), seed=seed)
     made = cast(scene, Lens(FOCAL / 1e3, f_number, focus), shape, _angle(focus), samples=256, seed=seed)
@@ -340,7 +340,7 @@ def _top() -> float:
 
 
 def photographs(setup: str) -> Given:
-    """The right photographs, rightly stated."""
+    """Return correct photographs with correct stated values."""
     shots = SETUPS[setup]
     made = [_rendered(f_number, focus, _SEED) for f_number, focus in shots]
     pictures = [_with_noise(_inner(light) / _top(), n) for n, (light, _) in enumerate(made)]
@@ -349,7 +349,7 @@ def photographs(setup: str) -> Given:
 
 
 def _kernel(shape: str, radius: float) -> Picture:
-    """Point spread function on 41 x 41 pixels; `radius` of the annulus is its outer one."""
+    """Return a point spread function on 41 x 41 pixels; `radius` of the annulus is its outer radius."""
     fine, side = 5, 41
     at = (np.arange(side * fine) - (side * fine - 1) / 2) / fine
     down, right = np.meshgrid(at, at, indexing="ij")
@@ -360,7 +360,7 @@ def _kernel(shape: str, radius: float) -> Picture:
         inside = (away <= radius) & (right >= -0.35 * radius)
     else:
         angle = np.mod(np.arctan2(down, right), np.pi / 3) - np.pi / 6
-        # Of the disc's area: the f-number of a stopped-down lens gives the area.
+        # equal in area to the disc: the f-number of a stopped-down lens defines the area
         inside = away * np.cos(angle) <= radius * np.sqrt(np.pi / (6 * np.tan(np.pi / 6)))
     light = inside.reshape(side, fine, side, fine).mean((1, 3))
     total = light.sum()
@@ -371,7 +371,7 @@ def _kernel(shape: str, radius: float) -> Picture:
 
 
 def _shaped(shape: str, f_number: float, focus: float) -> Picture:
-    """A photograph whose blur has another shape: strips of equal distance, each blurred as a whole."""
+    """Return a photograph with another blur shape: strips of equal distance, each blurred as a whole."""
     sharp, distance = _rendered(1e4, focus, _SEED)
     lens = Lens(FOCAL / 1e3, f_number, focus)
     radius = lens.blur_radius(distance) / _angle(focus)
@@ -406,7 +406,7 @@ def _encoded(picture: Picture, encoding: str) -> Picture:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the command gave."""
+    """Result of the command."""
 
     kind: str
     text: str
@@ -414,7 +414,7 @@ class Outcome:
 
 
 def run(given: Given, folder: Path, known: Sequence[str] = ()) -> Outcome:
-    """Run the command on what is given; `known` are the warnings that right photographs give, too."""
+    """Run the command on the given input; `known` are the warnings that correct photographs also cause."""
     files = []
     for n, (picture, encoding) in enumerate(zip(given.pictures, given.encodings, strict=True)):
         stored = _encoded(picture, encoding)
@@ -429,7 +429,7 @@ def run(given: Given, folder: Path, known: Sequence[str] = ()) -> Outcome:
         args += [] if value is None else [name, f"{value}"]
     try:
         code, _, errors = run_command(*args)
-    except Exception as crash:  # a traceback is an outcome, too
+    except Exception as crash:  # a traceback is a possible outcome
         return Outcome("FAILED", repr(crash))
     if code == 2:
         return Outcome("refused", errors.strip().splitlines()[-1])

@@ -1,11 +1,11 @@
-"""Depth that an eye sees about outlines, with its views formed by waves and by rays.
+"""Depth near occlusion boundaries seen by an eye, with views from wave optics and from rays.
 
     python benchmarks/eye_at_outlines.py [--seeds N] [--kinds bands moments] [--models wave disc] [--scenes NAME ...]
 
-An eye of 4 mm, focused at FOCUS, sees a step between two walls, and the spheres of `focalgradient.scenes`, in frames of
-192 x 256 minutes of arc; noise 1 %, textures of the bands correlated at 0.95. Errors (D) are those of pixels that claim
-a depth, by their distance from the nearest outline, in blur radii: the radius of the more blurred surface at that
-outline in the more blurred view. An outline is where vergence jumps by more than JUMP.
+An eye with a pupil of 4 mm, focused at FOCUS, sees a step between two walls, and the spheres of `focalgradient.scenes`,
+in frames of 192 x 256 arcmin; noise 1 %, textures of the bands correlated at 0.95. Errors (D) are those of valid pixels
+by distance from the nearest boundary, in blur radii: the radius of the more blurred surface at that boundary in the
+more blurred view. A boundary is a change of vergence above JUMP between neighbouring pixels.
 """
 
 from __future__ import annotations
@@ -24,14 +24,16 @@ from focalgradient.scenes import Scene, spheres, step
 PIXEL, SHAPE = np.radians(1 / 60), (192, 256)
 FOCUS, PUPIL, NOISE, CORRELATION = 1.0, 0.004, 0.01, 0.95
 PAIR = (0.125, 0.375)
-"""Seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
+"""Times of the views in seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
 
 JUMP = 0.1
-"""Dioptres from pixel to pixel: 0.7 pixel of blur, more than any surface's slope here but a sphere's very rim."""
+"""Minimum change between neighbouring pixels (D) of a boundary: 0.7 pixel of blur, above all surface slopes except at
+rims.
+"""
 
 
 def scenes(seed: int) -> dict[str, Scene]:
-    """Steps on either side of focus and across it, and spheres."""
+    """Return steps on either side of focus and across it, and spheres."""
     return {
         "step 1.8/0.4 D": step(1 / 1.8, 1 / 0.4, seed=seed),
         "step 1.8/1.2 D": step(1 / 1.8, 1 / 1.2, seed=seed),
@@ -41,7 +43,7 @@ def scenes(seed: int) -> dict[str, Scene]:
 
 
 def radii_away(distance: np.ndarray, cones: list[Cones]) -> np.ndarray:
-    """Blur radii from each pixel to the nearest outline; infinite in a frame without."""
+    """Return the distance from each pixel to the nearest boundary, in blur radii; infinite without boundaries."""
     vergence = 1 / distance
     jumps = ndimage.maximum_filter(vergence, 3) - ndimage.minimum_filter(vergence, 3) > JUMP
     blur = np.max([np.abs(one.focus_vergence - vergence) * PUPIL / 2 / PIXEL for one in cones], axis=0)

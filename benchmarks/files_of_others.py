@@ -1,4 +1,4 @@
-"""Files of others under the names of a command's results, and files of formats that nobody wants."""
+"""Existing files of users with the names of a command's results, and files in unwanted formats."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "calibrate": (("calibrate", "targets.toml", "--out", "views.toml"), ("views.toml",)),
     "calibrate --sheet": (("calibrate", "--sheet", "A4", "--out", "sheet.pdf"), ("sheet.pdf",)),
 }
-"""Commands, and names of their results under which a file of somebody else lies."""
+"""Commands, and names of their results that are occupied by a user's file."""
 
 
 @contextlib.contextmanager
 def _folder() -> Iterator[Path]:
-    """A folder with inputs of the commands, as the working folder."""
+    """Yield a working folder with inputs of the commands."""
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         for picture in "ab":
             rng = np.random.default_rng(1)
@@ -80,7 +80,7 @@ def _replaced() -> str:
 
 
 def _interrupted() -> str:
-    """A demo interrupted after 6 s, when it makes its pictures."""
+    """Interrupt a demo after 6 s, while it renders its pictures."""
     with tempfile.TemporaryDirectory() as name:
         run = subprocess.Popen([*COMMAND, "demo", "--out", f"{name}/demo"], stderr=subprocess.PIPE, text=True)
         time.sleep(6.0)
@@ -106,7 +106,7 @@ def _formats() -> str:
 
 
 def _licences() -> str:
-    """Extras whose packages are under the GPL, and whether README says it in their line."""
+    """List extras with GPL packages, and whether README states this in their line."""
     readme = (Path(__file__).parents[1] / "README.md").read_text().splitlines()
     found = []
     for extra, package in (("lab", "psychopy"), ("thresholds", "psignifit")):

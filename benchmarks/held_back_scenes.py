@@ -1,7 +1,7 @@
-"""Scenes for `seams.py` on which no constant of rendering was chosen: other seeds, other lenses, photographs.
+"""Held-out scenes for `seams.py`, not used to choose constants of rendering: other seeds, other lenses, photographs.
 
-Photographs with a depth camera's map are made complete: two layers, parted where the depth is, each continued behind
-the other and smoothed, with the photograph's own light; what neither shows is filled in.
+Photographs with a depth-camera map are completed as two layers, split at the depth discontinuities, each extrapolated
+behind the other and smoothed, with the photograph's own light; regions hidden in both are filled.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 
 def scenes(folder: str) -> list[Layered]:
-    """Sixteen scenes; without those of `indoor_pairs` for "none"."""
+    """Return sixteen scenes; without those of `indoor_pairs` if `folder` is "none"."""
     found = [
         lens_rays._balls_on_floor(101, 18, 9),
         lens_rays._curved(121, 5, 14, 4),
@@ -52,7 +52,7 @@ def scenes(folder: str) -> list[Layered]:
 
 
 def _linear(picture: NDArray[Any]) -> FloatArray:
-    """Luminance of a photograph of sRGB values, enlarged where needed, as large as a wide frame."""
+    """Return the linear luminance of an sRGB photograph, enlarged if necessary to the size of a wide frame."""
     light = (picture / 255.0) ** 2.2
     grey: NDArray[Any] = light @ WEIGHTS if light.ndim == 3 else light
     more = max(1.0, WIDE[0] / grey.shape[0], WIDE[1] / grey.shape[1])
@@ -62,7 +62,7 @@ def _linear(picture: NDArray[Any]) -> FloatArray:
 
 
 def _pasted(behind: str, before: str, seed: int, reach: float, focus: float) -> Layered:
-    """Two photographs of scikit-image on two curved layers, the near one of irregular form."""
+    """Return two photographs of scikit-image on two curved layers, the near one of irregular shape."""
     random = np.random.default_rng(seed)
     things = []
     for number, name in enumerate((behind, before)):
@@ -74,7 +74,7 @@ def _pasted(behind: str, before: str, seed: int, reach: float, focus: float) -> 
 
 
 def _photograph(folder: Path, focus: float) -> Layered:
-    """A room with its measured depth; vergence from 0 to 20 pixels, `focus` in shares of that."""
+    """Return a room with measured depth; vergence from 0 to 20 pixels, `focus` as a fraction of this range."""
     light = _linear(np.asarray(cv2.imread(str(folder / "narrow.jpg")))[:, :, ::-1])
     depth = np.asarray(cv2.imread(str(folder / "depth_mm.png"), cv2.IMREAD_UNCHANGED), float)
     top, left = (depth.shape[0] - WIDE[0]) // 2, (depth.shape[1] - WIDE[1]) // 2
@@ -87,7 +87,7 @@ def _photograph(folder: Path, focus: float) -> Layered:
     form = gaussian_filter(np.kron(near, np.ones((FINE, FINE))), FINE) > 0.5
     things = []
     for where, there in ((~near, EVERYWHERE), (near, form)):
-        inner = distance_transform_edt(where) > 3  # a pixel of the outline has the light of both
+        inner = distance_transform_edt(where) > 3  # boundary pixels mix the light of both layers
         inner = inner if inner.any() else where
         smooth = gaussian_filter(_continued(vergence, inner), 6)
         things.append(
@@ -97,6 +97,6 @@ def _photograph(folder: Path, focus: float) -> Layered:
 
 
 def _continued(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
-    """Values continued from the nearest where they are known."""
+    """Extrapolate values from the nearest known ones."""
     rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
     return np.asarray(values[rows, columns], float)

@@ -1,11 +1,10 @@
-"""An estimator of depth that has learned its own eye's blur from its own views, and is given no optics.
+"""Depth estimator without given optics, which has learned the blur of its own eye from its own views.
 
-It is trained on walls of natural texture at known distances, many at each, and keeps how its two views are
-correlated: their correlation functions, over the power that natural textures have. What equalising needs follows from
-them: how two views of one place differ, at each frequency and vergence, in contrast and in phase. What is assumed: that
-textures are natural (their power falls as 1 / frequency squared), that the noise is known, and that so are the walls'
-distances while it learns, as touch or another cue would give them. The walls that it learns from are wallpapers of
-64 x 64 pixels.
+It is trained on many walls of natural texture at known distances, and stores the correlation functions of its two
+views, normalised by the power of natural textures. From these follows how two views of one place differ in contrast and
+phase at each frequency and vergence, which is what equalisation needs. Assumptions: textures are natural (power
+proportional to 1 / frequency squared), the noise is known, and so are the walls' distances during training, as touch or
+another cue would provide them. The training walls are periodic textures of 64 x 64 pixels.
 """
 
 from __future__ import annotations
@@ -19,22 +18,22 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.eye import Cones
 
 SIDE = 64
-"""Pixels of a wall: wider than blur of 16 pixels' radius and its mirror image."""
+"""Width of a wall in pixels: wider than a blur of 16 pixels' radius and its mirror image."""
 
 STEP = 0.1
-"""Dioptres from one learned distance to the next."""
+"""Step of the learned distances, in dioptres."""
 
 LOOKS = 64
-"""Walls at each distance."""
+"""Number of walls at each distance."""
 
 SKIRT = 6.0
-"""Pixels beyond twice the blur's radius, to which correlations are kept: farther away there is noise alone."""
+"""Margin in pixels, beyond twice the blur radius, within which correlations are stored; beyond it is only noise."""
 
 CONTRAST = 0.2
 
 
 class Experience:
-    """Correlations of two views of walls: vergences T, lags T x 3 x SIDE x SIDE (of the first, both, the second)."""
+    """Correlations of two views of walls: vergences T, lags T x 3 x SIDE x SIDE (of the first, cross, the second)."""
 
     def __init__(self, vergences: NDArray[np.float64], lags: NDArray[np.float64], pixel_angle: float) -> None:
         self.vergences, self.lags, self.pixel_angle = vergences, lags, pixel_angle
@@ -43,7 +42,7 @@ class Experience:
     def of(
         cls, cones: Sequence[Cones], pixel_angle: float, nearest: float, *, noise: float, correlation: float, seed: int
     ) -> Experience:
-        """Look at walls from infinity to `nearest` (D) through two `cones`."""
+        """Learn from walls from infinity to `nearest` (D) seen through two `cones`."""
         random = np.random.default_rng([seed, 77])
         down, right = np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE)
         radius = np.hypot(down, right)
@@ -61,12 +60,12 @@ class Experience:
             textures = amplitude * np.stack([white[0], mix * white[0] + np.sqrt(1 - mix**2) * white[1]])
             seen = textures * np.stack([one[number] for one in passed])[:, None]
             seen += noise * np.fft.rfft2(random.standard_normal((*seen.shape[:2], SIDE, SIDE)))
-            # The second over the first: what the first has, turned by the conjugate.
+            # transfer of the second relative to the first: multiply by the conjugate of the first
             pairs = ((0, 0), (1, 0), (1, 1))
             power = np.stack([(seen[a] * seen[b].conj()).mean(axis=0) for a, b in pairs])
             power[[0, 2]] -= (noise * SIDE) ** 2
             over = power / np.maximum((amplitude * SIDE) ** 2, 1e-30) * (amplitude > 0)
-            # Noise makes fine detail unsure: it counts by what there is of it.
+            # noise limits fine detail: weight it by its power
             sure = np.maximum((amplitude * SIDE) ** 2 * np.abs(over[0::2]).max(axis=0), 0) / (noise * SIDE) ** 2
             over *= sure / (sure + 1 / np.sqrt(LOOKS))
             radii = [abs(one.focus_vergence - vergence) * one.aperture_diameter / 2 / pixel_angle for one in cones]
@@ -74,17 +73,17 @@ class Experience:
         return cls(vergences, lags, pixel_angle)
 
     def transfers(self, down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Transfer of either view at each vergence learned, at a column and a row of frequencies (cycles per radian).
+        """Return the transfer of both views at each learned vergence, on a frequency grid (cycles per radian).
 
-        T x 2 x rows x columns, up to a factor that both views have in common: it changes slowly from one vergence to
-        the next, and is positive for the first view where blur is least.
+        T x 2 x rows x columns, up to a common factor of both views: it varies smoothly with vergence, and is positive
+        for the first view where blur is least.
         """
         place = (np.arange(SIDE) + SIDE // 2) % SIDE - SIDE // 2
         turn_down = np.exp(-2j * np.pi * self.pixel_angle * down[:, None] * place)
         turn_right = np.exp(-2j * np.pi * self.pixel_angle * place[:, None] * right)
         first, both, second = np.moveaxis(turn_down @ self.lags @ turn_right, 1, 0)
         a, d = np.maximum(first.real, 0), np.maximum(second.real, 0)
-        # The leading eigenvector of [[a, both*], [both, d]] by its length.
+        # leading eigenvector of [[a, both*], [both, d]], normalised
         half = (a - d) / 2
         leading = (a + d) / 2 + np.sqrt(half**2 + np.abs(both) ** 2)
         found = np.where((half >= 0)[None], [leading - d, both], [both.conj(), leading - a])
@@ -101,7 +100,7 @@ class Experience:
 
 @dataclass(frozen=True, eq=False)
 class LearnedOptics:
-    """What a view is taken to have been formed by: one of the two of an experience."""
+    """Learned optics of one of the two views of an experience."""
 
     experience: Experience
     number: int
@@ -113,7 +112,7 @@ class LearnedOptics:
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
     ) -> NDArray[np.complex128]:
-        """Transfer at a column and a row of frequencies, between learned vergences by linear interpolation."""
+        """Return the transfer on a grid of frequencies, linearly interpolated between learned vergences."""
         down, right = np.asarray(frequency_y, float), np.asarray(frequency_x, float)
         levels, known = np.atleast_1d(np.asarray(vergences, float)), self.experience.vergences
         table = self.experience.transfers(down.ravel(), right.ravel())[:, self.number]
@@ -122,18 +121,18 @@ class LearnedOptics:
         return np.asarray((1 - part) * table[place] + part * table[place + 1])
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
-        """Refuse: blur is not taken to be round."""
-        raise NotImplementedError("this blur is not known to be round")
+        """Raise an error, as blur is not assumed to be circularly symmetric."""
+        raise NotImplementedError("learned blur is not circularly symmetric: use through_focus.")
 
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
     ) -> NDArray[np.complex128]:
-        """The same at one vergence."""
+        """Return the transfer at one vergence."""
         return np.asarray(self.through_focus(frequency_y, frequency_x, [vergence])[0])
 
 
 def learned_optics(experience: Experience, cones: Sequence[Cones]) -> list[LearnedOptics]:
-    """What was learned, in place of either of the `cones`."""
+    """Return the learned optics that replace each of the `cones`."""
     return [
         LearnedOptics(experience, number, one.light, one.aperture_diameter, one.focus_vergence)
         for number, one in enumerate(cones)

@@ -1,10 +1,10 @@
-"""Scenes that are complete behind their outlines, and rays through a lens over them: a reference for `render.blur`.
+"""Scenes that are complete behind their boundaries, traced through a lens: a reference for `render.blur`.
 
-A scene lies in the space of the pinhole picture: column and row in pixels, and vergence in pixels (vergence x half the
-aperture / the pixel's angle), where rays are straight. The ray through the lens at u (radius 1) that the sensor has at
-pixel p is at p + u (V - Vf) in vergence V, so that planes stay planes and spheres become ellipsoids. Every sheet and
-ball goes on behind the others and beyond the frame; the pinhole's picture and depth leave that out. No code is shared
-with `focalgradient.render`.
+A scene is defined in the space of the pinhole picture: column and row in pixels, and vergence in pixels (vergence x
+half the aperture / pixel angle), where rays are straight. The ray through the lens at u (radius 1) that reaches the
+sensor at pixel p is at p + u (V - Vf) in vergence V, so that planes remain planes and spheres become ellipsoids. Every
+sheet and ball continues behind the others and beyond the frame, which picture and depth of the pinhole do not show. No
+code is shared with `focalgradient.render`.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ SHAPE = (144, 192)
 """Rows and columns of the frame."""
 
 MARGIN = 64
-"""Pixels to which scenes go on beyond the frame."""
+"""Margin in pixels by which scenes extend beyond the frame."""
 
 FINE = 4
-"""Points of a sheet's form to a pixel, each way."""
+"""Samples of a sheet's shape per pixel, in each direction."""
 
 WIDE = (SHAPE[0] + 2 * MARGIN, SHAPE[1] + 2 * MARGIN)
 
@@ -33,7 +33,7 @@ FloatArray = NDArray[np.floating]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
-    """A thin surface: vergence and light at the pixels of the wide frame, and where it is, at `FINE` points a pixel."""
+    """Thin surface: vergence and light at the pixels of the wide frame, and its mask, at `FINE` samples per pixel."""
 
     vergence: FloatArray
     light: FloatArray
@@ -42,7 +42,7 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ball:
-    """A solid ellipsoid: middle (row, column), vergence of its middle, radius in pixels and in vergence; its light."""
+    """Solid ellipsoid: centre (row, column), vergence of the centre, radius in pixels and in vergence, light."""
 
     middle: tuple[float, float]
     vergence: float
@@ -53,9 +53,9 @@ class Ball:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layered:
-    """A scene with its name, the vergence in focus, and the lens.
+    """Scene with name, vergence in focus, and lens.
 
-    `lens` is 1 for a disc, 2 for a Gaussian of standard deviation 1/2, and from 3 on the number of straight blades.
+    `lens` is 1 for a disc, 2 for a Gaussian with a standard deviation of 1/2, and from 3 the number of straight blades.
     """
 
     name: str
@@ -65,13 +65,13 @@ class Layered:
 
 
 def picture_of(scene: Layered, samples: int = 64, seed: int = 1) -> tuple[FloatArray, FloatArray]:
-    """Light averaged over each pixel, and vergence in its middle, as a pinhole has them."""
+    """Return the light averaged over each pixel, and the vergence at its centre, as seen by a pinhole."""
     light = _traced(scene, samples, 0.0, False, seed)[0]
     return light, _traced(scene, 1, 0.0, True, seed)[1]
 
 
 def seen_through_lens(scene: Layered, rays: int = 1024, seed: int = 2) -> FloatArray:
-    """Light of every pixel by so many rays over the scene's lens."""
+    """Return the light of every pixel from `rays` rays over the scene's lens."""
     return _traced(scene, rays, scene.lens, False, seed)[0]
 
 
@@ -91,7 +91,7 @@ def _traced(scene: Layered, rays: int, lens: float, middle: bool, seed: int) -> 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _at(picture, y, x):  # type: ignore[no-untyped-def]
-    """Interpolate at a row and column of the frame, linearly."""
+    """Interpolate linearly at a row and column of the frame."""
     y = min(max(y + MARGIN, 0.0), picture.shape[0] - 1.001)
     x = min(max(x + MARGIN, 0.0), picture.shape[1] - 1.001)
     i, j = int(y), int(x)
@@ -105,7 +105,7 @@ def _at(picture, y, x):  # type: ignore[no-untyped-def]
 def _trace(  # type: ignore[no-untyped-def]
     vergences, lights, there, balls, skins, focus, rays, lens, middle, shifts, light, depth
 ):
-    # Kronecker sequence of four dimensions: powers of the root of x^5 = x + 1.
+    # Kronecker sequence of four dimensions, from powers of the root of x^5 = x + 1
     step = 1.1673039782614187 ** -np.arange(1.0, 5.0)
     for i in range(light.shape[0]):
         for j in range(light.shape[1]):
@@ -119,7 +119,7 @@ def _trace(  # type: ignore[no-untyped-def]
                 elif lens == 2:
                     far = math.sqrt(-2 * math.log(1 - c)) / 2
                 down, right = far * math.sin(2 * math.pi * d), far * math.cos(2 * math.pi * d)
-                if lens >= 3:  # a triangle between the middle and two corners of a polygon of the disc's area
+                if lens >= 3:  # a triangle between the centre and two corners of a polygon with the disc's area
                     part = 2 * math.pi / lens
                     corner = math.sqrt(2 * math.pi / (lens * math.sin(part))) * math.sqrt(c * lens % 1.0)
                     first, second = part * int(c * lens), part * (int(c * lens) + 1)
@@ -127,7 +127,7 @@ def _trace(  # type: ignore[no-untyped-def]
                     right = corner * ((1 - d) * math.cos(first) + d * math.cos(second))
                 best, shown = -1e9, 0.0
                 for k in range(len(vergences)):
-                    # Secant steps to where the ray meets the sheet.
+                    # secant steps to the intersection of ray and sheet
                     v0 = _at(vergences[k], y, x)
                     f0 = v0 - _at(vergences[k], y + down * (v0 - focus), x + right * (v0 - focus))
                     v = v0 - f0
@@ -143,7 +143,7 @@ def _trace(  # type: ignore[no-untyped-def]
                         if there[k, p, q]:
                             best, shown = v, _at(lights[k], row, column)
                 for k in range(len(balls)):
-                    # The near root of a quadratic in V.
+                    # nearer root of a quadratic in V
                     ratio = (balls[k, 3] / balls[k, 4]) ** 2
                     down0 = y + down * (balls[k, 2] - focus) - balls[k, 0]
                     right0 = x + right * (balls[k, 2] - focus) - balls[k, 1]
@@ -169,7 +169,7 @@ Y, X = np.meshgrid(FINE_ROWS, FINE_COLUMNS, indexing="ij")
 
 
 def texture(random: np.random.Generator, mean: float, contrast: float = 0.18) -> FloatArray:
-    """Light of amplitude 1 / frequency, with some edges."""
+    """Return light with an amplitude spectrum of 1 / frequency, with some edges."""
     noise = random.standard_normal(WIDE)
     waves = np.fft.rfft2(noise)
     frequency = np.hypot(np.fft.fftfreq(WIDE[0])[:, None], np.fft.rfftfreq(WIDE[1]))
@@ -180,7 +180,7 @@ def texture(random: np.random.Generator, mean: float, contrast: float = 0.18) ->
 
 
 def plane(at: float, down: float = 0.0, right: float = 0.0) -> FloatArray:
-    """Vergence `at` the middle of the frame, with a slope in each direction (pixels a pixel)."""
+    """Return a plane with vergence `at` at the centre of the frame, and a slope in each direction (px per px)."""
     return at + down * (ROWS - SHAPE[0] / 2)[:, None] + right * (COLUMNS - SHAPE[1] / 2)[None, :]
 
 
@@ -188,21 +188,21 @@ EVERYWHERE = np.ones((FINE * WIDE[0], FINE * WIDE[1]), bool)
 
 
 def card(middle: tuple[float, float], half: tuple[float, float], turn: float = 0.0) -> NDArray[np.bool_]:
-    """A rectangle by its middle and half its height and width, turned (radians)."""
+    """Return the mask of a rectangle, given centre, half height and width, and rotation (radians)."""
     y, x = Y - middle[0], X - middle[1]
     down, right = y * math.cos(turn) - x * math.sin(turn), y * math.sin(turn) + x * math.cos(turn)
     return np.asarray((np.abs(down) < half[0]) & (np.abs(right) < half[1]))
 
 
 def leaf(middle: tuple[float, float], half: tuple[float, float], turn: float = 0.0) -> NDArray[np.bool_]:
-    """An ellipse."""
+    """Return the mask of an ellipse."""
     y, x = Y - middle[0], X - middle[1]
     down, right = y * math.cos(turn) - x * math.sin(turn), y * math.sin(turn) + x * math.cos(turn)
     return np.asarray((down / half[0]) ** 2 + (right / half[1]) ** 2 < 1)
 
 
 def blob(random: np.random.Generator, scale: float, share: float) -> NDArray[np.bool_]:
-    """An irregular form that covers about a `share` of the frame."""
+    """Return an irregular mask that covers about a fraction `share` of the frame."""
     field = gaussian_filter(random.standard_normal(WIDE), scale)
     field = field / field.std()
     wide = np.kron(field, np.ones((FINE, FINE)))
@@ -210,9 +210,9 @@ def blob(random: np.random.Generator, scale: float, share: float) -> NDArray[np.
 
 
 def _balls_on_floor(seed: int, reach: float, focus: float) -> Layered:
-    """Balls that stand on a floor before a wall; vergence from 0 (the wall) to `reach`."""
+    """Return balls on a floor before a wall; vergence from 0 (the wall) to `reach`."""
     random = np.random.default_rng(seed)
-    # The floor rises from the wall's foot, in the middle row, to `reach` at the bottom.
+    # the floor rises from the foot of the wall, in the middle row, to `reach` at the bottom
     horizon = 0.35 * SHAPE[0]
     slope = reach / (SHAPE[0] - horizon)
     things: list[Sheet | Ball] = [
@@ -223,7 +223,7 @@ def _balls_on_floor(seed: int, reach: float, focus: float) -> Layered:
         radius = random.uniform(14, 26)
         foot = horizon + (0.15 + 0.17 * number) * (SHAPE[0] - horizon)
         across = random.uniform(0.1, 0.9) * SHAPE[1]
-        # It touches the floor near its lowest point.
+        # contact with the floor near its lowest point
         vergence = slope * (foot - horizon)
         depth = random.uniform(0.15, 0.4) * radius * min(1.0, reach / 25)
         things.append(
@@ -233,7 +233,7 @@ def _balls_on_floor(seed: int, reach: float, focus: float) -> Layered:
 
 
 def _curved(seed: int, count: int, reach: float, focus: float, contrast: float = 0.18) -> Layered:
-    """Smoothly curved layers of irregular form, as of photographed rooms."""
+    """Return smoothly curved layers of irregular shape, as in photographed rooms."""
     random = np.random.default_rng(seed)
     things = []
     for number in range(count):
@@ -246,7 +246,7 @@ def _curved(seed: int, count: int, reach: float, focus: float, contrast: float =
 
 
 def _cards(seed: int, reach: float, focus: float, thin: bool) -> Layered:
-    """Cards, leaves, bars and rings at any vergence and turn."""
+    """Return cards, leaves, bars and rings with any vergence and orientation."""
     random = np.random.default_rng(seed)
     things = [Sheet(plane(0.0, *random.uniform(-0.02, 0.02, 2)), texture(random, 0.4), EVERYWHERE)]
     for number in range(10):
@@ -267,7 +267,7 @@ def _cards(seed: int, reach: float, focus: float, thin: bool) -> Layered:
 
 
 def _contact(seed: int, slope: float, focus: float) -> Layered:
-    """A card that leans on a wall: they touch along a slanted line, and part from there."""
+    """Return a card that leans on a wall: they touch along a slanted line, and diverge from there."""
     random = np.random.default_rng(seed)
     turn = random.uniform(-0.3, 0.3)
     wall = plane(4.0, 0.05, 0.02)
@@ -278,7 +278,7 @@ def _contact(seed: int, slope: float, focus: float) -> Layered:
 
 
 def _three(seed: int, reach: float, focus: float) -> Layered:
-    """Three surfaces that meet in places, and a hole."""
+    """Return three surfaces that meet in places, and a hole."""
     random = np.random.default_rng(seed)
     middle = (SHAPE[0] / 2, SHAPE[1] / 2)
     half = random.uniform(0.4, 0.6)
@@ -296,7 +296,7 @@ def _three(seed: int, reach: float, focus: float) -> Layered:
 
 
 def scenes() -> list[Layered]:
-    """Thirty scenes; blur from 0 to 40 pixels in radius."""
+    """Return thirty scenes; blur from 0 to 40 pixels in radius."""
     return [
         *(_balls_on_floor(1 + n, reach, focus) for n, (reach, focus) in enumerate(
             [(15, 13), (15, 0), (8, 4), (25, 12), (25, 25), (38, 20), (40, 0), (5, 2)])),

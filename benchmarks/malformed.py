@@ -24,11 +24,11 @@ TESTS = Path(__file__).parents[1] / "tests"
 sys.path += [str(TESTS), str(TESTS / "fuzz"), str(TESTS / "experiments")]
 
 CASES = 300
-"""Inputs of the fuzzer in its row: some minutes."""
+"""Number of fuzzer inputs in its row, which take some minutes."""
 
 
 def _outcomes(tries: list[Callable[[], object]]) -> str:
-    """How many calls end in something else than a result or an `InputError`."""
+    """Count calls that end neither in a result nor in an `InputError`."""
     wrong = 0
     for one in tries:
         try:

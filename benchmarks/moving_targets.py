@@ -1,11 +1,11 @@
-"""Estimates of a moving target's vergence, by two wavebands, by one at several moments, and by both together.
+"""Estimates of the vergence of a moving target from two wavebands, from several moments, and from both.
 
     python benchmarks/moving_targets.py --seeds 8
 
-Each row is of simulated courses of `eye.accommodate`, in which an eye focuses the target by its own estimate: the root
-mean square error of the estimate (D), the share of the moments within two stated standard deviations, the mean stated
-standard deviation (D), and gain and phase of accommodation where the target moves as a sine. Both together should never
-be worse than either, and 92 to 97 % within two standard deviations.
+Each row summarises simulated courses of `eye.accommodate`, in which an eye focuses on the target by its own estimate:
+root mean square error of the estimate (D), fraction of time within two stated SDs, mean stated SD (D), and gain and
+phase of accommodation for sinusoidal targets. Both cues together should never be worse than either, with 92 to 97 %
+within two SDs.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ TARGETS = {
 }
 NAMES = [*TARGETS, "random walk"]
 WALK = 0.4
-"""Dioptres by which the random walk moves in a second, root mean square."""
+"""Root-mean-square displacement of the random walk in one second, in dioptres."""
 
 
 def target(name: str, seed: int) -> Callable[[float], float]:
-    """Vergence (D) of the target by time (s); each seed has a random walk of its own, turned back at .5 and 4 D."""
+    """Return the target's vergence (D) as a function of time (s); random walks depend on the seed, within .5 to 4 D."""
     if name in TARGETS:
         return TARGETS[name]
     times = np.arange(0.0, SECONDS + 0.1, 0.1)

@@ -1,10 +1,11 @@
-"""How fast frames of the Necker cube are drawn, against plain NumPy in the same run.
+"""Speed of drawing frames of the Necker cube, compared with NumPy in the same run.
 
     python benchmarks/necker_frames.py [--repeat 5] [--out FILE.json]
 
-The peer evaluates the same closed form with NumPy and SciPy, for each edge over the whole frame, with sigma linear from
-end to end: it does not follow how the lines' own width and their defocus add up in between, and differs by that. Both
-run in turn, so that their ratio means something on a busy machine; processor time leaves out what others take of it.
+The reference implementation evaluates the same closed form with NumPy and SciPy, for each edge over the whole frame,
+with sigma linear from end to end: it ignores how line width and defocus add up in between, and differs by that. Both
+are run alternately, so that their ratio is meaningful on a busy machine; processor time excludes the use by other
+processes.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from focalgradient.scenes.necker import EDGES, NeckerCube
 
 CUBE = NeckerCube(line_width=math.radians(0.07))
 SHAPE = (512, 512)
-PIXEL_ANGLE = math.radians(16) / 512  # the frame holds the whole cube
-FRAMES = 24  # of a quarter turn, to one run
+PIXEL_ANGLE = math.radians(16) / 512  # the frame contains the whole cube
+FRAMES = 24  # frames of a quarter turn per run
 CASES: dict[str, tuple[Gradient, float]] = {  # aperture in metres
     "none": ("none", 0.0),
     "rigid, 4 mm": ("rigid", 0.004),
@@ -45,7 +46,7 @@ def ours(turn: float, gradient: Gradient, aperture: float) -> NDArray[np.float32
 
 
 def plain(turn: float, gradient: Gradient, aperture: float) -> NDArray[np.float32]:
-    """The frame by NumPy."""
+    """Draw the frame with NumPy."""
     lines = CUBE.project(CUBE.vertices(turn))[EDGES] / PIXEL_ANGLE + (np.array(SHAPE[::-1]) - 1) / 2
     width = CUBE.line_width / WIDTH / PIXEL_ANGLE
     blur = np.zeros(EDGES.shape)
@@ -68,7 +69,7 @@ def plain(turn: float, gradient: Gradient, aperture: float) -> NDArray[np.float3
 
 
 def compare(gradient: Gradient, aperture: float, repeat: int) -> dict[str, float]:
-    """Milliseconds a frame, medians of runs in turn: wall and processor time; and how far the two differ at most."""
+    """Return milliseconds per frame (medians of alternating runs, wall and processor time) and largest difference."""
     turns = [0.25 * i / FRAMES for i in range(FRAMES)]
     methods: dict[str, tuple[Callable[..., NDArray[np.float32]], list[float]]] = {
         "ours": (ours, turns),

@@ -1,13 +1,13 @@
-"""The schematic eye's focus off axis, beside visisipy's, which traces rays through the same surfaces.
+"""Off-axis focus of the schematic eye, compared with visisipy, which traces rays through the same surfaces.
 
     pip install visisipy
     python benchmarks/off_axis_of_visisipy.py
 
 visisipy (https://github.com/MREYE-LUMC/visisipy) fits Zernike terms to a wavefront traced into the eye, over its exit
-pupil; `focalgradient.eye.field_foci` follows Coddington's equations from the retina outwards. Both have the surfaces of
-Escudero-Sanz & Navarro (1999) and the indices at 543 nm. visisipy's refraction is the wavefront's curvature over the
-exit pupil; what it comes to in front of the eye goes by the square of the exit over the entrance pupil's diameter. It
-takes the beam in the pupil to be round, which off axis is narrower in the tangential plane: there the two differ.
+pupil; `focalgradient.eye.field_foci` follows Coddington's equations from the retina outwards. Both use the surfaces of
+Escudero-Sanz & Navarro (1999) and the indices at 543 nm. visisipy's refraction is the curvature of the wavefront over
+the exit pupil; in front of the eye it is scaled by the squared ratio of exit to entrance pupil diameter. visisipy
+assumes a circular beam in the pupil, which off axis is narrower in the tangential plane: there the two differ.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ DEGREES = (10, 20, 30, 40)
 
 
 def exit_over_entrance() -> float:
-    """Diameter of the exit pupil over the entrance pupil's, by paraxial rays from the middle of the stop.
+    """Return the ratio of exit to entrance pupil diameter, from paraxial rays from the centre of the stop.
 
-    Each is as large as the stop times n u / (n' u') of such a ray (Lagrange's invariant).
+    Each is the stop magnified by n u / (n' u') of such a ray (Lagrange invariant).
     """
-    # Inwards from the stop, which touches the lens: n' u' = n u - y (n' - n) / R at each surface.
+    # inwards from the stop, which touches the lens: n' u' = n u - y (n' - n) / R at each surface
     height = AQUEOUS / LENS * (LENS_END - STOP)
     behind = AQUEOUS - height * (VITREOUS - LENS) / LENS_BACK
-    # Outwards the same holds with radii of the other sign.
+    # outwards, with radii of the opposite sign
     height = STOP - BACK_AT
     cornea = AQUEOUS + height * (CORNEA - AQUEOUS) / BACK
     height += cornea / CORNEA * BACK_AT
@@ -40,7 +40,7 @@ def exit_over_entrance() -> float:
 
 
 def refractions() -> list[tuple[float, float]]:
-    """Visisipy's vergences in focus less those on the axis, tangential and sagittal, over the exit pupil: D."""
+    """Return visisipy's tangential and sagittal vergence in focus relative to the axis, over the exit pupil (D)."""
     import visisipy
     from visisipy.models import EyeModel, NavarroGeometry
     from visisipy.models.materials import EyeMaterials, MaterialModel
@@ -63,7 +63,7 @@ def refractions() -> list[tuple[float, float]]:
 
 
 def main() -> None:
-    warnings.simplefilter("ignore")  # visisipy's own, of fields that it adds
+    warnings.simplefilter("ignore")  # visisipy's own warnings on added fields
     scale = exit_over_entrance() ** 2
     print(f"exit over entrance pupil: {scale**0.5:.3f}")
     print("degrees  tangential D: ours  visisipy   sagittal D: ours  visisipy   astigmatism D: ours  visisipy")

@@ -1,14 +1,14 @@
-"""Are hierarchical psychometric functions recovered, and do their intervals cover? Simulated people who are known.
+"""Recovery of hierarchical psychometric functions and coverage of their intervals, for simulated people.
 
     python benchmarks/psychometric_recovery.py [--sets 2000] [--subjects 6,12] [--trials 60] [--workers 2]
         [--overdispersion 0] [--lapse people]
 
-Each set is an experiment: N people, 2 conditions, two alternatives, nine levels as often as each other. A person's log
-threshold is normal about log 0.2 (standard deviation 0.4) and differs by condition by 0.15 more; log slopes are normal
-about log 3.5 (0.2), log odds of lapses about those of 2 % (0.5). Conditions do not differ, so that rejections are
-errors. Printed: bias (against the mean of these people) and coverage of the mean threshold and slope, false positives
-and coverage of the difference, coverage over persons, the spread of a person's estimate, the mean standard deviations,
-and sets without a fit.
+Each data set is an experiment with N people, 2 conditions, two alternatives, and nine levels shown equally often. A
+person's log threshold is normal around log 0.2 (SD 0.4), with an additional SD of 0.15 between conditions; log slopes
+are normal around log 3.5 (0.2), log odds of lapses around those of 2 % (0.5). Conditions do not differ on average, so
+that rejections are errors. Printed are bias (relative to the mean of these people) and coverage of mean threshold and
+slope, false positives and coverage of the difference, coverage over persons, the SD of a person's estimate, the mean
+standard deviations, and the number of data sets without a fit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import math
 import os
 from typing import Literal, NamedTuple
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only slow it down
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ CONDITIONS = 2
 
 
 class Cell(NamedTuple):
-    """What the sets of a cell have in common."""
+    """Settings common to the data sets of a cell."""
 
     subjects: int
     trials: int
@@ -45,7 +45,7 @@ class Cell(NamedTuple):
 
 
 def experiment(rng: np.random.Generator, cell: Cell) -> tuple[dict[str, FloatArray], FloatArray, FloatArray]:
-    """Answers, the log thresholds of people in conditions, and their slopes."""
+    """Return answers, log thresholds of people in conditions, and their slopes."""
     people = cell.subjects
     own = math.log(THRESHOLD) + SD * rng.normal(size=(people, 1)) + SD_BY_CONDITION * rng.normal(size=(people, 2))
     slope = SLOPE * np.exp(SD_SLOPE * rng.normal(size=(people, 1, 1)))
@@ -67,7 +67,7 @@ def experiment(rng: np.random.Generator, cell: Cell) -> tuple[dict[str, FloatArr
 
 
 def session(job: tuple[Cell, int]) -> FloatArray:
-    """Errors and coverage of one set, or NaN without a fit."""
+    """Return errors and coverage of one data set, or NaN without a fit."""
     cell, seed = job
     rng = np.random.default_rng([seed, cell.subjects, cell.trials])
     table, own, slopes = experiment(rng, cell)

@@ -1,21 +1,21 @@
-"""What two views through different parts of one eye's pupil would tell of depth: the eye's dual pixels.
+"""Information on depth in two views through different parts of one pupil, the eye's equivalent of dual pixels.
 
     python benchmarks/pupil_halves.py
 
-An eye of 4 mm in light of 555 nm looks at a natural texture (contrast 0.2, 64 minutes of arc, pixels of one minute,
-noise 0.2 of the mean) half a dioptre nearer than its focus. Each row is a pair of views that share the light, each
-through a weighted part of the pupil:
+An eye with a pupil of 4 mm in light of 555 nm looks at a natural texture (contrast 0.2, 64 arcmin, pixels of one
+arcmin, noise 0.2 of the mean) half a dioptre nearer than its focus. Each row is a pair of views that share the light,
+each through a weighted part of the pupil:
 
-- halves: the left and the right half, as two pinholes (Scheiner 1619), or a beam splitter, would have it;
-- cones tuned apart: two kinds of cones whose Stiles-Crawford functions, 10^(-0.05 r^2) with r in mm, peak on opposite
-  sides of the pupil's middle, at the distance that is named;
-- whole pupil: both views alike;
-- two wavebands: what the L and M, and the S cones see of daylight, each in its own focus, through the whole pupil.
+- halves: the left and the right half, as with two pinholes (Scheiner 1619) or a beam splitter;
+- separately tuned cones: two classes of cones whose Stiles-Crawford functions, 10^(-0.05 r^2) with r in mm, peak on
+  opposite sides of the pupil's centre, at the stated distance;
+- whole pupil: two identical views;
+- two wavebands: images of daylight for the L and M, and for the S cones, each in its own focus, through the whole
+pupil.
 
-Printed are the shift of one view against the other for a dioptre of defocus (minutes of arc), the standard deviation of
-depth in dioptres that an ideal observer of both views has (Cramer and Rao's bound; texture unknown, its power known),
-and how well it tells nearer from farther than focus (Kullback-Leibler divergence in nats: 0 is not at all, and with 5
-or more errors are rare).
+Printed are the shift between the views per dioptre of defocus (arcmin), the SD of depth in dioptres of an ideal
+observer of both views (Cramer-Rao bound; unknown texture with known power), and the discrimination of nearer from
+farther than focus (Kullback-Leibler divergence in nats: 0 is none; from 5, errors are rare).
 """
 
 from __future__ import annotations
@@ -32,29 +32,29 @@ from focalgradient.eye.retina import S_FINEST_CPD
 
 Array = NDArray[np.float64]
 Transfers = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
-"""Transfer of both views at a defocus (D), positive for nearer than focus."""
+"""Function that returns the transfer of both views at a defocus (D), positive for nearer than focus."""
 
 PUPIL, NM = 4e-3, 555.0
 SIDE, PIXEL = 64, math.radians(1 / 60)
 SAMPLES = 512
-"""Of the pupil's plane, which has 8 for each pixel of the patch."""
+"""Number of samples of the pupil plane, 8 per pixel of the patch."""
 
 CONTRAST, NOISE = 0.2, 0.2
 RHO = 0.05
-"""Stiles-Crawford effect in 1/mm^2 (base 10): usual in the fovea (Applegate & Lakshminarayanan 1993)."""
+"""Stiles-Crawford coefficient in 1/mm^2 (base 10), usual in the fovea (Applegate & Lakshminarayanan 1993)."""
 
 DEFOCUS = 0.5
 
 
 def plane() -> tuple[Array, Array]:
-    """Places x and y in the pupil, in metres, whose differences give frequencies that the patch has."""
+    """Return pupil coordinates x and y in metres, whose spacing matches the frequencies of the patch."""
     step = 1e-9 * NM / (SIDE * PIXEL)
     along = step * (np.arange(SAMPLES) - SAMPLES // 2)
     return np.meshgrid(along, along)
 
 
 def transfer(weight: Array, defocus: float) -> NDArray[np.complex128]:
-    """Transfer at the patch's frequencies (its half spectrum) of a pupil of a sensitivity and a defocus (D)."""
+    """Return the transfer at the patch's frequencies (half spectrum) for a pupil sensitivity and a defocus (D)."""
     x, y = plane()
     phase = 2 * np.pi / (1e-9 * NM) * defocus * (x**2 + y**2) / 2
     field = np.sqrt(weight) * np.exp(1j * phase)
@@ -65,19 +65,19 @@ def transfer(weight: Array, defocus: float) -> NDArray[np.complex128]:
 
 
 def shift(first: Array, second: Array) -> float:
-    """Minutes of arc by which the views move apart for a dioptre: how far apart the centres of their light are."""
+    """Return the shift between the views per dioptre (arcmin): the distance between the centroids of their light."""
     x, _ = plane()
     apart = abs(float((first * x).sum() / first.sum() - (second * x).sum() / second.sum()))
     return 60 * math.degrees(apart)
 
 
 def through(first: Array, second: Array) -> Transfers:
-    """Views through two sensitivities of the pupil."""
+    """Return the views through two sensitivities of the pupil."""
     return lambda defocus: (transfer(first, defocus), transfer(second, defocus))
 
 
 def wavebands() -> Transfers:
-    """Views of the L and M, and of the S cones; defocus counts from where the former are in focus."""
+    """Return the views of the L and M, and of the S cones; defocus is relative to the focus of the former."""
     cones = [Cones.of(Eye(PUPIL, 0.0), "L+M"), Cones.of(Eye(PUPIL, 0.0), "S", finest_cpd=S_FINEST_CPD)]
     frequency = np.hypot(np.fft.fftfreq(SIDE, PIXEL)[:, None], np.fft.rfftfreq(SIDE, PIXEL))
     focus = cones[0].focus_vergence
@@ -85,19 +85,19 @@ def wavebands() -> Transfers:
 
 
 def covariance(views: Transfers, defocus: float) -> NDArray[np.complex128]:
-    """Covariance of both views at each frequency, in units of the noise of a view that has all the light."""
+    """Return the covariance of both views at each frequency, relative to the noise of a view with all the light."""
     radial = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
     radial[0, 0] = np.inf
     power = np.where(radial < 0.5, radial**-2.0, 0.0)
     power *= (CONTRAST / NOISE) ** 2 * SIDE**2 / (2 * power.sum())
     pixel = np.sinc(np.fft.fftfreq(SIDE))[:, None] * np.sinc(np.fft.rfftfreq(SIDE))
     seen = np.stack([pixel * one for one in views(defocus)], axis=-1)
-    # Noise of photons and cones: half of them in each view.
+    # photon and cone noise, half of the photons and cones in each view
     return np.asarray(power[..., None, None] * seen[..., :, None] * seen[..., None, :].conj() + 2 * np.eye(2))
 
 
 def deviation(views: Transfers) -> float:
-    """Standard deviation of depth in dioptres, about `DEFOCUS`."""
+    """Return the SD of depth in dioptres around `DEFOCUS`."""
     step = 0.01
     here = covariance(views, DEFOCUS)
     change = (covariance(views, DEFOCUS + step) - covariance(views, DEFOCUS - step)) / (2 * step)
@@ -106,7 +106,7 @@ def deviation(views: Transfers) -> float:
 
 
 def divergence(views: Transfers) -> float:
-    """Nats by which `DEFOCUS` nearer differs from as much farther."""
+    """Return the divergence in nats between `DEFOCUS` nearer and the same farther."""
     near, far = (covariance(views, way * DEFOCUS) for way in (1, -1))
     ratio = np.linalg.solve(far, near)
     value = np.trace(ratio, axis1=-2, axis2=-1) - 2 - np.log(np.linalg.det(ratio))
@@ -114,7 +114,7 @@ def divergence(views: Transfers) -> float:
 
 
 def pairs() -> dict[str, tuple[Array, Array]]:
-    """The two sensitivities over the pupil, by name."""
+    """Return the two sensitivities over the pupil, by name."""
     x, y = plane()
     disc = (np.hypot(x, y) <= PUPIL / 2).astype(float)
 

@@ -1,12 +1,13 @@
-"""How fast the real-time form is, against the same pipeline one call an operation, and how accurate its depth is.
+"""Speed of the real-time form compared with the same pipeline of separate calls, and accuracy of its depth.
 
     python benchmarks/realtime.py [--repeat 15] [--stream] [--out FILE.json]
 
-The peers do what the paper lists, one call an operation: the Laplacian of each view, its square, its mean over 4 x 4
-pixels, a Gaussian of the view for local brightness, and the divisions; in OpenCV on two threads, and in scipy.ndimage.
-All run in turn on the same images in one process, so that ratios mean something on a busy machine. A plain copy of the
-same bytes is the yardstick of what the memory allows. Errors follow: of the bands under Gaussian blur, and of depth on
-a slanted plane. ``--stream`` adds the memory that `focalgradient stream` takes for a short and for a long video.
+The reference implementations compute the steps listed in the paper, one call per operation: the Laplacian of each view,
+its square, its mean over 4 x 4 pixels, a Gaussian of the view for local brightness, and the divisions; in OpenCV on two
+threads, and in scipy.ndimage. All run alternately on the same images in one process, so that ratios are meaningful on a
+busy machine. A copy of the same bytes gives the limit of memory bandwidth. Then errors are printed: of the bands under
+Gaussian blur, and of depth on a slanted plane. ``--stream`` adds the memory use of `focalgradient stream` for a short
+and for a long video.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ from focalgradient.scenes.texture import Texture
 Image = NDArray[Any]
 
 FULL = (1080, 1920)
-PAPER = (256, 256)  # pixels, in half a second in 1987
+PAPER = (256, 256)  # pixels, processed in half a second in 1987
 PIXEL = 8e-6 / APERTURES[0].sensor_distance
 
 
 def textured(shape: tuple[int, int]) -> list[Image]:
-    """Two float32 images with the values of 8-bit video: 1/f texture, and the same blurred."""
+    """Return two float32 images with the values of 8-bit video: 1/f texture, and a blurred version."""
     frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
     frequency[0, 0] = np.inf
     white = np.random.default_rng(1).standard_normal(shape)
@@ -58,7 +59,7 @@ def textured(shape: tuple[int, int]) -> list[Image]:
 
 
 def opencv(small: Image, large: Image) -> Image:
-    """The paper's steps, one call of OpenCV for each."""
+    """Compute the paper's steps, one call of OpenCV each."""
     contents = []
     for image in (small, large):
         second = cv2.Laplacian(image, cv2.CV_32F)
@@ -73,7 +74,7 @@ def opencv(small: Image, large: Image) -> Image:
 
 
 def opencv_reduced(small: Image, large: Image) -> Image:
-    """The same with our short cut: the Gaussian over the means of 4 x 4 pixels."""
+    """Compute the same with our shortcut: the Gaussian over the means of 4 x 4 pixels."""
     contents = []
     for image in (small, large):
         second = cv2.Laplacian(image, cv2.CV_32F)
@@ -88,7 +89,7 @@ def opencv_reduced(small: Image, large: Image) -> Image:
 
 
 def scipy(small: Image, large: Image) -> Image:
-    """The paper's steps in scipy.ndimage."""
+    """Compute the paper's steps with scipy.ndimage."""
     contents = []
     for image in (small, large):
         image = image.astype(np.float32, copy=False)
@@ -99,7 +100,7 @@ def scipy(small: Image, large: Image) -> Image:
 
 
 def speeds(shape: tuple[int, int], repeat: int) -> dict[str, dict[str, float]]:
-    """Median and least milliseconds of each way, all in turn, for float32 and for uint8 images."""
+    """Return median and minimum milliseconds of each implementation, run alternately, for float32 and uint8 images."""
     floats = textured(shape)
     stored = [image.astype(np.uint8) for image in floats]
     spare = [np.empty_like(image) for image in (*floats, *stored)]
@@ -128,7 +129,7 @@ def speeds(shape: tuple[int, int], repeat: int) -> dict[str, dict[str, float]]:
         way()
     for _ in range(repeat):
         for name, way in ways.items():
-            way()  # as in a video, where the frame before has warmed the caches
+            way()  # as in a video, where the preceding frame has warmed the caches
             start = time.perf_counter()
             way()
             taken[name].append(1e3 * (time.perf_counter() - start))
@@ -136,10 +137,10 @@ def speeds(shape: tuple[int, int], repeat: int) -> dict[str, dict[str, float]]:
 
 
 def band_errors(sigma: float, noise: float = 0.01, tries: int = 4) -> dict[str, list[float]]:
-    """RMS error (%) of sigma, by each band alone and by all, and the share of places where it is valid.
+    """Return the RMS error (%) of sigma, by each band and by all, and the fraction of valid places.
 
-    The blur is Gaussian, of sigma and sigma / 2.
-    A wall of 1/f texture of contrast 0.2, gathered in a window of 8 pixels; valid: stated to better than a half.
+    The blur is Gaussian, of sigma and sigma / 2. The scene is a wall of 1/f texture with a contrast of 0.2, averaged in
+    a window of 8 pixels; valid: a stated relative SD below one half.
     """
     lenses = [Lens(0.025, number, 1.0) for number in (8, 4)]
     defocus = sigma / 0.5 / (lenses[1].aperture_diameter / 2 / PIXEL)
@@ -170,7 +171,7 @@ def band_errors(sigma: float, noise: float = 0.01, tries: int = 4) -> dict[str, 
 
 
 def plane_errors(texture: Texture, shape: tuple[int, int] = (240, 320)) -> dict[str, dict[str, float]]:
-    """Median error of distance (%), share valid, and share within 2 sd, on the slanted plane at several noises."""
+    """Return median distance error (%), fractions valid and within 2 SD, for the slanted plane by noise level."""
     scene = slant(NEAR, FAR, shape[1] * PIXEL, seed=1, texture=texture)
     casts = [cast(scene, lens, shape, PIXEL, samples=256) for lens in APERTURES]
     rows = {}
@@ -190,7 +191,7 @@ def plane_errors(texture: Texture, shape: tuple[int, int] = (240, 320)) -> dict[
 
 
 def stream_memory(frames: int, shape: tuple[int, int] = (480, 640)) -> dict[str, float]:
-    """Peak memory (MB) and frames a second of `focalgradient stream` on a video of so many frames."""
+    """Return peak memory (MB) and frames per second of `focalgradient stream` on a video of `frames` frames."""
     program = (
         "import resource, sys; from focalgradient.cli import main\n"
         "try: main(sys.argv[1:])\n"

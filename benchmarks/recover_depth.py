@@ -1,11 +1,11 @@
-"""How fast and how accurate `recover_depth` is, against plain blur equalisation in the same run.
+"""Speed and accuracy of `recover_depth`, compared with simple blur equalisation in the same run.
 
     python benchmarks/recover_depth.py [--repeat 5] [--out FILE.json]
 
-The peer is what one writes with SciPy in an afternoon: at each of 35 depths blur each view with the other's point
-spread function, square the difference, average it with the same Gaussian window, and take the least, refined by a
-parabola. Both run in turn on the same views, so that their ratio means something on a busy machine. Then full frames,
-each in a process of its own, for seconds and peak memory.
+The reference is a straightforward SciPy implementation: at each of 35 depths, blur each view with the point spread
+function of the other, square the difference, average it with the same Gaussian window, and find the minimum, refined by
+a parabola. Both run alternately on the same views, so that their ratio is meaningful on a busy machine. Then full
+frames follow, each in its own process, for seconds and peak memory.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ NEAR, FAR = 0.9, 2.2  # m, the slanted plane's left and right edges
 FOCUS = 0.85  # m
 LEVELS = 35
 WINDOW = 8.0  # px
-NOISE = 0.01  # of the mean radiance
+NOISE = 0.01  # relative to the mean radiance
 APERTURES = [Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (16, 5.6)]
 FOCI = [Lens(focal_length=0.025, f_number=8, focus_distance=focus) for focus in (0.8, 1.25)]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Views, the true distance of each pixel, and how their blur is modelled."""
+    """Views, true distance of each pixel, and blur model."""
 
     views: list[View]
     distance: NDArray[np.float64]
@@ -51,7 +51,7 @@ class Trial:
 
 
 def slanted(lenses: Sequence[Lens], near: float, far: float, shape: tuple[int, int], samples: int) -> Trial:
-    """Rays through lenses: views of a slanted plane, whose blur is a disc."""
+    """Return ray-traced views of a slanted plane, whose blur is a disc."""
     pixel = 8e-6 / lenses[0].sensor_distance
     casts = [cast(slant(near, far, shape[1] * pixel, seed=1), lens, shape, pixel, samples=samples) for lens in lenses]
     sd = NOISE * float(casts[0].view.image.mean())
@@ -59,9 +59,9 @@ def slanted(lenses: Sequence[Lens], near: float, far: float, shape: tuple[int, i
 
 
 def gaussian_wall(distance: float, shape: tuple[int, int]) -> Trial:
-    """A wall whose blur is Gaussian: by filtering, as no rays do that."""
+    """Return a wall with Gaussian blur, by filtering, as rays do not produce it."""
     pixel = 8e-6 / APERTURES[0].sensor_distance
-    size = [n + 128 for n in shape]  # wider than the frame, so that nothing wraps into it
+    size = [n + 128 for n in shape]  # wider than the frame, to avoid wrap-around
     frequency = np.hypot(np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1]))
     spectrum = np.fft.rfft2(np.random.default_rng(1).standard_normal(size))
     spectrum *= np.where(frequency > 0, 1 / np.maximum(frequency, 1e-9), 0)
@@ -77,20 +77,20 @@ def gaussian_wall(distance: float, shape: tuple[int, int]) -> Trial:
 
 
 def blur(image: Image, radius: float, psf: PsfName) -> Image:
-    """The image blurred by a disc or a Gaussian of that disc's second moment."""
+    """Blur an image with a disc, or with a Gaussian of the disc's second moment."""
     if psf == "gaussian":
         return np.asarray(ndimage.gaussian_filter(image, DISC_K * radius, mode="reflect"))
     kernel = disc(radius)
     if kernel.size <= 1:
         return image
-    if kernel.size <= 25:  # below this the sum is the faster, above it the Fourier transform
+    if kernel.size <= 25:  # direct summation is faster for small kernels, the Fourier transform for others
         return np.asarray(ndimage.convolve(image, kernel, mode="reflect"))
     reach = kernel.shape[0] // 2
     return np.asarray(signal.fftconvolve(np.pad(image, reach, mode="symmetric"), kernel, mode="valid"), np.float32)
 
 
 def disc(radius: float) -> Image:
-    """A uniform disc, each pixel by the share of 8 x 8 points of it that lie within; sums to 1."""
+    """Return a uniform disc, antialiased by 8 x 8 points per pixel, with sum 1."""
     reach = int(np.ceil(radius))
     if radius < 0.1:
         return np.ones((1, 1), np.float32)
@@ -101,7 +101,7 @@ def disc(radius: float) -> Image:
 
 
 def plain(trial: Trial) -> NDArray[np.float64]:
-    """Vergence by plain blur equalisation, H x W."""
+    """Return vergence by simple blur equalisation, H x W."""
     one, other = trial.views
     focus = one.optics.focus_vergence
     levels = np.linspace(0, focus, LEVELS)
@@ -118,12 +118,12 @@ def plain(trial: Trial) -> NDArray[np.float64]:
 
 
 def ours(trial: Trial) -> NDArray[np.float64]:
-    """Vergence by `recover_depth`, H x W."""
+    """Return vergence by `recover_depth`, H x W."""
     return recover_depth(trial.views, near=FOCUS, psf=trial.psf, window=WINDOW).vergence.astype(float)
 
 
 def compare(trial: Trial, repeat: int) -> dict[str, float]:
-    """Median seconds of both, taken in turn, and their errors over *all* pixels, rejected ones included."""
+    """Return the median seconds of both, run alternately, and their errors over *all* pixels, valid or not."""
     seconds: dict[str, list[float]] = {"ours": [], "plain": []}
     error = {}
     methods: dict[str, Callable[[Trial], NDArray[np.float64]]] = {"ours": ours, "plain": plain}
@@ -154,11 +154,11 @@ FRAMES: dict[str, tuple[list[Lens], float | None, float, float]] = {  # lenses, 
 
 
 def full_frame(kind: str, shape: tuple[int, int]) -> dict[str, float]:
-    """Seconds and peak memory of one full frame, measured in this process, whose memory it is."""
-    import resource  # where the system has it
+    """Return seconds and peak memory of one full frame, measured in this process."""
+    import resource  # not available on all systems
 
     lenses, limit, near, far = FRAMES[kind]
-    unit = 1 if sys.platform == "darwin" else 1024  # bytes there, kibibytes elsewhere
+    unit = 1 if sys.platform == "darwin" else 1024  # bytes on macOS, kibibytes elsewhere
     recover_depth(slanted(lenses, near, far, (96, 128), 16).views, near=limit)  # compiles
     trial = slanted(lenses, near, far, shape, 16)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit

@@ -1,4 +1,4 @@
-"""Lines of a table, each measured anew: what a fault gave before it was fixed, and what it gives now."""
+"""Table of faults, each measured anew: result before the fix, and present result."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class _Line:
 
 
 class Lines:
-    """The lines of one table, registered by decorator, measured and printed by `main`."""
+    """Lines of one table, registered by decorator, measured and printed by `main`."""
 
     def __init__(self, title: str):
         self.title = title
@@ -46,7 +46,7 @@ class Lines:
     def line(self, number: str, what: str, before: str) -> Callable[[Callable[[], str]], Callable[[], str]]:
         """Register a function that measures a line and returns its result in a few words.
 
-        `before` is the result measured before the fault was fixed.
+        `before` is the result before the fault was fixed.
         """
 
         def register(measure: Callable[[], str]) -> Callable[[], str]:
@@ -56,7 +56,7 @@ class Lines:
         return register
 
     def main(self) -> None:
-        """Measure and print the lines that the command line names, or all."""
+        """Measure and print the lines named on the command line, or all."""
         parser = argparse.ArgumentParser(description=self.title)
         parser.add_argument("numbers", nargs="*", help="lines to measure: 1.4, or 1 for all of 1 (default: all)")
         wanted = parser.parse_args().numbers
@@ -67,7 +67,7 @@ class Lines:
             start = time.perf_counter()
             try:
                 now = line.measure()
-            except Exception as error:  # a line that fails is a result, too; the rest are still measured
+            except Exception as error:  # a failing line is a result; the others are still measured
                 traceback.print_exc()
                 now = f"FAILED: {type(error).__name__}"
             seconds = time.perf_counter() - start

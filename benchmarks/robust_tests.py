@@ -1,13 +1,13 @@
-"""Level and power of candidates for the test that is robust to skewed subjects, and the bound of any test.
+"""Level and power of candidate tests robust to skewed subjects, and the upper bound of power of any such test.
 
     python benchmarks/robust_tests.py [--sets 20000] [--subjects 6 12 20] [--bound]
 
-Each set is the mean effects of N people: drawn from a distribution of standard deviation 1 and a given skewness, with
-the noise of their answers added, whose variance the residuals of 12 scenes estimate. The level is the share of sets of
-mean 0 that a test rejects at .05, the larger of both signs of the skewness being counted by symmetry; the power is that
-for normal people of a mean with which Student's t finds .50 and .80. `--bound` adds the most powerful test of t, the
-sample's skewness and its share of noise (in bins) that rejects at most .06 in each of the cells named, by linear
-programming: no test of these three finds more.
+Each data set is the mean effects of N people: drawn from a distribution with standard deviation 1 and a given skewness,
+with added noise of their answers, whose variance is estimated from the residuals of 12 scenes. The level is the
+fraction of data sets with mean 0 that a test rejects at .05, for the worse of both signs of the skewness (by symmetry);
+the power is that for normal people with a mean at which Student's t has a power of .50 and .80. `--bound` adds the most
+powerful test based on t, sample skewness and noise fraction (binned) that rejects at most .06 in each of the named
+cells, found by linear programming: no test of these three statistics has more power.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ Draw = Callable[[np.random.Generator, tuple[int, ...]], FloatArray]
 
 SCENES = 12
 DOCUMENTED = 0.44
-"""Noise of a person's mean over the people's standard deviation: .3 sqrt(2 / 2 / 12) / .2, as in the tables."""
+"""Noise SD of a person's mean relative to the SD over people: .3 sqrt(2 / 2 / 12) / .2, as in the tables."""
 
 
 def gamma(skewness: float) -> Draw:
-    """Gamma people; exponential at a skewness of 2."""
+    """Return gamma-distributed people; exponential at a skewness of 2."""
     shape = 4 / skewness**2
     return lambda rng, size: (rng.gamma(shape, size=size) - shape) / math.sqrt(shape)
 
 
 def log_normal(skewness: float) -> Draw:
-    """Log-normal people."""
+    """Return log-normal people."""
 
     def third(sd: float) -> float:
         return (math.exp(sd * sd) + 2) * math.sqrt(math.exp(sd * sd) - 1)
@@ -52,13 +52,13 @@ def log_normal(skewness: float) -> Draw:
 
 
 def two_groups(skewness: float) -> Draw:
-    """People of whom a share rises, all alike, and the others do not at all."""
+    """Return a mixture of people with a common effect and people without any."""
     share = 0.5 * (1 - skewness / math.sqrt(4 + skewness**2))
     return lambda rng, size: ((rng.random(size) < share).astype(float) - share) / math.sqrt(share * (1 - share))
 
 
 def mixture(rng: np.random.Generator, size: tuple[int, ...]) -> FloatArray:
-    """Exponential people of mean .3, and one in seven of mean 2.5; skewness 3.6."""
+    """Return exponential people with mean .3, and one in seven with mean 2.5; skewness 3.6."""
     rare, means = 0.15, (0.3, 2.5)
     drawn = rng.exponential(np.where(rng.random(size) < rare, means[1], means[0]))
     mean = (1 - rare) * means[0] + rare * means[1]
@@ -81,25 +81,25 @@ PEOPLE: dict[str, Draw] = {
 
 @dataclass(frozen=True)
 class Sets:
-    """Sets of people's mean effects (sets x people) and the variance of their noise as the residuals give it."""
+    """Data sets of people's mean effects (sets x people), with the noise variance estimated from residuals."""
 
     values: FloatArray
     noise: FloatArray
 
     @property
     def people(self) -> int:
-        """How many people a set has."""
+        """Number of people per data set."""
         return self.values.shape[1]
 
     @property
     def t(self) -> FloatArray:
-        """Student's t of each set."""
+        """Student's t of each data set."""
         sd = self.values.std(axis=1, ddof=1)
         return self.values.mean(axis=1) / np.maximum(sd, 1e-12) * math.sqrt(self.people)
 
     @property
     def skewness(self) -> FloatArray:
-        """Adjusted skewness of each set."""
+        """Adjusted skewness of each data set."""
         away = self.values - self.values.mean(axis=1, keepdims=True)
         sd = np.maximum(self.values.std(axis=1, ddof=1), 1e-12)
         n = self.people
@@ -107,12 +107,12 @@ class Sets:
 
     @property
     def share(self) -> FloatArray:
-        """Share of noise in the variance of each set."""
+        """Noise fraction of the variance of each data set."""
         return np.minimum(self.noise / np.maximum(self.values.var(axis=1, ddof=1), 1e-24), 1.0)
 
 
 def drawn(rng: np.random.Generator, kind: str, noise: float, people: int, sets: int, mean: float = 0.0) -> Sets:
-    """Sets of one kind of people; noise in units of their standard deviation."""
+    """Draw data sets of one kind of people; noise is relative to their standard deviation."""
     values = PEOPLE[kind](rng, (sets, people)) + noise * rng.normal(size=(sets, people)) + mean
     df = (people - 1) * (SCENES - 1)
     return Sets(values, noise**2 * rng.chisquare(df, size=sets) / df)
@@ -128,7 +128,7 @@ def ours(sets: Sets) -> FloatArray:
 
 
 def johnson(sets: Sets, factor: float = 1.0) -> FloatArray:
-    """Johnson's t corrected for the sample's skewness where that is conservative, p times a factor."""
+    """Apply Johnson's t, corrected for sample skewness where that is conservative, with p multiplied by a factor."""
     t, against = np.abs(sets.t), np.maximum(-np.sign(sets.t) * sets.skewness / math.sqrt(sets.people), 0)
     root = 1 + 4 / 3 * against * (t - against / 6)
     corrected = 2 * (t - against / 6) / (1 + np.sqrt(np.maximum(root, 0)))
@@ -136,13 +136,13 @@ def johnson(sets: Sets, factor: float = 1.0) -> FloatArray:
 
 
 def two_stage(sets: Sets) -> FloatArray:
-    """Student's t, but Johnson's with the factor 2.5 where Shapiro and Wilk's test at .05 finds people not normal."""
+    """Apply Student's t, but Johnson's with factor 2.5 if the Shapiro-Wilk test rejects normality at .05."""
     failed = np.array([stats.shapiro(row).pvalue < 0.05 if np.ptp(row) > 1e-9 else True for row in sets.values])
     return np.where(failed, johnson(sets, 2.5), student(sets))
 
 
 def sign_flips(sets: Sets) -> FloatArray:
-    """All flips of signs up to 12 people, else 2000 drawn: the share with a mean as far from 0."""
+    """Apply the sign-flip test: all flips up to 12 people, else 2000 random ones."""
     people = sets.people
     if people <= 12:
         signs = 1 - 2.0 * ((np.arange(2 ** (people - 1))[:, None] >> np.arange(people)) & 1)
@@ -153,7 +153,7 @@ def sign_flips(sets: Sets) -> FloatArray:
 
 
 def bootstrap_t(sets: Sets, draws: int = 399) -> FloatArray:
-    """Equal-tailed bootstrap-t with 399 resamples; those without any scatter are left out."""
+    """Apply the equal-tailed bootstrap-t with 399 resamples, without those that have no scatter."""
     rng, people = np.random.default_rng(2), sets.people
     p = np.empty(len(sets.values))
     for number, row in enumerate(sets.values):
@@ -169,7 +169,7 @@ def bootstrap_t(sets: Sets, draws: int = 399) -> FloatArray:
 
 
 def yuen(sets: Sets) -> FloatArray:
-    """Yuen's test of the 20 % trimmed mean, which is not the mean where people are skewed."""
+    """Apply Yuen's test of the 20 % trimmed mean, which differs from the mean for skewed people."""
     ordered, people = np.sort(sets.values, axis=1), sets.people
     cut = int(0.2 * people)
     middle = ordered[:, cut : people - cut]
@@ -207,7 +207,7 @@ POWERS = [(noise, power) for noise in (0.0, DOCUMENTED, 0.9, 5.0) for power in (
 
 
 def mean_of_power(power: float, noise: float, people: int) -> float:
-    """Mean of normal people with which Student's t has this power."""
+    """Return the mean of normal people at which Student's t has this power."""
     limit = stats.t.isf(0.025, people - 1)
     ratio = optimize.brentq(lambda nc: stats.nct.sf(limit, people - 1, nc) - power, 0, 20)
     return float(ratio * math.sqrt((1 + noise**2) / people))
@@ -237,7 +237,7 @@ SHARE_EDGES = np.array([-1, 0.01, 0.03, 0.08, 0.15, 0.25, 0.4, 0.6, 0.85, 0.9999
 
 
 def binned(sets: Sets) -> FloatArray:
-    """Shares of sets by p of t, skewness towards the effect, and share of noise."""
+    """Return the fractions of data sets by p of t, skewness towards the effect, and noise fraction."""
     towards = np.sign(sets.t) * sets.skewness
     features = np.stack([student(sets), towards, sets.share], axis=1)
     counts, _ = np.histogramdd(features, bins=[P_EDGES, SKEW_EDGES, SHARE_EDGES])
@@ -261,7 +261,7 @@ BOUNDS = {
 
 
 def bounds(people: int, sets: int, seed: int) -> None:
-    """Print the power of the most powerful test that holds .06 in more and more cells."""
+    """Print the power of the most powerful test with a level of .06 in an increasing number of cells."""
     rng = np.random.default_rng([seed, people, 1])
     found = {
         (noise, power): binned(drawn(rng, "normal", noise, people, sets, mean_of_power(power, noise, people)))

@@ -1,15 +1,15 @@
-"""False positives and coverage of the analyses of steps, comparisons in steps, and choices, by simulation.
+"""False-positive rates and coverage of the analyses of ordinal ratings, signed comparisons and choices, by simulation.
 
     python benchmarks/scales_error_rates.py [--sets 300] [--scales steps,bipolar,choice] [--means 0,1] [--subjects 6]
         [--levels 0,-4,-6] [--differences normal,skewed] [--scenes 0,0.5] [--workers 2 | --scheduler ADDRESS]
 
-Each set is one experiment: N subjects, 6 scenes, 2 repetitions, one fixation. What a subject feels is level + rise x
-aperture / largest + logistic noise, in log odds; rises differ over subjects by a standard deviation of 1, about a mean
-of none or of 1, and over scenes by none or 0.5. "steps" has seven of them, with the pinhole among four apertures, and a
-mean level that may be far below the scale's middle (`--levels`, log odds), where most answers are the lowest step;
-"bipolar" is the nearest whole number from -3 to 3 and "choice" its sign, for three apertures against a reference. The
-truth of an interval is that of 100,000 subjects with a scene each, and of steps the mean rise itself. Of steps the
-t-test over subjects' own rises (`own_rises`) is shown beside the test that the analysis chose.
+Each data set is one experiment: N subjects, 6 scenes, 2 repetitions, one fixation. The latent percept is level + effect
+x aperture / largest + logistic noise, in log odds; effects have an SD of 1 over subjects, around a mean of 0 or 1, and
+an SD of 0 or 0.5 over scenes. "steps" has seven steps, with the pinhole among four apertures, and a mean level that may
+be far below the middle of the scale (`--levels`, log odds), where most answers are the lowest step; "bipolar" is the
+nearest integer from -3 to 3 and "choice" its sign, for three apertures against a reference. The true value for an
+interval is that of 100,000 subjects with one scene each, and for steps the mean effect itself. For steps the t-test
+over within-subject effects (`own_rises`) is shown next to the test that the analysis chose.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from functools import cache
 from itertools import product
 from typing import Any, ClassVar, NamedTuple
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only slow it down
 
 import numpy as np
 import pandas as pd
@@ -40,43 +40,43 @@ FloatArray = NDArray[np.float64]
 MM = np.array([2.27, 4.55, 8.93])
 APERTURES = ("f/22", "f/11", "f/5.6")
 SCENES, REPETITIONS = 6, 2
-SPREAD = 1.0  # standard deviation of rises and of levels over subjects, log odds
-CUTS = np.linspace(-3.0, 3.0, 6)  # between the seven steps
+SPREAD = 1.0  # standard deviation of effects and of levels over subjects, log odds
+CUTS = np.linspace(-3.0, 3.0, 6)  # thresholds between the seven steps
 SUBJECTS = (4, 6, 10, 20)
-DIFFERENCES = {"normal": 0.0, "skewed": 1.4, "very skewed": 4.0}  # skewness of subjects' rises
+DIFFERENCES = {"normal": 0.0, "skewed": 1.4, "very skewed": 4.0}  # skewness of the subjects' effects
 SCENE_SD = (0.0, 0.5)
 
 
 class Scale:
-    """A scale of answers in the simulation; this one is of comparisons with a reference."""
+    """Response scale in the simulation; this class is for comparisons with a reference."""
 
     name: ClassVar[str]
     apertures: ClassVar[dict[str, float]] = dict(zip(APERTURES, MM.tolist(), strict=True))
     level_sd: ClassVar[float] = 0.0
     """Standard deviation of subjects' levels, log odds."""
     middle: ClassVar[float] = 0.0
-    """The answer that neither picture is preferred in."""
+    """Answer without a preference for either picture."""
 
     def answers(self, felt: FloatArray) -> FloatArray:
-        """What is answered."""
+        """Return the answers to latent percepts."""
         raise NotImplementedError
 
     def means(self, felt: FloatArray) -> FloatArray:
-        """Mean answers of what is felt, logistic noise averaged out."""
+        """Return the mean answers to latent percepts, averaged over logistic noise."""
         raise NotImplementedError
 
     def truth(self, rises: FloatArray) -> tuple[float, float]:
-        """Slope for a millimetre, and the answer at the largest aperture, of a population with these rises."""
+        """Return slope per millimetre, and answer at the largest aperture, of a population with these effects."""
         means = self.means(rises[:, None] * MM / MM[-1]).mean(axis=0)
         return float(np.polyfit(MM, means, 1)[0]), float(means[-1]) - self.middle
 
     def found(self, seed: int, cell: Cell, sets: int, executor: Any) -> tuple[Found, dict[str, str]]:
-        """Analyse the sets of a cell; and what else is known of it."""
+        """Analyse the data sets of a cell; return results and additional information."""
         return comparisons(seed, cell, sets), {}
 
 
 class Bipolar(Scale):
-    """Whole numbers from -3 to 3."""
+    """Integers from -3 to 3."""
 
     name = "bipolar"
 
@@ -90,7 +90,7 @@ class Bipolar(Scale):
 
 
 class Choice(Scale):
-    """The deeper of two."""
+    """Choice of the deeper of two pictures."""
 
     name = "choice"
     middle = 0.5
@@ -127,7 +127,7 @@ SCALES: dict[str, Scale] = {scale.name: scale for scale in (Steps(), Bipolar(), 
 
 
 class Cell(NamedTuple):
-    """What the sets of a cell have in common."""
+    """Settings common to the data sets of a cell."""
 
     scale: str
     kind: str
@@ -138,14 +138,14 @@ class Cell(NamedTuple):
 
 
 def people(rng: np.random.Generator, size: int | tuple[int, ...], kind: str, mean: float) -> FloatArray:
-    """Rise of each subject: normal, or a gamma distribution of some skewness."""
+    """Draw the effect of each subject: normal, or gamma-distributed with some skewness."""
     shape = (2 / DIFFERENCES[kind]) ** 2 if DIFFERENCES[kind] else 0.0
     away = (rng.gamma(shape, size=size) - shape) / np.sqrt(shape) if shape else rng.normal(size=size)
     return np.asarray(mean + SPREAD * away, dtype=np.float64)
 
 
 def answered(rng: np.random.Generator, cell: Cell, sets: int) -> FloatArray:
-    """Answers of many sets: sets x subjects x scenes x apertures x repetitions; steps begin with the pinhole."""
+    """Draw the answers of many data sets (sets x subjects x scenes x apertures x repetitions); steps have a pinhole."""
     scale = SCALES[cell.scale]
     amounts = np.array(list(scale.apertures.values()))
     who = (sets, cell.subjects, 1, 1, 1)
@@ -157,7 +157,7 @@ def answered(rng: np.random.Generator, cell: Cell, sets: int) -> FloatArray:
 
 
 def as_rows(one: FloatArray, scale: str) -> pd.DataFrame:
-    """One set as the table of trials that the analyses take."""
+    """Convert one data set to the table of trials that the analyses take."""
     amounts = SCALES[scale].apertures
     names = list(amounts)
     rows = pd.DataFrame(np.argwhere(np.isfinite(one)), columns=["who", "place", "number", "repetition"])
@@ -175,16 +175,16 @@ def as_rows(one: FloatArray, scale: str) -> pd.DataFrame:
 
 @cache
 def truth(scale: str, kind: str, scene_sd: float, mean: float) -> tuple[float, float]:
-    """Slope for a millimetre, and the answer at the largest aperture, of the population."""
+    """Return slope per millimetre, and answer at the largest aperture, of the population."""
     rng = np.random.default_rng(1)
     rises = people(rng, 100_000, kind, mean) + scene_sd * rng.normal(size=100_000)
     return SCALES[scale].truth(rises)
 
 
 class Found(NamedTuple):
-    """Of each set: p of the slope over subjects and scenes, and for these scenes; whether intervals hold the truth.
+    """Results by data set: p of the slope over subjects and scenes, and for these scenes; coverage of intervals.
 
-    Of steps p of subjects' own rises, too. NaN: not computed.
+    For steps also p of within-subject effects. NaN: not computed.
     """
 
     p: FloatArray
@@ -195,9 +195,9 @@ class Found(NamedTuple):
 
 
 def tested(cells: FloatArray, true: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of tables of subjects by scenes: p over both, p for these scenes, whether the interval over both holds `true`."""
+    """Test tables of subjects by scenes: p over both, p for these scenes, coverage of `true` by the former interval."""
     found = moments(cells)
-    with np.errstate(divide="ignore", invalid="ignore"):  # everybody alike: no test, as in `crossed_effect`
+    with np.errstate(divide="ignore", invalid="ignore"):  # no variation: no test, as in `crossed_effect`
         p = 2 * stats.t.sf(np.abs(found.mean) / found.standard_error, found.df)
     own = cells.mean(axis=-1)
     subjects = own.shape[-1]
@@ -210,7 +210,7 @@ def tested(cells: FloatArray, true: float) -> tuple[FloatArray, FloatArray, Floa
 
 
 def comparisons(seed: int, cell: Cell, sets: int) -> Found:
-    """Sets of comparisons, analysed at once."""
+    """Analyse data sets of comparisons, all at once."""
     given = answered(rng_of(seed, cell), cell, sets)
     slope, largest = truth(cell.scale, cell.kind, cell.scene_sd, cell.mean)
     means = given.mean(axis=-1)
@@ -228,13 +228,13 @@ def _of(both: Effect | NotComputed, here: Effect | NotComputed, true: float) -> 
 
 
 def rng_of(seed: int, cell: Cell, *number: int) -> np.random.Generator:
-    """The stream of a cell, or of one of its sets."""
+    """Return the random stream of a cell, or of one of its data sets."""
     place = ([*SCALES].index(cell.scale), list(DIFFERENCES).index(cell.kind))
     return np.random.default_rng([seed, *place, int(cell.scene_sd > 0), int(cell.mean > 0), cell.subjects, *number])
 
 
 def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float, float]:
-    """One set of steps; it depends on the task alone. As `_of`, and p of subjects' own rises."""
+    """Analyse one ordinal data set, which depends on `task` only: `Found`, and p of within-subject effects."""
     seed, cell, number = task
     (one,) = answered(rng_of(seed, cell, number), cell, 1)
     rows = as_rows(one, cell.scale)
@@ -249,7 +249,7 @@ def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float, float]:
 
 
 def compare(seed: int) -> None:
-    """Analyse a set of each kind by `compare_pictures` and by the code above; stop where they differ."""
+    """Analyse one data set of each kind by `compare_pictures` and by this file; exit if they differ."""
     kinds: tuple[str, ...] = ("bipolar", "choice")
     for scale in kinds:
         cell = Cell(scale, "normal", SCENE_SD[1], 0.0, 6)
@@ -264,7 +264,7 @@ def compare(seed: int) -> None:
 
 
 def shares(found: Found) -> dict[str, str]:
-    """Rates and coverages of a cell, as they stand in the table; bold as in statistics_error_rates.py."""
+    """Format rates and coverages of a cell as in the table; bold as in statistics_error_rates.py."""
     table = pd.DataFrame(found._asdict())
     computed = table[table["p"].notna()]
     lost = f" ({len(table) - len(computed)} lost)" if len(computed) < len(table) else ""

@@ -1,16 +1,16 @@
-"""How right blurred pictures are at outlines, and whether any place is sharper than its blur allows.
+"""Accuracy of blurred pictures near occlusion boundaries, and detection of places sharper than their blur allows.
 
     python benchmarks/seams.py [--scenes N,N] [--held-back DATA] [--before SRC] [--pictures FILE]
 
-Thirty scenes of `lens_rays`, complete behind their outlines, are seen by rays through a lens (1,024 a pixel); the same
-is made of their pinhole picture and depth by `focalgradient.render.blur_picture`. Errors are within 3 pixels of
-outlines, in per cent of the picture's mean; the rim, where the picture would have to be known beyond its frame, is left
-out of them. `gradient` is the largest difference between neighbouring pixels anywhere over the largest of the
-reference; `local` the largest over what the reference has within 2 pixels. What is hidden cannot be known from a
-picture: `shown` is the error where the reference, blurred with other textures behind, stays within 1 %.
-References are kept in a temporary folder. `--before` takes a folder `src` of other code, of which the same is printed.
-`--held-back` takes the scenes of `held_back_scenes` instead, on which no constant was chosen: other seeds, polygons and
-Gaussians, photographs; DATA is the folder `indoor_pairs`, or "none".
+Thirty scenes of `lens_rays`, complete behind their boundaries, are traced through a lens (1,024 rays per pixel), and
+compared with `focalgradient.render.blur_picture` of their pinhole picture and depth. Errors are within 3 pixels of
+boundaries, in percent of the picture's mean; the margin, which depends on the scene outside the frame, is excluded.
+`gradient` is the largest difference between neighbouring pixels relative to the largest in the reference; `local` is
+relative to the maximum of the reference within 2 pixels. A picture does not contain hidden surfaces: `shown` is the
+error where the reference changes by at most 1 % if they have other textures. References are cached in a temporary
+folder. `--before` takes a folder `src` of other code, for which the same is printed. `--held-back` uses the scenes of
+`held_back_scenes` instead, on which no constant was chosen: other seeds, polygons and Gaussians, photographs; DATA is
+the folder `indoor_pairs`, or "none".
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from focalgradient.render import blur_picture
 
 PIXEL = 1e-3
 AHEAD = 10.0
-"""Vergence in pixels added to that of a scene, of which the middle is arbitrary, so that all is before the lens."""
+"""Vergence in pixels added to that of a scene, which is arbitrary, so that all surfaces lie in front of the lens."""
 
 FloatArray = NDArray[np.floating]
 
 
 @dataclass(frozen=True, slots=True)
 class Pupil:
-    """An aperture (m), and the vergence in focus (D): 1 dioptre is 1 pixel for a diameter of 2 `PIXEL`."""
+    """Aperture (m) and vergence in focus (D); 1 dioptre is 1 pixel for a diameter of 2 `PIXEL`."""
 
     aperture_diameter: float
     focus_vergence: float
@@ -52,7 +52,7 @@ class Pupil:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Errors near outlines in per cent of the mean, and gradients over those of the reference."""
+    """Errors near boundaries in percent of the mean, and gradients relative to the reference."""
 
     median: float
     worst: float
@@ -68,7 +68,7 @@ def blurred(scene: Layered, picture: FloatArray, vergence: FloatArray) -> FloatA
 
 
 def gradient(image: FloatArray) -> FloatArray:
-    """The larger of the differences from a pixel to the next, down and to the right."""
+    """Return the larger of the differences to the next pixel, down and to the right."""
     down, right = np.zeros_like(image), np.zeros_like(image)
     down[:-1], right[:, :-1] = np.abs(np.diff(image, axis=0)), np.abs(np.diff(image, axis=1))
     return np.maximum(down, right)
@@ -77,7 +77,7 @@ def gradient(image: FloatArray) -> FloatArray:
 def compared(
     scene: Layered, made: FloatArray, vergence: FloatArray, seen: FloatArray, known: NDArray[np.bool_]
 ) -> Found:
-    """Compare a blurred picture with the reference; `known` is where that does not depend on what is hidden."""
+    """Compare a blurred picture with the reference; `known` is True where hidden surfaces have no influence."""
     jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > 1 for axis in (0, 1)]
     near = distance_transform_edt(~(jumps[0] | jumps[1])) <= 3
     rim = min(int(np.abs(vergence - scene.focus).max()) + 3, 30)
@@ -96,7 +96,7 @@ def compared(
 
 
 def with_other_hidden(scene: Layered, vergence: FloatArray) -> Layered:
-    """The scene with other light on what its pinhole picture does not show."""
+    """Return the scene with other light on surfaces that its pinhole picture does not show."""
     things: list[Sheet | Ball] = []
     inside = (slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN))
     for number, thing in enumerate(scene.things):
@@ -112,7 +112,7 @@ def with_other_hidden(scene: Layered, vergence: FloatArray) -> Layered:
 
 
 def reference(number: str, scene: Layered) -> dict[str, FloatArray]:
-    """Picture, vergence, what the lens sees, and where that does not depend on the hidden; kept."""
+    """Return picture, vergence, view through the lens, and mask without influence of hidden surfaces; cached."""
     kept = Path(tempfile.gettempdir()) / "focalgradient-seams" / f"{number}.npz"
     if not kept.exists():
         kept.parent.mkdir(exist_ok=True)
@@ -151,7 +151,7 @@ def table(given: list[Layered], numbers: list[int], pictures: Path | None, prefi
 
 
 def speed() -> float:
-    """Processor seconds for a million pixels with 15 pixels of blur: balls on a floor, six times as large."""
+    """Return processor seconds per million pixels with 15 pixels of blur: balls on a floor, six times enlarged."""
     held = reference("0", scenes()[0])
     picture, vergence = (np.kron(held[name], np.ones((6, 6))) for name in ("picture", "vergence"))
     vergence = vergence + np.linspace(0, 0.1, vergence.shape[1])

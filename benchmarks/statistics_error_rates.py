@@ -1,12 +1,12 @@
-"""False positives of every test of the depth ratings, and the coverage of its intervals, by simulation.
+"""False-positive rates of all tests of depth ratings, and coverage of their intervals, by simulation.
 
     python benchmarks/statistics_error_rates.py [--sets 8000] [--equivalence 20000] [--incomplete 2000] [--cube 2000]
         [--workers 2 | --scheduler ADDRESS] [--markdown FILE]
 
-Each set of data is one experiment: N subjects, 12 scenes, 4 apertures, 2 repetitions, near and far fixation. Subjects
-differ in their own rise in one of six ways, scenes in theirs not at all or by a standard deviation of 0.1, and the
-curve is linear or saturates. The mean rise is none (or, for equivalence, just at the bound; for coverage, a factor of
-1.3 for the near). All sets of a cell are analysed at once by the functions that analyse one; a check compares both.
+Each data set is one experiment: N subjects, 12 scenes, 4 apertures, 2 repetitions, near and far fixation. Subjects
+differ in their effect in one of six ways, scenes not at all or with an SD of 0.1, and the curve is linear or saturates.
+The mean effect is zero (or, for equivalence, exactly at the bound; for coverage, a factor of 1.3 for near). All data
+sets of a cell are analysed at once by the functions that analyse one; a check compares both.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only slow it down
 
 import numpy as np
 import pandas as pd
@@ -43,16 +43,16 @@ MM = np.array(list(APERTURES.values()))
 REPETITIONS = 2
 SCENES = 12
 BOUND = 1.2
-RISE = 1.3  # of the near fixation, where coverage is counted
-NOISE = 0.3  # standard deviation of the logarithm of one answer
+RISE = 1.3  # effect at near fixation for which coverage is computed
+NOISE = 0.3  # standard deviation of the log of one answer
 SUBJECTS = (4, 6, 10, 20)
 SCENE_SD = (0.0, 0.1)
 CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "linear": lambda mm: mm / MM[-1],
     "saturating": lambda mm: (1 - np.exp(-mm / 3)) / (1 - math.exp(-MM[-1] / 3)),
 }
-LOG_SD = 0.83255  # of a log-normal distribution with a skewness of 4
-# How subjects differ in the log rise: standard deviation 0.02 or 0.2; skewness 1.4 and 4; Student's t with 3 df.
+LOG_SD = 0.83255  # log SD of a log-normal distribution with a skewness of 4
+# Distributions of subjects' log effects: standard deviation 0.02 or 0.2; skewness 1.4 and 4; Student's t with 3 df.
 DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
     "little": lambda rng, size: 0.02 * rng.normal(size=size),
     "much": lambda rng, size: 0.2 * rng.normal(size=size),
@@ -61,16 +61,16 @@ DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArr
     "log-normal": lambda rng, size: 0.2 * _standard(np.exp(LOG_SD * rng.normal(size=size))),
     "heavy-tailed": lambda rng, size: 0.2 * rng.standard_t(3, size=size) / math.sqrt(3.0),
 }
-# Kinds for the test of equivalence alone: skewness 2, and one subject in five who rises by half.
+# Distributions for the equivalence test only: skewness 2, and one subject in five with an effect of one half.
 EXTREME: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
     "exponential": lambda rng, size: 0.2 * (rng.exponential(size=size) - 1),
     "one in five": lambda rng, size: 0.5 * ((rng.random(size) < 0.2).astype(float) - 0.2),
 }
-BATCH = 250  # sets at a time: 250 x 20 x 12 x 4 numbers
+BATCH = 250  # data sets at a time: 250 x 20 x 12 x 4 numbers
 
 
 def _standard(values: FloatArray) -> FloatArray:
-    """Log-normal values with the mean and the standard deviation taken out."""
+    """Return log-normal values standardised to mean 0 and standard deviation 1."""
     mean = math.exp(LOG_SD**2 / 2)
     return (values - mean) / (mean * math.sqrt(math.exp(LOG_SD**2) - 1))
 
@@ -78,7 +78,7 @@ def _standard(values: FloatArray) -> FloatArray:
 def answers(
     rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_sd: float, curve: str, rise: float
 ) -> FloatArray:
-    """Mean log answers of one fixation: sets x subjects x scenes x apertures."""
+    """Return mean log answers of one fixation: sets x subjects x scenes x apertures."""
     own = math.log(rise) + DIFFERENCES[kind](rng, (sets, subjects, 1, 1))
     of_scenes = rng.normal(0, scene_sd, (sets, 1, SCENES, 1)) if scene_sd else 0.0
     level = rng.normal(0, 0.1, (sets, subjects, SCENES, 1))
@@ -87,7 +87,7 @@ def answers(
 
 
 def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
-    """Of tables sets x subjects x scenes: p and whether the interval covers, over both, and for these scenes."""
+    """Test tables sets x subjects x scenes: p and coverage over both, and for these scenes."""
     found = moments(cells)
     own = cells.mean(axis=2)
     error = own.std(axis=1, ddof=1) / math.sqrt(own.shape[1])
@@ -107,13 +107,13 @@ def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
 
 
 def _covers(off: FloatArray, error: FloatArray, df: FloatArray | int, scatter: Scatter) -> FloatArray:
-    """Whether the robust interval covers what the estimate is `off` from."""
+    """Return whether the robust interval covers a value at distance `off` from the estimate."""
     below, above = half_widths(df, scatter)
     return np.asarray((off < below * error) & (off > -above * error), dtype=float)
 
 
 def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_sd: float, curve: str) -> dict[str, int]:
-    """How many of the sets each test finds something in, and each interval covers the truth in."""
+    """Count the data sets in which each test rejects, and in which each interval covers the truth."""
     draw = partial(answers, rng, sets, subjects, kind, scene_sd, curve)
     near, far, raised, at_bound = draw(1.0), draw(1.0), draw(RISE), draw(BOUND)
 
@@ -149,7 +149,7 @@ def _weights(weights: Any) -> FloatArray:
 
 
 def cell(task: tuple[int, int, int, str, float, str]) -> dict[str, Any]:
-    """One cell of the table: rates of each test and interval. It depends on the task alone, not on who works it out."""
+    """Compute one cell of the table: rates of each test and interval, which depend on `task` only."""
     seed, sets, subjects, kind, scene_sd, curve = task
     place = (subjects, list(DIFFERENCES).index(kind), int(scene_sd > 0), list(CURVES).index(curve))
     rng = np.random.default_rng(np.random.SeedSequence([seed, *place]))
@@ -168,7 +168,7 @@ def cell(task: tuple[int, int, int, str, float, str]) -> dict[str, Any]:
 
 
 def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, ...]:
-    """How often equivalence is found where the true rise is just at the upper and at the lower bound; and by t."""
+    """Return rates of equivalence if the true effect is exactly at the upper and at the lower bound; also by t."""
     seed, sets, subjects, kind, scene_sd = task
     every = DIFFERENCES | EXTREME
     rng = np.random.default_rng(np.random.SeedSequence([seed, subjects, list(every).index(kind), scene_sd > 0]))
@@ -183,7 +183,7 @@ def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, ...]:
 
 
 def equivalence_table(seed: int, sets: int, executor: Any) -> str:
-    """False equivalence at the upper and at the lower bound, a line for each kind of subjects and scenes."""
+    """Format false equivalence at both bounds, one line for each kind of subjects and scenes."""
     kinds = list(product(SCENE_SD, DIFFERENCES | EXTREME))
     tasks = [(seed, sets, subjects, kind, scene_sd) for scene_sd, kind in kinds for subjects in SUBJECTS]
     rates = [
@@ -208,7 +208,7 @@ INCOMPLETE_RISE = 1.2
 
 
 def incomplete(task: tuple[int, int, str, str, int]) -> dict[str, float]:
-    """Rates of incomplete tables: rejections of a rise of none and of `INCOMPLETE_RISE`, and coverage."""
+    """Return rates for incomplete tables: rejections of an effect of zero and of `INCOMPLETE_RISE`, and coverage."""
     seed, sets, pattern, kind, subjects = task
     place = (PATTERNS.index(pattern), list(DIFFERENCES).index(kind), subjects)
     rng = np.random.default_rng(np.random.SeedSequence([seed, *place, 7]))
@@ -227,7 +227,9 @@ def incomplete(task: tuple[int, int, str, str, int]) -> dict[str, float]:
         none = crossed_effect(cells)
         assert isinstance(none, Effect)
         assert none.robust is not None
-        raised = (none.estimate + math.log(INCOMPLETE_RISE)) / none.standard_error  # t of a rise: the error is the same
+        raised = (
+            none.estimate + math.log(INCOMPLETE_RISE)
+        ) / none.standard_error  # t of an effect, with the same error
         rates = {
             "rejected": none.significant,
             "rejected by t": none.p < 0.05,
@@ -245,7 +247,7 @@ def incomplete(task: tuple[int, int, str, str, int]) -> dict[str, float]:
 
 
 def incomplete_table(seed: int, sets: int, executor: Any) -> str:
-    """A line for each kind of incomplete table."""
+    """Format one line for each kind of incomplete table."""
     tasks = [(seed, sets, *one) for one in INCOMPLETE]
     rows = list(in_order(executor, incomplete, tasks))
     lines = ["| cells; subjects; N | " + " | ".join(rows[0]) + " |", "| --- " * (len(rows[0]) + 1) + "|"]
@@ -255,7 +257,7 @@ def incomplete_table(seed: int, sets: int, executor: Any) -> str:
 
 
 def compare(seed: int) -> None:
-    """Analyse one set by `depth_rating` and by the code above; stop where they differ."""
+    """Analyse one data set by `depth_rating` and by this file; exit if they differ."""
     rng = np.random.default_rng(seed)
     logs = answers(rng, 1, 6, "much", 0.1, "saturating", RISE)
     rows = [
@@ -275,20 +277,23 @@ def compare(seed: int) -> None:
     np.testing.assert_allclose(result.curvature.p, bend["p by t"][0], rtol=1e-9)
 
 
-TRIALS, LASTS = 3, 30.0  # of each gradient of the cube, and seconds
+TRIALS, LASTS = 3, 30.0  # trials per gradient of the cube, and their duration in seconds
 
 
 def reports(rng: np.random.Generator, subjects: int, spread: float, middle: float = 0.0) -> pd.DataFrame:
-    """Reports on the cube by people whose two percepts last alike, on the mean, with a gradient as without.
+    """Simulate reports on the cube by people whose two percepts last equally long on average, with any gradient.
 
-    Then the mean share of time and the mean odds are none together, for their curve bends at a half. `middle` is half
-    the mean log odds of the nonrigid reading: where it is seen rarely, it and all strengths differ alike.
+    Then both the mean proportion of time and the mean log odds are without effect, although their curve is nonlinear.
+    `middle` is half the mean log odds of the nonrigid reading: where it is rare, it and all strengths have the same
+    variation.
     """
     rows = []
     for subject in range(subjects):
         level = rng.normal(middle, 0.3)
         for gradient, strength in (("none", 0.0), ("nonrigid", 10.0)):
-            own = rng.normal(0, 2 * spread) if strength or middle else 0.0  # alike, so that shares do not differ either
+            own = (
+                rng.normal(0, 2 * spread) if strength or middle else 0.0
+            )  # equal variation, so that shares do not differ
             for trial in range(TRIALS):
                 now, rigid = 0.0, bool(rng.integers(2))
                 while now < LASTS:
@@ -303,11 +308,11 @@ def reports(rng: np.random.Generator, subjects: int, spread: float, middle: floa
     return table.assign(catch=False, trial_duration=LASTS)
 
 
-RARE = -1.53  # half the log odds of a share of 4.5 %
+RARE = -1.53  # half the log odds of a proportion of 4.5 %
 
 
 def cube(task: tuple[int, int, int, float]) -> dict[str, float]:
-    """Probabilities of each test of one experiment on the cube; NaN where it could not be done."""
+    """Return p values of each test of one experiment on the cube; NaN if not computed."""
     seed, subjects, number, middle = task
     table = reports(np.random.default_rng([seed, subjects, number]), subjects, 0.2, middle)
     (effect,) = necker(table, durations=False).effects
@@ -321,7 +326,7 @@ def cube(task: tuple[int, int, int, float]) -> dict[str, float]:
 
 
 def markdown(rows: list[dict[str, Any]]) -> str:
-    """The table: rates with a linear and with a saturating curve; bold above .06, or .02 off a coverage of .95."""
+    """Format the table: rates with linear and saturating curve; bold above .06, or .02 off a coverage of .95."""
     lines = [
         "| | " + " | ".join(f"N = {subjects}" for subjects in SUBJECTS) + " |",
         "| --- " * (len(SUBJECTS) + 1) + "|",

@@ -1,12 +1,12 @@
-"""How right and how sure the default method is on rendered flat sheets stored as 8-bit files, JPEG among them.
+"""Accuracy and stated uncertainty of the default method on rendered flat sheets stored as 8-bit files, such as JPEG.
 
     python benchmarks/stored_photographs.py [--textures natural] [--distances 0.95 1.4] [--qualities 0 90] [--seeds 3]
 
-Sheets of three textures (natural, amplitude 1/f; dark squares strewn over paper; natural on the left half, blank on the
-right), in focus at 0.85 m and seen at f/16 and f/4, with photon and read noise, stored as JPEG, as 8-bit PNG (100) or
-as the light itself (0). A row gives, over the seeds, the share of the frame that is valid, the model error tau by the
-split-band test, the median error in dioptres, the median absolute one, the median standard deviation, and the shares of
-the valid pixels within two and beyond five of them.
+Sheets with three textures (natural, amplitude 1/f; dark squares on paper; natural on the left half, blank on the
+right), in focus at 0.85 m and seen at f/16 and f/4, with photon and read noise, are stored as JPEG, as 8-bit PNG (100)
+or as linear light (0). Each row gives, over the seeds, the valid fraction of the frame, the model error tau by the
+split-band test, the median error in dioptres, the median absolute error, the median SD, and the fractions of valid
+pixels within two and beyond five SDs.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ PIXEL, TILE = 3.2e-4, 512
 LENSES = tuple(Lens(0.025, n, 0.85) for n in (16, 4))
 TEXTURES = ("natural", "squares", "half")
 STORED = (0, 100, 95, 90, 75)
-"""JPEG's qualities; 100 for PNG of 8 bits, 0 for the light itself."""
+"""JPEG qualities; 100 for 8-bit PNG, 0 for linear light."""
 
 
 def paper(texture: str, seed: int) -> NDArray[np.float64]:
-    """Reflectance of a sheet, TILE x TILE, cyclic."""
+    """Return the reflectance of a sheet, TILE x TILE, periodic."""
     random = np.random.default_rng([seed, 7])
     frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
     spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
@@ -52,7 +52,7 @@ def paper(texture: str, seed: int) -> NDArray[np.float64]:
 
 
 def views(texture: str, distance: float, quality: int, seed: int) -> list[View]:
-    """The sheet at f/16 and f/4."""
+    """Return views of the sheet at f/16 and f/4."""
     down, right = np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE)
     spectrum = np.fft.fft2(paper(texture, seed)) * pixel_transfer(down, right)
     made = []
@@ -66,7 +66,7 @@ def views(texture: str, distance: float, quality: int, seed: int) -> list[View]:
 
 
 def stored(light: NDArray[np.float64], quality: int) -> NDArray[np.float32]:
-    """Light as a file of that quality gives it back."""
+    """Return light after storage in a file of that quality."""
     if quality == 0:
         return light.astype(np.float32)
     pixels = np.rint(255 * linear_to_srgb(light.clip(0, 1))).astype(np.uint8)

@@ -2,11 +2,11 @@
 
     python benchmarks/threshold_bias.py [--sessions 2000] [--seed 5]
 
-The chain of benchmarks/blur_thresholds.py with everything on grids and all sessions at once: QUEST+ chooses of 41
-levels from 0.02 to 2 D with the parameters of `focalgradient.design.procedure`, an observer with a Weibull function
-answers (its threshold drawn evenly on a logarithmic scale from 0.06 to 0.7 D), and the posterior of threshold, slope
-and lapse rate has the priors of `fit_threshold`: with every slope as likely (the default), and about a median of 3.5.
-Printed: mean log error of the posterior median with its standard error (%), spread, and coverage of the central 95 %.
+The procedure of benchmarks/blur_thresholds.py, with everything on grids and all sessions at once: QUEST+ chooses among
+41 levels from 0.02 to 2 D with the parameters of `focalgradient.design.procedure`, an observer with a Weibull function
+answers (threshold log-uniform from 0.06 to 0.7 D), and the posterior of threshold, slope and lapse rate has the priors
+of `fit_threshold`: a log-uniform slope (default), and a slope with median 3.5. Printed are the mean log error of the
+posterior median with its standard error (%), SD, and coverage of the central 95 %.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ GRID_LAPSES = np.linspace(0, float(PRIOR.ppf(LAPSE_QUANTILE)), 12)
 
 
 def right(level: FloatArray, threshold: FloatArray, slope: float, lapse: float) -> FloatArray:
-    """Probability of a right answer."""
+    """Return the probability of a correct answer."""
     return np.asarray(0.5 + (0.5 - lapse) * (1 - 0.5 ** ((level / threshold) ** slope)))
 
 
 def table(thresholds: FloatArray, slopes: FloatArray, lapses: FloatArray) -> FloatArray:
-    """Probabilities of right answers: parameters x levels."""
+    """Return the probabilities of correct answers: parameters x levels."""
     found = [right(LEVELS, t, s, each) for t, s, each in product(thresholds, slopes, lapses)]
     return np.clip(np.array(found), 1e-9, 1 - 1e-9)
 
 
 def sessions(rng: np.random.Generator, slope: float, lapse: float, count: int) -> tuple[FloatArray, list[FloatArray]]:
-    """True thresholds, and counts of wrong and right answers (sessions x levels x 2) after each of `TRIALS`."""
+    """Return true thresholds, and counts of wrong and right answers (sessions x levels x 2) after each of `TRIALS`."""
     p = table(LEVELS, np.array(SLOPES), np.array(LAPSES))
     likelihoods = np.log(1 - p), np.log(p)
     entropies = [np.exp(one) * one for one in likelihoods]
@@ -78,7 +78,7 @@ def sessions(rng: np.random.Generator, slope: float, lapse: float, count: int) -
 
 
 def medians(counts: FloatArray, fitted: FloatArray, median: float | None) -> FloatArray:
-    """Median and ends of the central 95 % of the log threshold's posterior (3 x sessions)."""
+    """Return median and central 95 % of the posterior of the log threshold (3 x sessions)."""
     about = 0.0 if median is None else -0.5 * (np.log(GRID_SLOPES / median) / PRIOR_SD) ** 2
     prior = np.add.outer(np.broadcast_to(about, GRID_SLOPES.shape), PRIOR.logpdf(GRID_LAPSES)).ravel()
     log = counts[..., 1] @ np.log(fitted).T + counts[..., 0] @ np.log(1 - fitted).T

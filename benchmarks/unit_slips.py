@@ -1,8 +1,8 @@
-"""Slips of unit (m, cm, mm, um, dioptres, radians, diameters for f-numbers) at every door that takes optics.
+"""Errors of unit (m, cm, mm, um, dioptres, radians, diameters as f-numbers) in every input that takes optics.
 
-A slip is refused (exit code 2), warned of, or silent; a silent one is wrong where its result is not that of the right
-command: a median distance, or a calibrated focus, off by more than 5 %, or pictures that differ by
-more than 1 % of white (root mean square).
+An error is refused (exit code 2), warned about, or silent; a silent one is wrong if its result differs from that of the
+correct command: a median distance or calibrated focus by more than 5 %, or pictures by more than 1 % of white (root
+mean square).
 """
 
 from __future__ import annotations
@@ -90,14 +90,14 @@ PYTHON: Sequence[tuple[float, float, float, float]] = [
 
 
 def _run(words: Words) -> tuple[int, str]:
-    """Exit code of a command, and what it writes on standard error."""
+    """Return the exit code of a command, and its standard error output."""
     code, _, said = run_command(*words)
     return code, said.strip()
 
 
 @cache
 def _demo() -> Path:
-    """The folder of examples, with its distances in other units."""
+    """Return the folder of examples, with distances in other units."""
     folder = Path(tempfile.mkdtemp(prefix="slips-"))
     code, said = _run(["demo", "--out", str(folder / "demo")])
     assert code == 0, said
@@ -117,7 +117,7 @@ def _words(first: Sequence[str], options: dict[str, str], out: str) -> Words:
 
 
 def _result(place: Path) -> np.ndarray | float:
-    """What a command gave: a median distance (m), or a picture."""
+    """Return the result of a command: a median distance (m), or a picture."""
     if (place / "depth.npz").exists():
         found = np.load(place / "depth.npz")
         return float(np.median(found["distance"][found["valid"]])) if found["valid"].any() else np.nan
@@ -136,7 +136,7 @@ def _differs(one: np.ndarray | float, other: np.ndarray | float) -> bool:
 
 
 def _counted(runs: Iterator[tuple[str, Callable[[Path], Words]]]) -> str:
-    """Outcomes of slips, after that of the right command, which comes first."""
+    """Count the outcomes of errors, compared with the correct command, which comes first."""
     right: np.ndarray | float | None = None
     counts = {"refused": 0, "warned": 0, "harmless": 0, "wrong in silence": 0}
     silent = []
@@ -204,7 +204,7 @@ def _file(command: str, file: str, out: str, slips: Sequence[tuple[str, str]]) -
 
 
 def _python() -> str:
-    """A wall at 1.25 m, through f/16 and one more aperture."""
+    """Return the results for a wall at 1.25 m, through f/16 and one more aperture."""
     rng = np.random.default_rng(1)
     image = rng.random((96, 96))
     counts, silent = {"refused": 0, "warned": 0, "silent": 0}, []
@@ -228,7 +228,7 @@ def _python() -> str:
 
 
 def _once() -> str:
-    """Depth by what is given once and for each photograph, and the refusal where all is given once."""
+    """Compare values given once with values for each photograph, and check that giving all once is refused."""
     medians = []
     with contextlib.chdir(_demo()), tempfile.TemporaryDirectory() as out:
         for number, stops in enumerate(("5.6", "5.6 5.6")):
@@ -269,4 +269,4 @@ BEFORE: dict[str, str] = {
     "2.9": "once: --f-number N has 1 values, but needs one for each; for each: 1.797 m",
     "2.5.8": "of 14: 7 refused, 2 warned, 5 silent, of which 1 is right",
 }
-"""What each line gave before."""
+"""Results of each line before the fix."""

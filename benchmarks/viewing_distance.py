@@ -1,9 +1,9 @@
-"""Simulated people measure their viewing distance by a card and the blind spot: how large the error is.
+"""Error of viewing distances that simulated people measure with a card and their blind spot.
 
-`python benchmarks/viewing_distance.py [--people 4000]`. People differ in where their blind spot begins (12.5 +- 0.85
-degrees), in their reaction time (0.3 +- 0.06 s; 0.05 s from press to press), match a card to 0.5 mm, move their head by
-2 % between presses, and press at random in 3 of 100. Distances are 40 to 80 cm, pixels 0.1 to 0.3 mm. Beside the
-estimate stands that of the plugin, which takes 13.5 degrees whatever the display does.
+`python benchmarks/viewing_distance.py [--people 4000]`. People differ in the onset of their blind spot (12.5 +- 0.85
+degrees) and in reaction time (0.3 +- 0.06 s; 0.05 s between presses), match a card to 0.5 mm, move their head by 2 %
+between presses, and press at random in 3 of 100. Distances are 40 to 80 cm, pixels 0.1 to 0.3 mm. The estimate is
+compared with that of the plugin, which assumes 13.5 degrees for any display.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REPETITIONS = 5
 
 @dataclass(frozen=True)
 class Did:
-    """What somebody at a known distance did."""
+    """Measurements of a person at a known distance."""
 
     distance: float
     pixel: float
@@ -31,7 +31,7 @@ class Did:
 
 
 def somebody(draws: np.random.Generator, refresh_hz: float) -> Did:
-    """Let somebody do it."""
+    """Simulate the measurements of a person."""
     distance, pixel = draws.uniform(0.4, 0.8), draws.uniform(1e-4, 3e-4)
     edge, reaction = math.radians(draws.normal(12.5, 0.85)), max(draws.normal(0.3, 0.06), 0.15)
     presses = []
@@ -44,7 +44,7 @@ def somebody(draws: np.random.Generator, refresh_hz: float) -> Did:
 
 
 def run(people: int, refresh_hz: float, seed: int) -> tuple[float, float, float, float, float]:
-    """Median error (%), shares within one and two standard errors, mean standard error (%), the plugin's error (%)."""
+    """Return median error (%), fractions within one and two standard errors, mean SE (%), error of the plugin (%)."""
     draws = np.random.default_rng(seed)
     ours, errors, plugin = [], [], []
     for _ in range(people):

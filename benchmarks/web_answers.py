@@ -1,13 +1,12 @@
-"""Many participants at once against one server: how long an answer takes to be acknowledged, and the server's memory.
+"""Latency of answers and memory of the server with many simultaneous participants.
 
-`python benchmarks/web_answers.py [--people 200] [--every 8] [--sessions 1]`: each of so many people answers every so
-many seconds, as in depth rating, until all trials are done. An answer is acknowledged when it is on the disk. Beside
-it, as a peer in the same run: a write and fsync of as many bytes to the same disk, at the same rate, by a plain
-program.
+`python benchmarks/web_answers.py [--people 200] [--every 8] [--sessions 1]`: each person answers at regular intervals
+(seconds), as in depth rating, until all trials are done. An answer is acknowledged when it is stored on disk. For
+comparison, a separate program writes and flushes (fsync) the same number of bytes to the same disk at the same rate.
 
-With `--sessions` somebody new follows whoever is done, at each place; with `--every 0` answers come as fast as they are
-acknowledged. So the server's memory over an hour is measured in less: 50 people who answer every 8 s give 22,500
-answers in an hour, as `--people 50 --sessions 32 --every 0` does. Its memory is printed by tenths of all answers.
+With `--sessions`, each person is followed by another when done; with `--every 0`, answers follow as fast as they are
+acknowledged. Thus an hour can be measured in less time: 50 people who answer every 8 s give 22,500 answers in an hour,
+as does `--people 50 --sessions 32 --every 0`. The memory of the server is printed by tenths of all answers.
 """
 
 from __future__ import annotations
@@ -37,18 +36,18 @@ strengths_mm = [4.0]
 break_every = 0
 """
 ANSWERS = 14
-"""Of a session of this design, with practice."""
+"""Number of answers in a session of this design, including practice."""
 
 SCREEN = {"screen_px": [1920, 1080], "pixel_ratio": 1.0, "refresh_hz": 60.0, "browser": "benchmark", "now_ms": 0.0}
 FRAMES = [round(16.67 * n, 2) for n in range(120)]
 
 
 async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -> None:
-    """One participant, from the link to the end."""
+    """Run one participant, from the link to the end."""
     token = (await client.post("/api/join", json={"platform": {}})).json()["token"]
     who = {"token": token, "tab": "tab"}
     trials = (await client.post("/api/begin", json={**who, **SCREEN})).json()["trials"]
-    await asyncio.sleep(2.0)  # what the first trial takes: an answer that comes sooner is refused
+    await asyncio.sleep(2.0)  # duration of the first trial: earlier answers are refused
     for index, trial in enumerate(trials):
         answer: dict[str, Any] = {
             "onset": 10.0 * index,
@@ -66,14 +65,14 @@ async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -
 
 
 async def place(client: httpx2.AsyncClient, number: int, options: argparse.Namespace, waits: list[float]) -> None:
-    """So many people, one after the other."""
+    """Run a number of people, one after another."""
     await asyncio.sleep(options.every * number / options.people)
     for _ in range(options.sessions):
         await person(client, options.every, waits)
 
 
 async def everybody(address: str, server: int, options: argparse.Namespace) -> tuple[list[float], list[float]]:
-    """All of them at once; gives the time that each answer took, in seconds, and the server's memory by tenths."""
+    """Run all at once; return the latency of each answer in seconds, and the memory of the server by tenths."""
     waits: list[float] = []
     memory: list[float] = []
 
@@ -83,7 +82,8 @@ async def everybody(address: str, server: int, options: argparse.Namespace) -> t
             memory.extend([memory_mb(server)] * (tenths - len(memory)))
             await asyncio.sleep(0.1)
 
-    # The server closes connections after 5 s without a request: ours go before, so that none is used as it is closed.
+    # the server closes idle connections after 5 s; the client closes its own earlier, so that none is used while
+    # closing
     limits = httpx2.Limits(max_connections=None, keepalive_expiry=2.0)
     async with httpx2.AsyncClient(base_url=address, timeout=120, limits=limits) as client:
         watching = asyncio.create_task(watch())
@@ -93,7 +93,7 @@ async def everybody(address: str, server: int, options: argparse.Namespace) -> t
 
 
 def plain_writes(folder: Path, count: int, rate: float) -> list[float]:
-    """Times of as many writes of 2 KB, each flushed to the disk, as a peer."""
+    """Return the durations of the same number of writes of 2 KB, each flushed to disk, for comparison."""
     waits = []
     with (folder / "plain").open("ab") as file:
         for _ in range(count):
@@ -107,7 +107,7 @@ def plain_writes(folder: Path, count: int, rate: float) -> list[float]:
 
 
 def memory_mb(process: int) -> float:
-    """Memory of a process that is its own, in MB."""
+    """Return the private memory of a process in MB."""
     reply = Path(f"/proc/{process}/status").read_text()
     found = re.search(r"VmRSS:\s+(\d+)", reply)
     assert found
@@ -115,7 +115,7 @@ def memory_mb(process: int) -> float:
 
 
 def processor_s(process: int) -> float:
-    """Time that a process has used of a processor, which other work on the machine does not change much."""
+    """Return the processor time of a process, which is hardly affected by other load."""
     words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 

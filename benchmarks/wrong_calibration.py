@@ -1,4 +1,4 @@
-"""Cases of `wrong_depth.py`: what is stated of a calibration target is wrong."""
+"""Cases of `wrong_depth.py` with wrong statements about a calibration target."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["add_lines"]
 
 
 def _run(*words: object) -> tuple[int, str]:
-    """Exit code of a command, and what it printed as errors."""
+    """Return the exit code of a command, and its errors."""
     code, _, said = run_command(*words)
     return code, said
 
@@ -26,7 +26,7 @@ def _demo() -> tempfile.TemporaryDirectory[str]:
 
 
 def _calibrated(changes: dict[str, str]) -> str:
-    """What `calibrate` makes of the demonstration's target, with settings changed (regular expressions)."""
+    """Return the result of `calibrate` on the demonstration's target, with settings changed (regular expressions)."""
     folder = Path(_demo().name)
     text = (folder / "targets.toml").read_text()
     names = {old: f"@{number}@" for number, old in enumerate(changes)}

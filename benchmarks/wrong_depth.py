@@ -1,8 +1,8 @@
-"""Depth that was wrong without a word.
+"""Wrong depth without a warning.
 
     python benchmarks/wrong_depth.py [LINE ...]
 
-One row for each fault: what it gave before it was fixed, and what it gives now.
+Each row is one fault, with the result before it was fixed, and the present result.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Depth that was wrong without a word: truth outside the range searched, and optics with a blur of their own."""
+"""Wrong depth without a warning: truth outside the range searched, and user-defined optics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from focalgradient.psf import disc_transfer, pixel_transfer
 PIXEL = 3.2e-4
 NEAR, FAR = 0.7, 2.0
 FACTORS = (0.25, 0.4, 0.6, 0.85, 1.2, 1.8, 3.0, 8.0)
-"""True distance of walls over the nearer limit of the search, or where more than 1, over the farther one."""
+"""True distance of walls relative to the nearer limit of the search, or if above 1, to the farther one."""
 
 
 def add_lines(table: Lines) -> None:
@@ -31,7 +31,7 @@ def add_lines(table: Lines) -> None:
 
 
 def _recovered(views: Sequence[View], truth: float, **asked: Any) -> tuple[float, float, float, float]:
-    """Share valid, median vergence (D), and shares within two and beyond five standard deviations."""
+    """Return valid fraction, median vergence (D), and fractions within two and beyond five standard deviations."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         depth = recover_depth(views, **asked)
@@ -72,7 +72,7 @@ def _walls() -> str:
 
 
 def _wall(optics: Sequence[Optics], distance: float, seed: int) -> list[View]:
-    """Views of a textured wall through lenses, or optics with a round blur of their own; 1 % noise."""
+    """Return views of a textured wall through lenses, or through optics with a round blur; 1 % noise."""
     random, size, edge = np.random.default_rng(seed), 512, 128
     down, right = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
     radial = np.hypot(down, right)
@@ -96,7 +96,7 @@ def _outside() -> str:
 
 
 class Ring:
-    """A user's optics: a mirror lens, whose blur is a ring, offered by `through_focus` alone."""
+    """User-defined optics: a mirror lens with annular blur, given by `through_focus` only."""
 
     aperture_diameter = 0.008
     isotropic = True
@@ -105,7 +105,7 @@ class Ring:
         self.focus_vergence, self.aperture_diameter = 1 / focus, diameter
 
     def through_focus(self, frequency_y: Any, frequency_x: Any, vergences: Any) -> Any:
-        """Transfer for a list of vergences (D)."""
+        """Return the transfer for a list of vergences (D)."""
         radial = np.hypot(*np.broadcast_arrays(frequency_y, frequency_x))
         defocus = self.focus_vergence - np.asarray(vergences).reshape(-1, *(1,) * radial.ndim)
         radius = np.abs(defocus) * self.aperture_diameter / 2

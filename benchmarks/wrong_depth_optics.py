@@ -1,4 +1,4 @@
-"""Rows of `wrong_depth`: optics of the wrong views, and views of which nothing is valid."""
+"""Rows of `wrong_depth`: exchanged optics, and views without valid pixels."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FOCI = (0.8, 1.2, 1.9)
 
 
 def _views(given: Given) -> list[View]:
-    """The pictures as views, with the optics that are stated."""
+    """Return the pictures as views, with the stated optics."""
     lenses = [Lens(given.focal / 1e3, n, f) for n, f in zip(given.f_numbers, given.foci, strict=True)]
     pairs = zip(given.pictures, lenses, strict=True)
     return [View(one.astype(np.float32), lens, given.pitch * 1e-6 / lens.sensor_distance) for one, lens in pairs]
 
 
 def _said(views: list[View], near: float | None) -> tuple[float, str]:
-    """Share that is valid, and the warnings."""
+    """Return the valid fraction, and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         depth = recover_depth(views, near=near)
@@ -33,7 +33,7 @@ def _said(views: list[View], near: float | None) -> tuple[float, str]:
 
 
 def _three_foci(exchanged: bool, seed: int) -> tuple[float, str]:
-    """Views of three foci of one magnification, in order or with the first two exchanged."""
+    """Return the results for three foci of one magnification, in order or with the first two exchanged."""
     lenses = [Lens(0.025, 5.6, focus) for focus in FOCI]
     angle = PITCH / lenses[1].sensor_distance
     scene = slant(0.9, 2.2, field=256 * angle, seed=seed)
@@ -45,7 +45,7 @@ def _three_foci(exchanged: bool, seed: int) -> tuple[float, str]:
 
 
 def _command(*args: str) -> str:
-    """Exit code and last line of a command."""
+    """Return exit code and last output line of a command."""
     code, printed, errors = run_command(*args)
     return f"exit {code}: {(errors + printed).strip().splitlines()[-1][:160]}"
 

@@ -1,8 +1,8 @@
-"""Lines of `wrong_depth.py` whose views break the model: unequal noise, ring blur, one view moved, softened or turned.
+"""Lines of `wrong_depth.py` with views that violate the model: noise, annular blur, moved, softened, rotated views.
 
-Each line is measured on a slanted plane, a step and spheres of ray-cast views (a ring on walls, by filtering), two
-apertures and two foci, two draws each. A row gives the share valid, the median error, the shares of the valid pixels
-within two and beyond five standard deviations, pooled, and of how many draws something is said, and which words.
+Each line is measured on a slanted plane, a step and spheres in ray-cast views (annular blur on walls, by filtering),
+with two apertures and two foci, in two draws each. A row gives the valid fraction, the median error, the fractions of
+valid pixels within two and beyond five SDs, pooled, and the number of draws with a warning, with its words.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _clean(name: str, kind: str, seed: int) -> tuple[list[View], NDArray[np.floa
 
 
 def noisy(views: Sequence[View], sds: Sequence[float], seed: int) -> list[View]:
-    """The views with white noise of `sds` times the first one's mean."""
+    """Add white noise of `sds` relative to the mean of the first view."""
     random, mean = np.random.default_rng([seed, 77]), float(views[0].image.mean())
     return [
         replace(view, image=(view.image + sd * mean * random.standard_normal(view.shape)).astype(np.float32))
@@ -66,7 +66,7 @@ Draw = tuple[list[View], NDArray[np.float64], float | None]
 
 
 def draws(kind: str, names: Sequence[str], change: Change) -> Iterator[Draw]:
-    """Views of each scene after `change`, their distances, and the limit of the search."""
+    """Yield views of each scene after `change`, their distances, and the limit of the search."""
     for name in names:
         for seed in range(SEEDS):
             views, distance = _clean(name, kind, seed)
@@ -74,7 +74,7 @@ def draws(kind: str, names: Sequence[str], change: Change) -> Iterator[Draw]:
 
 
 def measured(some: Iterator[Draw], align: bool = False) -> str:
-    """The row's figures."""
+    """Format the numbers of a row."""
     valid, errors, off, said = [], [], [], []
     for views, distance, near in some:
         with warnings.catch_warnings(record=True) as caught:
@@ -97,7 +97,7 @@ def measured(some: Iterator[Draw], align: bool = False) -> str:
 
 
 def one_view(number: int, change: Callable[[Image], Image], *, after_noise: bool) -> Change:
-    """Change one view's image, before or after noise of 1 % comes to all."""
+    """Return a change of one view's image, before or after the 1 % noise of all views."""
 
     def changed(views: list[View]) -> list[View]:
         return [
@@ -135,7 +135,7 @@ def turned(degrees: float) -> Callable[[Image], Image]:
 
 
 def ring_walls(kind: str, hole: float) -> Iterator[Draw]:
-    """Walls whose blur is a ring."""
+    """Yield walls with annular blur."""
     lenses = _lenses("foci", "") if kind == "foci" else [Lens(0.025, stop, 0.8) for stop in (16, 5.6)]
     size = 512
     down, right = np.fft.fftfreq(size)[:, None], np.fft.fftfreq(size)
@@ -177,17 +177,17 @@ def add_lines(table: Lines) -> None:
 
 
 def with_noise(kind: str, sds: tuple[float, float]) -> str:
-    """A line of views with white noise of `sds` times their mean."""
+    """Measure a line of views with white noise of `sds` relative to their mean."""
     return measured(draws(kind, ("slant", "step", "spheres"), lambda views, seed: noisy(views, sds, seed)))
 
 
 def with_change(kind: str, change: Change, align: bool = False) -> str:
-    """A line of changed views of a slanted plane."""
+    """Measure a line of changed views of a slanted plane."""
     return measured(draws(kind, ("slant",), change), align)
 
 
 def with_ring(kind: str, hole: float) -> str:
-    """A line of walls whose blur is a ring."""
+    """Measure a line of walls with annular blur."""
     return measured(ring_walls(kind, hole))
 
 
@@ -232,7 +232,7 @@ APERTURES_BEFORE = (
     "error 8 %, < 2 sd 0 to 0.09, nothing said",
     "'not quite a disc', rotation left in",
 )
-"""What the lines of 2.4 gave before alternative models were compared, over several scenes of both kinds of pairs."""
+"""Results of the lines 2.4 before alternative models were compared, over several scenes of both kinds of pairs."""
 
 BEFORE: dict[str, str] = {
     "2.2.2": "< 2 sd 0.86 to 0.91",
@@ -243,4 +243,4 @@ BEFORE: dict[str, str] = {
     "2.2.8": "68 % valid, < 2 sd 0.75",
     **{f"2.4.{number}": before for number, before in enumerate(2 * APERTURES_BEFORE, 1)},
 }
-"""What each line gave before each view's noise was estimated and alternative models were compared."""
+"""Results of each line before the noise of each view was estimated and alternative models were compared."""

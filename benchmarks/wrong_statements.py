@@ -1,8 +1,8 @@
-"""Reports that stated what was not so about people.
+"""Reports with untrue statements about people.
 
     python benchmarks/wrong_statements.py [LINE ...]
 
-One row for each fault: what it gave before it was fixed, and what it gives now.
+Each row is one fault, with the result before it was fixed, and the present result.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ APERTURES = (("pinhole", 0.0), ("f/22", 2.27), ("f/11", 4.55), ("f/5.6", 8.93))
 
 
 def ratings(people: int, blind: int, *, effect: float = 1.35, noise: float = 0.02, seed: int = 0) -> list[list[str]]:
-    """Rows of a table of ratings, rounded to .1; the first people see no effect of blur."""
+    """Return rows of a table of ratings, rounded to .1; the first people perceive no effect of blur."""
     rng = np.random.default_rng(seed)
     rows = [["participant", "scene", "aperture", "fixation", "rating"]]
     for who in range(people):
@@ -44,7 +44,7 @@ def ratings(people: int, blind: int, *, effect: float = 1.35, noise: float = 0.0
 
 
 def report(rows: list[list[str]], **settings: object) -> dict[str, bytes]:
-    """Files of the report of a table."""
+    """Return the files of the report of a table."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "own.csv")
         text = io.StringIO()
@@ -54,7 +54,7 @@ def report(rows: list[list[str]], **settings: object) -> dict[str, bytes]:
 
 
 def judged(rows: list[list[str]]) -> Quality:
-    """What the exclusion rules find in a table."""
+    """Return the result of the exclusion rules for a table."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "own.csv")
         with path.open("w", newline="", encoding="utf-8") as file:
@@ -63,7 +63,7 @@ def judged(rows: list[list[str]]) -> Quality:
 
 
 def first_rise(files: dict[str, bytes]) -> dict[str, str]:
-    """The first row of the table of results with and without exclusions, by column."""
+    """Return the first row of the table of results with and without exclusions, by column."""
     return next(csv.DictReader(io.StringIO(files["depth_rating_exclusions_effect.csv"].decode())))
 
 
@@ -96,7 +96,7 @@ def _both_results() -> str:
 
 
 def preregistered(settings: str, **options: object) -> str:
-    """Text of the preregistration of a rating design."""
+    """Return the text of the preregistration of a rating design."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "design.toml")
         path.write_text(f'task = "depthrating"\n{settings}', encoding="utf-8")
@@ -134,7 +134,7 @@ def _claimed_rules() -> str:
 
 
 def notices(rows: list[list[str]], **settings: object) -> str:
-    """Notices at the top of the report of a table, subjects and primary result; or the refusal."""
+    """Return the notices at the top of a table's report, subjects and primary result; or the error message."""
     try:
         files = report(rows, **settings)
     except InputError as error:
@@ -145,7 +145,7 @@ def notices(rows: list[list[str]], **settings: object) -> str:
 
 
 def honest(people: int = 8, seed: int = 3) -> list[list[str]]:
-    """Rows with ratings to two decimals, of people who differ."""
+    """Return rows with ratings to two decimals, of people who differ."""
     rows = ratings(people, 0, noise=0.0)
     rng = np.random.default_rng(seed)
     away = rng.normal(0, 0.1, people)
@@ -178,7 +178,7 @@ def _pasted() -> str:
 
 
 def millimetres(sizes: dict[str, str]) -> str:
-    """Notices where the column of apertures holds diameters."""
+    """Return the notices if the column of apertures contains diameters."""
     head, *rows = honest()
     return notices([head, *([*row[:2], sizes[row[2]], *row[3:]] for row in rows)])
 
