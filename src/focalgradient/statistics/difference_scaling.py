@@ -250,7 +250,7 @@ def fit_difference_scale(
     design = _design(shown, stimuli)
     fit = _fit(design, larger)
     if fit is None:
-        return NotComputed("The answers do not determine the scale: they are too few, or contain no contradictions.")
+        return NotComputed("The answers do not determine the scale: they are too few, or none contradicts another.")
     values, information = fit
     errors = np.concatenate([[0.0], np.sqrt(np.diag(np.linalg.inv(information)))])
     if values[-1] <= 0:
