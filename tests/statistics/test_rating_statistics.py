@@ -214,7 +214,7 @@ def test_lost_trials_cost_only_what_needs_them() -> None:
 def test_scenes_that_go_with_apertures_are_not_corrected_for() -> None:
     result = analyse(ratings(6, 0.5, 0.0).assign(scene=lambda table: table["aperture"]))
     assert isinstance(result.fixations[0].slope, Effect)
-    assert "cannot be separated" in result.remarks[0]
+    assert "confounded" in result.remarks[0]
 
 
 def test_catch_trials_are_left_out() -> None:

@@ -168,8 +168,8 @@ def _checked(light: FloatArray, *regions: Region) -> tuple[Region, ...]:
     for region in regions:
         if np.shape(region) != np.shape(light) or np.asarray(region).dtype != np.bool_:
             raise InputError(
-                f"a region is a mask of shape {np.shape(region)} and type {np.asarray(region).dtype}, but must be a "
-                f"boolean mask with the shape of the picture, {np.shape(light)}."
+                f"a region is a mask of shape {np.shape(region)} and type {np.asarray(region).dtype}, but must contain "
+                f"booleans and have the picture's shape, {np.shape(light)}."
             )
     return regions
 
