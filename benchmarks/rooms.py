@@ -1,6 +1,6 @@
 """How accurate depth is in ordinary rooms, measured and completed, and what blank surfaces beside texture are given.
 
-    python benchmarks/rooms.py [ROOMS] [--rooms 2,4,6] [--focus 1.57] [--figure FILE.png] [--layers 6]
+    python benchmarks/rooms.py [ROOMS] [--rooms 2,4,6] [--focus 1.57] [--figure FILE.png] [--layers 6] [--first 0]
 
 ROOMS is a folder with one folder a room: ``narrow.jpg`` and ``wide.jpg`` of one focus, and ``depth_mm.png`` of a depth
 camera (16 bits, mm; 0 where none). A row gives the share of the pixels that are measured, the mean relative error of
@@ -11,7 +11,8 @@ and on the side of focus that is searched (``--near``), as two apertures cannot 
 
 Layers are rendered: a textured thing before a blank wall, and a blank thing before a textured wall, each with edges of
 its own or none, lossless or in JPEG. A row gives what is claimed of the blank surface, and of that what lies beyond
-five standard deviations.
+five standard deviations; then the share of the frames and what lies within two standard deviations by class of the
+completed map.
 """
 
 from __future__ import annotations
@@ -127,12 +128,12 @@ def rooms(
     return found
 
 
-def layers(count: int) -> Iterator[tuple[str, list[View], Array, Array]]:
+def layers(seeds: Sequence[int]) -> Iterator[tuple[str, list[View], Array, Array]]:
     """Rendered layers: kind, views, true vergence, and the blank surface (H x W)."""
     lenses = [Lens(0.025, number, 0.85) for number in (11, 4)]
     side, pixel = 224, 3.2e-4
     frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
-    for seed in range(count):
+    for seed in seeds:
         random = np.random.default_rng([seed, 42])
         near, far = random.uniform(0.95, 1.1), random.uniform(0.5, 0.8)  # D
         texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((side, side))) / np.maximum(frequency, 1 / side))
@@ -162,11 +163,12 @@ def _stored(image: Array, quality: int) -> Array:
     return stored(image, quality) if quality else image.astype(np.float32)
 
 
-def blank_surfaces(count: int) -> None:
+def blank_surfaces(seeds: Sequence[int]) -> None:
     """What is claimed of blank surfaces beside texture, and of the whole of each frame."""
     print(f"\n{'layers':36}{'claimed':>9}{'> 5 sd':>9}{'blank: claimed':>16}{'> 5 sd':>9}{'all: < 2 sd':>13}")
     found: dict[str, list[tuple[float, ...]]] = {}
-    for kind, views, vergence, surface in layers(count):
+    completed: dict[str, dict[str, list[Array]]] = {}
+    for kind, views, vergence, surface in layers(seeds):
         depth = recover_depth(views, near=0.87, dense=True)
         off = np.abs(depth.vergence - vergence) / depth.vergence_sd
         valid, blank = depth.valid, depth.valid & surface
@@ -181,11 +183,28 @@ def blank_surfaces(count: int) -> None:
                 (off < 2).mean(),
             )
         )
+        if depth.evidence is not None:
+            for number, name in CLASSES.items():
+                some = completed.setdefault(kind, {}).setdefault(name, [])
+                some.append((off < 2)[depth.evidence == number])
     for kind, values in found.items():
         claimed, beyond, of, share, wrong, blanks, within = np.mean(values, axis=0)
         print(
             f"{kind:36}{claimed:9.3f}{beyond / max(of, 1):9.4f}{share:16.3f}{wrong / max(blanks, 1):9.4f}{within:13.3f}"
         )
+    print(f"\n{'completed layers: share, < 2 sd':36}" + "".join(f"{name:>22}" for name in CLASSES.values()))
+    for kind, parts in completed.items():
+        print(f"{kind:36}" + _by_class(parts))
+    print(f"{'all kinds':36}" + _by_class({n: [a for p in completed.values() for a in p[n]] for n in CLASSES.values()}))
+
+
+def _by_class(parts: dict[str, list[Array]]) -> str:
+    """Share of the pixels and what lies within two standard deviations, of each class."""
+    joined = {name: np.concatenate(parts[name]) for name in CLASSES.values()}
+    total = sum(one.size for one in joined.values())
+    return "".join(
+        f"{one.size / total:14.3f}{one.mean():8.3f}" if one.size else f"{'-':>22}" for one in joined.values()
+    )
 
 
 def draw(found: dict[str, tuple[list[View], DepthMap, Array]], path: Path) -> None:
@@ -223,7 +242,8 @@ def main() -> None:
     parser.add_argument("--near", type=float, default=1.6)
     parser.add_argument("--far", type=float, default=8.0)
     parser.add_argument("--figure", type=Path, help="draw the first six rooms here")
-    parser.add_argument("--layers", type=int, default=4, help="seeds of rendered layers")
+    parser.add_argument("--layers", type=int, default=4, help="number of seeds of rendered layers")
+    parser.add_argument("--first", type=int, default=0, help="first of these seeds")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     if options.data is not None:
@@ -235,7 +255,7 @@ def main() -> None:
         if options.figure:
             draw(found, options.figure)
     if options.layers:
-        blank_surfaces(options.layers)
+        blank_surfaces(range(options.first, options.first + options.layers))
 
 
 if __name__ == "__main__":

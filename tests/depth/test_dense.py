@@ -45,12 +45,38 @@ def test_uncertainty_grows_from_what_is_measured():
 def test_an_edge_of_the_picture_parts_surfaces():
     valid = np.zeros(SHAPE, bool)
     valid[:, 60:80] = True
-    for edge, least, most in ((False, 0.8, 1.25), (True, 1.3, 10.0)):
+    for edge, least, most in ((False, 0.8, 1.25), (True, 1.15, 10.0)):
         picture = np.ones(SHAPE) + 0.003 * np.random.default_rng(1).standard_normal(SHAPE)
         picture[:, 86:] += 1.0 * edge
         dense = complete(np.full(SHAPE, 0.5), np.full(SHAPE, 0.005), valid, picture, window=8.0)
-        left, right = dense.vergence_sd[20:-20, 45:50].mean(), dense.vergence_sd[20:-20, 90:95].mean()
-        assert least < right / left < most
+        left, right = np.s_[20:-20, 54:57], np.s_[20:-20, 88:91]
+        assert least < dense.vergence_sd[right].mean() / dense.vergence_sd[left].mean() < most
+        assert dense.evidence[left].mean() > 0.5
+        assert dense.evidence[right].mean() == 0 or not edge
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_surface_that_shows_no_depth_is_covered(seed):
+    """Textured things before or behind a blank wall, of which nothing is measured."""
+    random = np.random.default_rng(seed)
+    thing = np.hypot(*np.mgrid[-60:60, -80:80]) < 40
+    off, size = [], []
+    for _ in range(20):
+        there, wall = 0.6 * np.exp(0.35 * random.standard_normal(2))
+        dense = complete(np.full(SHAPE, there), np.full(SHAPE, 0.01), thing, 0.2 + 0.3 * thing, window=8.0)
+        off.append((np.abs(dense.vergence - wall) / dense.vergence_sd)[~thing])
+        size.append(dense.vergence_sd[~thing].max() / there)
+    assert (np.concatenate(off) < 2).mean() > 0.88
+    assert max(size) < 0.7
+
+
+def test_what_is_searched_bounds_the_uncertainty():
+    valid = np.zeros(SHAPE, bool)
+    valid[:, :20] = True
+    given = np.full(SHAPE, 0.5), np.full(SHAPE, 0.005), valid, np.ones(SHAPE), 8.0
+    free, narrow = complete(*given), complete(*given, searched=(0.4, 0.6))
+    assert free.vergence_sd.max() > 0.2
+    assert narrow.vergence_sd.max() < 0.2 / np.sqrt(12) + 0.02
 
 
 def test_recovered_depth_is_completed_on_request(tmp_path):

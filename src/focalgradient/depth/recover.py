@@ -298,7 +298,9 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
     from focalgradient.depth.dense import complete
 
     sharpest = min(views, key=lambda view: view.optics.aperture_diameter)
-    whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window)
+    lowest, highest = found.details["searched_vergence_D"]
+    searched = float(lowest), float(highest)
+    whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched)
     return replace(found, vergence=whole.vergence, vergence_sd=whole.vergence_sd, evidence=whole.evidence)
 
 
