@@ -1,6 +1,7 @@
 """What a display shows: light to values and back, visual angle, and what its pixels can carry."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -90,6 +91,25 @@ def test_steps_that_no_eye_sees_are_refused() -> None:
     with pytest.raises(InputError, match=r"0 to 1.5 px, is 0.71 arcmin at the viewing distance of 2 m.*0.93"):
         far.check_steps([0.0, 1.5])
     far.check_steps([0.0, 2.0])
+
+
+@pytest.mark.parametrize("distance", [0.57, 2.0])  # the pixels set the limit; the eye does
+@pytest.mark.parametrize("kept", [math.inf, 16.0])
+def test_the_largest_f_number_that_would_do_is_named(distance: float, kept: float) -> None:
+    display = Display(distance=distance)
+    with pytest.raises(InputError, match=r"f/\d+ after .* is the largest f-number after") as refused:
+        display.check_f_numbers([kept, 15.0 if kept == 16 else 200.0], diameter=60.0)
+    found = re.search(r"at this size f/([\d.]+) is", str(refused.value))
+    assert found is not None
+    largest = float(found[1])
+    display.check_f_numbers([kept, largest], diameter=60.0)
+    with pytest.raises(InputError):
+        display.check_f_numbers([kept, largest + 0.2], diameter=60.0)
+
+
+def test_no_f_number_is_named_where_none_would_do() -> None:
+    with pytest.raises(InputError, match="no f-number after the pinhole would do"):
+        Display().check_f_numbers([math.inf, 2.0], diameter=0.1)
 
 
 @pytest.mark.parametrize(

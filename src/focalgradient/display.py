@@ -237,3 +237,43 @@ class Display:
                     f"{self.arcmin(large - small):.2g} arcmin at the viewing distance of {self.distance:g} m, but an "
                     f"eye needs {60 * math.degrees(EYE_STEP):.2g} at least: come closer, or take larger pixels."
                 )
+
+    def check_f_numbers(self, numbers: Sequence[float], diameter: float) -> None:
+        """Refuse f-numbers whose blurs the display or its viewer cannot distinguish; name the largest that would do.
+
+        Parameters
+        ----------
+        numbers
+            The f-numbers; ``inf`` is a pinhole.
+        diameter
+            Of the blur disc at f/1, in pixels, at the place in the pictures where the apertures are compared.
+
+        Raises
+        ------
+        InputError
+            As `check_steps` does.
+
+        Examples
+        --------
+        >>> Display().check_f_numbers([math.inf, 22, 11], diameter=40.0)
+        >>> Display().check_f_numbers([math.inf, 64, 11], diameter=40.0)
+        Traceback (most recent call last):
+        focalgradient.errors.InputError: f/64 after the pinhole: the smallest step of blur, 0 to 0.62 px, makes ... do.
+        """
+        for large, small in pairwise(sorted(numbers, reverse=True)):
+            before = diameter / large
+            try:
+                self.check_steps([before, diameter / small])
+            except InputError as error:
+                pixel_sd = math.sqrt(1 / 12)
+                carried = 4 * math.sqrt(((1 + WEBER) * math.hypot(before / 4, pixel_sd)) ** 2 - pixel_sd**2)
+                seen = before + 60 * math.degrees(EYE_STEP) / self.arcmin(1.0)
+                largest = math.floor(10 * diameter / max(carried, seen)) / 10  # down: it passes its own check
+                name = "the pinhole" if math.isinf(large) else f"f/{large:g}"
+                would = (
+                    f"f/{largest:g} is the largest f-number after {name} that would do"
+                    if largest >= 0.5
+                    else (f"no f-number after {name} would do")
+                )
+                reason = str(error).removesuffix(".")
+                raise InputError(f"f/{small:g} after {name}: {reason}; at this size {would}.") from error

@@ -196,7 +196,10 @@ def test_without_mitsuba_plain_scenes_are_cast_and_that_is_said(monkeypatch: pyt
         ({"size": 2000}, "fit the display of 1920 x 1080"),
         ({"samples": 1}, "samples is 1"),
         ({"engine": "blender"}, "engine is 'blender'"),
-        ({"size": 64}, r"smallest step of blur, 0 to 0.48 px"),
+        (
+            {"size": 64},
+            r"f/22 after the pinhole: the smallest step of blur, 0 to 0.48 px.*at this size f/11.3 is the largest",
+        ),
         ({"display": Display(distance=5.0)}, "come closer"),
     ],
 )

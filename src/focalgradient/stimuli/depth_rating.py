@@ -115,7 +115,7 @@ def make_depth_rating(
     _check(seed, scenes, size, samples, display)
     lenses = named_apertures(apertures)
     how = _engine(engine)
-    display.check_steps([FOCAL_LENGTH / number * LEAST_DEPTH / (FIELD / size) for number in lenses.values()])
+    display.check_f_numbers(list(lenses.values()), FOCAL_LENGTH * LEAST_DEPTH / (FIELD / size))
     parameters = {
         "scenes": scenes,
         "scene_kind": "plain spheres" if how == "cast" else "natural",

@@ -90,7 +90,7 @@ def make_from_photographs(
         for _, metres in ends.values():  # before the first picture is written
             check_radius(0.5 * widest * float(np.abs(vergences - 1 / metres).max()))
         depth_range = 1 / ends["nearest"][1] - 1 / ends["farthest"][1]
-        display.check_steps([FOCAL_LENGTH / number * depth_range / pixel_angle for number in lenses.values()])
+        display.check_f_numbers(list(lenses.values()), FOCAL_LENGTH * depth_range / pixel_angle)
     parameters = {
         "kind": "photographs",
         "scenes": len(photographs),
