@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from population import CORRELATION, FOCUS, NOISE, PUPILS, WAVELENGTHS, Look, Row, drawn, looked, population, walls
+from population import CORRELATION, FOCUS, NOISE, PUPILS, Look, Row, drawn, looked, population, walls
 from report import Progress, Shown, alone
 
 from focalgradient.parallel import completed, cores, shared
@@ -57,8 +57,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"{eyes} simulated eyes, each with wavefront aberrations drawn from a population of our own choice "
             "(independent coefficients of the third to sixth order; measured eyes are tried with "
             f"`benchmarks/depth_of_people.py`), focused at {1 / FOCUS:g} m, look at walls at {distances} distances "
-            f"through two pupils. Depth is estimated in two wavebands of {WAVELENGTHS} wavelengths, each eye's "
-            f"own optics known; noise of {100 * NOISE:g} %, textures correlated at {CORRELATION:g}. Median and "
+            "through two pupils. Depth is estimated from two wavebands of as many wavelengths as the pupil needs, each "
+            f"eye's own optics known; noise of {100 * NOISE:g} %, textures correlated at {CORRELATION:g}. Median and "
             "quartiles over eyes, all pixels, claimed or not.",
             f"Medians over walls and eyes: {said}.",
         ),

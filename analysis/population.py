@@ -27,8 +27,6 @@ KINDS = ("bands", "moments")
 MOMENTS = [0.125, 0.375]
 """Times of the views in seconds: the extremes of an oscillation of 0.25 D at 2 Hz."""
 
-WAVELENGTHS = 3
-"""Number of wavelengths per waveband."""
 
 FARTHEST, NEAREST = -0.9, 1.2
 """Range of the walls, in dioptres beyond focus."""
@@ -70,9 +68,9 @@ def at_focus(coefficients: Sequence[float], pupil: float) -> Eye:
 def cones_of(kind: str, eye: Eye) -> list[Cones]:
     """Return the cones of an eye's two views: two wavebands, or two moments."""
     if kind == "moments":
-        return [Cones.of(one, "L+M", wavelengths=WAVELENGTHS) for one in eye.through(MOMENTS, Oscillation())]
-    blue = Cones.of(eye, "S", finest_cpd=S_FINEST_CPD, wavelengths=WAVELENGTHS)
-    return [Cones.of(eye, "L+M", wavelengths=WAVELENGTHS), blue]
+        return [Cones.of(one, "L+M") for one in eye.through(MOMENTS, Oscillation())]
+    blue = Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)
+    return [Cones.of(eye, "L+M"), blue]
 
 
 def seen(cones: Sequence[Cones], beyond: float, seed: int) -> list[View]:
