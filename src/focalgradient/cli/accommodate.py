@@ -1,4 +1,4 @@
-"""``focalgradient eye --accommodate TARGET``: an eye that focuses a target by its own estimate of depth."""
+"""``focalgradient eye --accommodate TARGET``: simulate an eye that focuses a target by its own estimate of depth."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ __all__ = ["TargetCourse", "accommodate", "target_of"]
 FILES = ("course.csv", "course.png", "retina.mp4", "summary.json")
 SECONDS = 10.0
 LONGEST = 120.0
-"""Seconds of a course, by default and at most."""
+"""Default and maximum duration of a course, in seconds."""
 
 WARM = 1.0
-"""Second at which a step is made where nothing else is said."""
+"""Default time of a step, in seconds."""
 
 AFTER = 5.0
-"""Seconds after a step that are shown at least."""
+"""Minimum time shown after a step, in seconds."""
 
 SPEED = 0.5
-"""Seconds of computing for one of the course, on two cores."""
+"""Computing time per second of the course, on two cores."""
 
 CHANNELS_NM = (610.0, 550.0, 465.0)
-"""Wavelengths in which red, green and blue of the film are drawn: about where the lights of displays peak."""
+"""Wavelengths in nm of the film's red, green and blue: about the peaks of displays' primaries."""
 
 ENLARGED = 5
 FORMS = "step:FROM,TO[,SECOND], sine:MEAN,AMPLITUDE,HZ or a CSV file of time,dioptres"
@@ -51,7 +51,7 @@ FORMS = "step:FROM,TO[,SECOND], sine:MEAN,AMPLITUDE,HZ or a CSV file of time,dio
 
 @dataclass(frozen=True)
 class TargetCourse:
-    """Where the target is at each time, for how long, and what it was made of."""
+    """Vergence of the target over time, its duration, and its description."""
 
     at: Callable[[float], float]
     seconds: float
@@ -60,7 +60,7 @@ class TargetCourse:
 
 
 def target_of(text: str) -> TargetCourse:
-    """A target's course from its short form, or the file of that name.
+    """Return the course of a target from its short form or from a CSV file.
 
     >>> target_of("step:1,3").at(0.5), target_of("step:1,3").at(2.0), target_of("sine:2,0.5,0.25").at(1.0)
     (1.0, 3.0, 2.5)
@@ -118,7 +118,7 @@ def _is_number(text: str) -> bool:
 
 
 def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> None:
-    """Let the eye look at the target, and write what happened."""
+    """Simulate accommodation to the target, and write the results."""
     start = time.perf_counter()
     target = target_of(text)
     writable(out, FILES, [target.file] if target.file else [])
@@ -189,7 +189,7 @@ def _found(course: Course) -> dict[str, float]:
 
 
 def table(course: Course) -> bytes:
-    """The course as a CSV file."""
+    """Return the course as a CSV file."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_s", "target_D", "accommodation_D", "estimate_D", "estimate_sd_D"])
@@ -199,7 +199,7 @@ def table(course: Course) -> bytes:
 
 
 def draw(course: Course, words: str) -> Any:
-    """Target, estimate with two standard deviations, and focus over time."""
+    """Draw target, estimate with two standard deviations, and focus over time."""
     from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
     with style():
@@ -221,7 +221,7 @@ def draw(course: Course, words: str) -> Any:
 
 
 def retina(course: Course, eye: Accommodation, seed: int) -> list[NDArray[np.uint8]]:
-    """What the retina gets at every moment of a grey texture in white light, in colour: RGB frames."""
+    """Return the retinal image of a grey texture in white light at every moment, in colour: RGB frames."""
     from focalgradient.eye import Cones, Eye, Target
 
     target, frames = Target(contrast=0.35), []

@@ -1,4 +1,4 @@
-"""``focalgradient eye``: depth as an eye could see it, by colour, by fluctuations of its focus, or by both."""
+"""``focalgradient eye``: depth of a scene as an eye could see it, by colour, by fluctuations of focus, or by both."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ if TYPE_CHECKING:
 __all__ = ["eye"]
 
 MINUTE = math.radians(1 / 60)
-"""A pixel: a minute of arc, about what the fovea resolves."""
+"""Pixel angle in radians: a minute of arc, about the resolution of the fovea."""
 
 SHAPE = (192, 256)
 PAIR = (0.125, 0.375)
-"""Moments of the two views in time, in seconds: the extremes of an oscillation at 2 Hz, 250 ms apart."""
+"""Times of the two views in seconds: the extremes of an oscillation at 2 Hz, 250 ms apart."""
 
 PUPIL_MM = 4.0
-"""Diameter of the pupil by default: an ordinary one by day, a choice."""
+"""Default diameter of the pupil in mm: usual in daylight, a choice."""
 
 FRAMES = 16
-"""Frames of the film, over one period of half a second."""
+"""Number of frames of the film, over one period of half a second."""
 
 NOISE, CORRELATION = 0.01, 0.95
 ASSUMED = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
@@ -60,7 +60,7 @@ SAMPLES = 64
 NAMES = ("spheres", "slant", "step", "plane")
 STAGES = 8
 CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "both"}
-"""What an accommodating eye estimates depth from, by the name of the views."""
+"""Depth cue of an accommodating eye, by the name of the views."""
 
 FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
 
@@ -269,7 +269,7 @@ def _known(scene: str | None) -> str:
 def _views(
     world: Scene, subject: Any, course: TimeCourse, views: str, seed: int, light: _Light, executor: Executor | None
 ) -> tuple[list[str], list[Cones], list[Rendered]]:
-    """What the eye sees in each band and at each moment: its name, the cones, and the view."""
+    """Return the view in each band and at each moment: its name, the cones, and the view."""
     from focalgradient.eye import eye_views
 
     moments = {"": subject}
@@ -285,7 +285,7 @@ def _views(
 
 @dataclass(frozen=True)
 class _Light:
-    """The light of the scene, as it passes a lens of an `age` (years; None: that of the cone fundamentals)."""
+    """Light of the scene as transmitted by a lens of an `age` (years; None: that of the cone fundamentals)."""
 
     illuminant: str
     age: float | None
@@ -304,7 +304,7 @@ class _Light:
 
 
 def _scene(name: str, seed: int, fixation: float) -> Scene:
-    """The scene of that name, about what the eye fixates."""
+    """Return the scene of that name, centred on the fixation."""
     from focalgradient.scenes import plane, slant, spheres, step
 
     field = SHAPE[1] * MINUTE
@@ -323,7 +323,7 @@ def _summary(
     details: Mapping[str, Any],
     warnings: list[str],
 ) -> dict[str, Any]:
-    """What the summary says, but for the time that it took."""
+    """Return the summary, except for the computing time."""
     from focalgradient.eye.retina import S_FINEST_CPD
 
     return {
@@ -348,7 +348,7 @@ def _film(world: Scene, subject: Any, course: TimeCourse, seed: int, executor: E
 
 
 def _write_film(path: Path, film: list[Rendered]) -> None:
-    """One period of the oscillation, four times over, an eighth as fast as it is."""
+    """Write one period of the oscillation, repeated four times at an eighth of its speed."""
     from focalgradient.video import Scale, VideoFile
 
     white = float(np.percentile([one.view.image for one in film], 99.7))
@@ -362,7 +362,7 @@ def _write_film(path: Path, film: list[Rendered]) -> None:
 
 
 def _views_figure(seen: list[Rendered], names: list[str], result: DepthMap) -> Any:
-    """What is seen, true and recovered depth, and the error."""
+    """Draw the views, true and recovered depth, and the error."""
     from focalgradient.plotting import depth_figure
 
     truth = seen[0].distance
@@ -373,7 +373,7 @@ def _views_figure(seen: list[Rendered], names: list[str], result: DepthMap) -> A
 
 
 def _focus_figure(course: TimeCourse, accommodation: float, light: _Light, moments: tuple[float, ...] | None) -> Any:
-    """Where each cone class is focused over a second, and the moments of the views."""
+    """Draw the focus of each cone class over a second, and the times of the views."""
     from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
     times = np.linspace(0, 1, 201)

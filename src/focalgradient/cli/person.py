@@ -1,4 +1,4 @@
-"""An eye by prescription and age: the options that commands share, and the eye that they mean."""
+"""Options for an eye by prescription and age, shared by commands, and the eye that they describe."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 __all__ = ["is_person", "person_eye", "person_options"]
 
 CORRECTIONS = ("none", "spectacles", "contact-lens")
-"""Names of `focalgradient.eye.CORRECTIONS`, without loading it."""
+"""Names of `focalgradient.eye.CORRECTIONS`, without importing it."""
 
 OLDEST = 120.0
-"""Years of age at most, as `focalgradient.eye.ranges.OLDEST`, without loading it."""
+"""Maximum age in years, as `focalgradient.eye.ranges.OLDEST`, without importing it."""
 
 _PERSON = [
     click.option(
@@ -59,11 +59,11 @@ _PERSON = [
         help="A multifocal lens in the eye, centre outwards: outer diameter and added power of each zone, as 2:2,8:0.",
     ),
 ]
-"""Of a person's eye."""
+"""Options that describe a person's eye."""
 
 
 def person_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add a prescription and an age, of which `person_eye` makes an eye."""
+    """Add the options for a person's eye, from which `person_eye` makes an eye."""
     return added(command, _PERSON)
 
 
@@ -74,7 +74,7 @@ def is_person(options: dict[str, Any]) -> bool:
 
 
 def _zones(given: str | None) -> str | None:
-    """Refuse what does not describe the zones of a lens."""
+    """Validate the zones of a lens."""
     if given is not None:
         _lens(given)
     return given
@@ -99,7 +99,7 @@ def _lens(zones: str) -> ZonedLens:
 
 
 def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
-    """Give the eye of the options and a pupil (mm; None: its natural one), which looks at a `vergence` (D)."""
+    """Return the eye of the options with a pupil (mm; None: its natural one) that looks at a `vergence` (D)."""
     from focalgradient.eye import CORRECTIONS, Eye, typical_aberrations
     from focalgradient.eye.ranges import check_pupil, warn_if_artificial
     from focalgradient.eye.typical import MEASURED as LARGEST_TYPICAL

@@ -1,4 +1,4 @@
-"""``focalgradient eye --through-focus``: an eye's image quality and point spreads against the target's vergence."""
+"""``focalgradient eye --through-focus``: image quality and point spreads of an eye against the target's vergence."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ __all__ = ["through_focus"]
 
 FILES = ("through_focus.png", "through_focus.csv", "summary.json")
 SPAN, STEP = 2.0, 0.05
-"""Dioptres beyond the foci of the eye and of its lens's zones, and from one vergence to the next."""
+"""Range in dioptres beyond the foci of the eye and of its lens's zones, and step of the vergences."""
 
 PICTURES = (-1.0, -0.5, 0.0, 0.5, 1.0)
-"""Dioptres from the best focus at which point spreads are drawn."""
+"""Distances in dioptres from the best focus at which point spreads are drawn."""
 
 SIDE, MINUTES = 160, 0.2
-"""Pixels of a point spread, and the minutes of arc of one: frequencies up to 150 cycles per degree, which a pupil of
-5 mm hardly passes."""
+"""Pixels across a point spread, and minutes of arc of each: frequencies up to 150 cycles per degree, near the cut-off
+of a pupil of 5 mm."""
 
 
 def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
-    """Write the image quality of an eye in white light against the vergence of what it looks at."""
+    """Write the image quality of an eye in white light against the target's vergence."""
     start = time.perf_counter()
     writable(out, FILES)
     with warnings_given() as given:
@@ -84,7 +84,7 @@ def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
 
 
 def point_spread(cones: Cones, vergence: float) -> NDArray[np.float64]:
-    """Light of a point at a `vergence` (D) over SIDE x SIDE pixels, of a sum of 1."""
+    """Return the image of a point at a `vergence` (D) over SIDE x SIDE pixels, with a sum of 1."""
     frequency = np.fft.fftfreq(SIDE, math.radians(MINUTES / 60))
     along = np.fft.rfftfreq(SIDE, math.radians(MINUTES / 60))
     seen = cones.optical_transfer(frequency[:, None], along[None], vergence)
@@ -92,7 +92,7 @@ def point_spread(cones: Cones, vergence: float) -> NDArray[np.float64]:
 
 
 def table(quality: ThroughFocus) -> bytes:
-    """The quality as a CSV file, a line a vergence."""
+    """Return the quality as a CSV file, one row per vergence."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["vergence_D", "visual_strehl", *(f"mtf_{f:g}_cpd" for f in quality.frequency_cpd)])
@@ -102,7 +102,7 @@ def table(quality: ThroughFocus) -> bytes:
 
 
 def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Mapping[str, Any]) -> Any:
-    """Point spreads above; below them modulation and visual Strehl ratio against the target's vergence."""
+    """Draw point spreads, and below them modulation and visual Strehl ratio against the target's vergence."""
     from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
 
     with style():
@@ -133,7 +133,7 @@ def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Ma
 
 
 def _stated(settings: Mapping[str, Any]) -> dict[str, str]:
-    """What the title says of the eye."""
+    """Return the settings of the eye that the title states."""
     shown = {"pupil": f"{settings['pupil_mm']:.1f} mm", "light": str(settings["illuminant"])}
     for name, unit in (("refraction", ""), ("correction", ""), ("age", " years"), ("aberrations", ""), ("zones", "")):
         if settings.get(name) is not None:

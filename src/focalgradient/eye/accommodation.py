@@ -38,24 +38,27 @@ __all__ = ["Accommodation", "Course", "Cue", "Rendering", "Stimulus", "accommoda
 FloatArray = NDArray[np.float64]
 
 Cue = Literal["bands", "moments", "both"]
-"""What depth is estimated from: two wavebands at each moment, one waveband at several moments, or both together."""
+"""Views that depth is estimated from: two wavebands at each moment, one waveband at several moments, or both
+together."""
 
 Rendering = Literal["none", "defocus", "chromatic"]
-"""How blur is drawn into a picture at a fixed vergence: alike in all colours, or with the eye's aberration."""
+"""Blur rendered into a picture at a fixed vergence: none, the same in all colours, or with the eye's chromatic
+aberration."""
 
 SETTLE = 1.0
-"""Seconds before the course begins in which the eye looks at where the target starts."""
+"""Time before the course begins, in seconds, in which the eye looks at the target's first position."""
 
 REDDEST_S = 540.0
-"""Wavelength in nm beyond which S cones catch next to nothing (below 1 % of their peak): they have no view then."""
+"""Longest wavelength in nm at which S cones have a view: beyond it they catch less than 1 % of their peak."""
 
 RESTORED = 0.01
-"""Power that keeps the picture that shows chromatic blur finite where the eye passes nothing: our choice."""
+"""Regularisation (power) of the inverse filter that renders chromatic blur, for frequencies that the eye does not pass;
+our choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stimulus:
-    """What the eye looks at, apart from where it is.
+    """Stimulus of the accommodating eye, apart from its distance.
 
     Parameters
     ----------
@@ -95,7 +98,7 @@ class Stimulus:
 
 @dataclass(frozen=True, slots=True)
 class Accommodation:
-    """An accommodating eye.
+    """Accommodating eye: its optics, depth cue, motor plant and noise.
 
     Parameters
     ----------
@@ -154,13 +157,13 @@ class Accommodation:
 
     @property
     def bands(self) -> tuple[Band, ...]:
-        """The wavebands it compares."""
+        """Wavebands of the views that are compared."""
         return ("L+M",) if self.cue == "moments" else ("L+M", "S")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """What happened, moment by moment: n values each.
+    """Time course of accommodation: n samples of each quantity.
 
     ``times`` in seconds; in dioptres ``target``, ``accommodation`` (with its fluctuations), ``estimate`` of the target
     and its ``estimate_sd``.
@@ -173,12 +176,12 @@ class Course:
     estimate_sd: FloatArray
 
     def lag(self, seconds: float = 2.0) -> float:
-        """Mean of target minus accommodation over the last `seconds`, in dioptres."""
+        """Return the mean of target minus accommodation over the last `seconds`, in dioptres."""
         last = self.times > self.times[-1] - seconds
         return float(np.mean((self.target - self.accommodation)[last]))
 
     def response(self, frequency: float, skip: float = 0.0) -> complex:
-        """Accommodation over target at `frequency` (Hz), after `skip` seconds: size the gain, angle the phase (rad).
+        """Return accommodation over target at `frequency` (Hz) after `skip` s: modulus is gain, angle is phase (rad).
 
         By least squares of sine, cosine, a mean and a slope.
         """
@@ -200,7 +203,7 @@ def accommodate(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Course:
-    """Let an eye look at a target for `duration` seconds and focus by what it sees.
+    """Simulate closed-loop accommodation to a target for `duration` seconds.
 
     Parameters
     ----------
@@ -276,7 +279,7 @@ def accommodate(
 
 
 def _fluctuation(eye: Accommodation, times: FloatArray, seed: int) -> FloatArray:
-    """Fluctuation of focus at each of `times`; one of its own for each seed where it has one."""
+    """Return the fluctuation of focus (D) at each of `times`; microfluctuations are drawn from the seed."""
     course = eye.fluctuation
     if course is None:
         return np.zeros_like(times)
@@ -295,7 +298,7 @@ def _retina(
     random: np.random.Generator,
     texture: int,
 ) -> list[View]:
-    """What the eye gets of the target at this moment, with the optics that it takes its views to have."""
+    """Return the views of the target at this moment, with the optics that the eye assumes for them."""
     moment = float(max(time, 0.0))
     vergence = float(wanted[number] if stimulus.rendering == "none" else wanted[0])
     vergence += sum(float(one.at(moment)) for one in stimulus.focus_flicker)
@@ -324,7 +327,7 @@ def _cones(pupil_diameter: float, band: Band, illuminant: str) -> Cones:
 
 
 def _drawn(one: Cones, stimulus: Stimulus, screen: float, vergence: float) -> FloatArray:
-    """The filter that draws blur into a picture at `screen` (D) of a target at `vergence`, for one waveband."""
+    """Return the filter that renders the blur of a target at `vergence` (D) into a picture at `screen` (D)."""
     frequency = stimulus.target.frequency
     if stimulus.rendering == "defocus":
         return np.asarray(disc_transfer(frequency, abs(screen - vergence) * one.aperture_diameter / 2))
@@ -335,7 +338,7 @@ def _drawn(one: Cones, stimulus: Stimulus, screen: float, vergence: float) -> Fl
 
 @dataclass(frozen=True, slots=True)
 class _AtFocus:
-    """Cones of an eye at one `focus` (D)."""
+    """Optics of cones at one `focus` (D)."""
 
     cones: Cones
     focus: float
@@ -355,7 +358,7 @@ class _AtFocus:
 
 @dataclass(frozen=True, slots=True)
 class _Formed(_AtFocus):
-    """Optics that form a view: the eye's chromatic aberration scaled, or in one light."""
+    """Optics that form a view: chromatic aberration scaled, or light of one wavelength."""
 
     chromatic_scale: float
     light_nm: float | None
@@ -372,12 +375,12 @@ class _Formed(_AtFocus):
 
 
 STEP, SPAN = 0.0125, 10.0
-"""Dioptres from row to row of a table of transfers, and how far to either side of focus it reaches."""
+"""Spacing in dioptres of the rows of the table of transfers, and its half-range about focus."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Known(_AtFocus):
-    """Optics that a view is taken to have: their transfer read off a table by defocus."""
+    """Optics assumed for a view: its transfer is interpolated from a table by defocus."""
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         table = _table(self.cones, np.ascontiguousarray(frequency, dtype=float).tobytes())
@@ -399,7 +402,7 @@ def _table(cones: Cones, frequency: bytes) -> FloatArray:
 
 
 def target_course(times: ArrayLike, vergences: ArrayLike) -> Callable[[float], float]:
-    """A target that is at each of `vergences` (D) from its time (s) on, changing linearly between the times.
+    """Return a target's vergence as a function of time: piecewise linear through `vergences` (D) at `times` (s).
 
     Two rows of one time are a step.
 

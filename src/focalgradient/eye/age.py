@@ -1,4 +1,4 @@
-"""What changes with age: the pupil's diameter, the amplitude of accommodation, and the density of the lens."""
+"""Age-dependent properties of the eye: pupil diameter, amplitude of accommodation, and lens density."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from focalgradient.eye.ranges import ages, wavelengths
 __all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil", "push_up_amplitude"]
 
 YOUNGEST, OLDEST = 20.0, 83.0
-"""Years: ages of the people whose pupils Watson & Yellott's formula fits."""
+"""Age range in years of the people to whom Watson & Yellott fitted their formula."""
 
 REFERENCE_AGE = 28.58
-"""Years: mean age in the data of Stanley & Davies (1995), about which age counts (Watson & Yellott 2012)."""
+"""Mean age in years in the data of Stanley & Davies (1995), the reference of the age term (Watson & Yellott 2012)."""
 
 ONE_EYE = 0.1
-"""Share of the flux that counts with one eye open, of that with two (Watson & Yellott 2012)."""
+"""Effective flux with one eye open, relative to two eyes (Watson & Yellott 2012)."""
 
 FUNDAMENTALS_AGE = 32.0
-"""Years: age that the cone fundamentals' lens stands for (CIE 170-1:2006)."""
+"""Age in years of the lens in the cone fundamentals (CIE 170-1:2006)."""
 
 
 def natural_pupil(
     luminance: ArrayLike, *, age: float = REFERENCE_AGE, field_deg: float = 20.0, eyes: int = 2
 ) -> NDArray[np.float64]:
-    """Diameter of the light-adapted pupil in metres, by the unified formula of Watson & Yellott.
+    """Return the diameter in metres of the light-adapted pupil, by Watson & Yellott's unified formula.
 
     D = S + (age - 28.58) (0.02132 - 0.009562 S), S the formula of Stanley & Davies (1995), of the product of luminance,
     field area, and 1 or (with one eye) 0.1 (Watson & Yellott 2012, "A unified formula for light-adapted pupil size",
@@ -75,7 +75,7 @@ def natural_pupil(
 
 
 def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
-    """Amplitude of accommodation in dioptres, measured objectively: 7.083 / (1 + exp(0.2031 (age - 36.2) - 0.6109)).
+    """Return the objective amplitude of accommodation in dioptres: 7.083 / (1 + exp(0.2031 (age - 36.2) - 0.6109)).
 
     Fitted to people of 3 to 70 years (Anderson, Hentz, Glasser, Stuebing & Manny 2008, Invest. Ophthalmol. Vis. Sci.
     49, 2919).
@@ -88,7 +88,7 @@ def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
 
 
 def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
-    """Mean amplitude in dioptres as people report it of a target that approaches: 18.5 - 0.30 age (Hofstetter 1950).
+    """Return the mean push-up amplitude of accommodation in dioptres: 18.5 - 0.30 age (Hofstetter 1950).
 
     Not below 0. It includes the depth of focus: compare `accommodation_amplitude`.
 
@@ -99,7 +99,7 @@ def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
 
 
 def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
-    """Optical density (log10) of the eye's media, mostly of its lens, at each wavelength (nm, any shape) and `age`.
+    """Return the optical density (log10) of the ocular media at each wavelength (nm, any shape), for one `age` (years).
 
     van de Kraats & van Norren (2007, J. Opt. Soc. Am. A 24, 1842), in the form of CIE 203:2012 with its erratum:
     Rayleigh scatter, tryptophan, the young lens, two parts of the old lens, and a neutral part.
@@ -121,7 +121,7 @@ def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
 
 
 def aged_light(light: Light, age: float) -> Light:
-    """What cones catch of a light through a lens of this `age` (years), from what they catch through one of 32.
+    """Convert what cones catch of a light through a lens of 32 years to a lens of this `age` (years).
 
     The cone fundamentals, and so `band_light`, are of 32 years. Give it to `Cones.in_light`.
 
@@ -134,7 +134,7 @@ def aged_light(light: Light, age: float) -> Light:
 
 
 def lens_passes(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
-    """Light that a lens of this `age` (years) passes at each wavelength (nm, any shape), over what one of 32 passes.
+    """Return the transmittance of a lens of this `age` (years) over that at 32 years, by wavelength (nm, any shape).
 
     >>> lens_passes([420, 560], 70).round(2).tolist()
     [0.25, 0.89]

@@ -1,4 +1,4 @@
-"""The eye's chromatic aberration: how its refraction depends on the wavelength of light.
+"""Longitudinal chromatic aberration: the eye's refraction as a function of wavelength.
 
 Sign: the eye refracts blue more strongly than red. A positive chromatic difference is a *refraction*, the lens that the
 eye would need at this wavelength; it is negative for blue, where the eye is too strong. The vergence in focus is
@@ -16,14 +16,13 @@ from focalgradient.eye.ranges import wavelengths
 __all__ = ["REFERENCE_NM", "chromatic_difference", "chromatic_wavelength"]
 
 REFERENCE_NM = 580.0
-"""The wavelength, in nm, at which an eye's accommodation is stated: our choice; the formula of Thibos et al. is 0 at
-590 nm."""
+"""Wavelength in nm at which accommodation is stated: our choice (the formula of Thibos et al. is 0 at 590 nm)."""
 
 _LEVEL, _STRENGTH, _POLE = 1.68524, 633.46, 214.102  # Thibos et al. 1992: D, D nm, nm
 
 
 def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
-    """Chromatic difference of refraction R(wavelength) - R(reference) in dioptres; broadcasts.
+    """Return the chromatic difference of refraction R(wavelength) - R(reference) in dioptres; broadcasts.
 
     R(l) = 1.68524 - 633.46 / (l - 214.102) of the reduced chromatic eye (Thibos et al. 1992): negative for light
     bluer than the reference, positive for redder. Multiply by an individual's `chromatic_scale` (`Eye`).
@@ -43,7 +42,7 @@ def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REF
 
 
 def chromatic_wavelength(difference: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
-    """Wavelength in nm whose chromatic difference is `difference` (D): the inverse of `chromatic_difference`.
+    """Return the wavelength in nm whose chromatic difference is `difference` (D): inverts `chromatic_difference`.
 
     With it a band of wavelengths is put in the place of the one that is focused alike.
 

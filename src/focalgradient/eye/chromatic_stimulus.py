@@ -1,9 +1,9 @@
-"""What to show on a flat display so that a focused eye gets the retinal image of the real depth, colour by colour.
+"""Chromatically correct stimuli: the picture on a flat display that gives an eye the retinal image of real depth.
 
-Blur that is drawn alike in all colours is not what an eye makes of a scene: each wavelength would have its own. An eye
-that looks at the display adds its own chromatic blur, in focus, to whatever is shown. So what to show is an inverse
-problem (Cholewiak, Love, Srinivasan, Ng & Banks 2017, "ChromaBlur", ACM Trans. Graph. 36, 210): the display's red,
-green and blue whose retinal image, of the display in focus, comes closest to that of the scene.
+Blur rendered alike in all colours is not the blur of an eye, which differs between wavelengths; and an eye that looks
+at the display adds its own chromatic blur, in focus, to whatever is shown. The picture to show is the solution of an
+inverse problem (Cholewiak, Love, Srinivasan, Ng & Banks 2017, "ChromaBlur", ACM Trans. Graph. 36, 210): the display's
+red, green and blue whose retinal image, of the display in focus, comes closest to that of the scene.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from focalgradient.progress import Progress
 __all__ = ["ChromaticStimulus", "chromatic_stimulus"]
 
 SURROUND = 64
-"""Pixels by which the picture is mirrored at its border, for blur not to wrap."""
+"""Mirrored margin of the picture in pixels, so that blur does not wrap."""
 
 RIDGE = 1e-2
-"""Weight of the difference from the scene's retinal image, over that of what cones catch: detail of which the eye
-passes less than a tenth is not shown ten times as strong. Our choice: with a tenth of it blue light is all or none in
-scenes nearer than the display, for a residual of the S cones that is 5 to 15 % less."""
+"""Weight of the difference between picture and retinal image of the scene, relative to the error in cone catches: it
+limits the amplification of detail of which the eye passes less than a tenth. Our choice: with a tenth of it, blue is on
+or off in scenes nearer than the display, and the residual of the S cones is 5 to 15 % less."""
 
 STEPS = 60
-"""Steps of the alternating directions, at most: the residual then changes by less than 1 % of itself."""
+"""Maximum number of iterations (alternating directions): the residual then changes by less than 1 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChromaticStimulus:
-    """A picture to show, and how close the eye's image of it comes to that of the scene.
+    """Picture to show, and residual of the eye's image of it.
 
     ``shown`` is the picture, H x W x 3, linear red, green and blue from 0 to 1. Residuals are the root mean square,
     over pixels, of the difference between what L, M and S cones catch of it and of the scene, as shares of what they
@@ -67,7 +67,7 @@ def chromatic_stimulus(
     basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> ChromaticStimulus:
-    """Find what a display at `screen` must show for the eye, focused as it is, to get the retinal image of the scene.
+    """Solve for the picture on a display at `screen` (D) that gives the eye the retinal image of the scene.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def chromatic_stimulus(
 def _through_display(
     eye: Eye, vergence: float, size: tuple[int, ...], pixel_angle: float, wavelengths: int, basis: SpectralBasis
 ) -> NDArray[np.complex128]:
-    """What each cone class (last) catches of each primary through the eye, at each frequency of an image of `size`."""
+    """Return each cone class's catch (last axis) of each primary through the eye, by frequency of an image."""
     down, right = fft.fftfreq(size[0])[:, None] / pixel_angle, fft.rfftfreq(size[1])[None] / pixel_angle
     total = np.zeros((size[0], size[1] // 2 + 1, 3, 3), complex)
     for number, band in enumerate(CLASSES):
@@ -186,7 +186,7 @@ def _through_display(
 def _filtered(
     through: NDArray[np.complex128], light: NDArray[np.complex128], size: tuple[int, ...]
 ) -> NDArray[np.float64]:
-    """What cones catch of an image of spectrum `light`."""
+    """Return the cone catches of an image with the spectrum `light`."""
     return np.asarray(fft.irfft2((light[..., None, :] @ through)[..., 0, :], size, axes=(0, 1)))
 
 
@@ -196,7 +196,7 @@ def _solved(
     first: NDArray[np.complex128],
     size: tuple[int, ...],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Light whose retinal image is nearest the target: without limits, and from 0 to 1.
+    """Return the least-squares light, unconstrained and constrained to 0 to 1.
 
     The latter by the alternating direction method of multipliers (Boyd et al. 2011): least squares at each frequency,
     and limits at each pixel, in turn.

@@ -1,4 +1,4 @@
-"""From colours to cones: what the L, M and S cones catch of a picture on a display, or of a spectral scene."""
+"""Cone catches: responses of L, M and S cones to a picture on a display, or to a spectral scene."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from focalgradient.eye.ranges import wavelengths
 __all__ = ["PRIMARIES", "band_image", "cone_images"]
 
 PRIMARIES = "Typical CRT Brainard 1997"
-"""The display whose red, green and blue are meant where nothing else is said."""
+"""Default display, whose primaries red, green and blue refer to."""
 
 
 def cone_images(
     image: ArrayLike, *, primaries: str = PRIMARIES, wavelength_nm: ArrayLike | None = None
 ) -> NDArray[np.float64]:
-    """What the L, M and S cones catch at every pixel, each class 1 for a pixel whose channels are all 1.
+    """Return the catches of the L, M and S cones at every pixel, scaled to 1 where all channels are 1.
 
     A class that catches none of the wavelengths, as S cones of red light only, is 0 everywhere.
 
@@ -66,7 +66,7 @@ def cone_images(
 
 
 def band_image(cones: NDArray[np.floating], band: str) -> NDArray[np.float64]:
-    """What a band sees of `cone_images`: "S" alone, or "L+M", each by how much daylight it catches.
+    """Return a band's image from `cone_images`: "S" alone, or "L+M" weighted by each class's catch of daylight.
 
     >>> band_image(np.array([[[1.0, 0.5, 0.2]]]), "S").tolist()
     [[0.2]]
@@ -87,13 +87,13 @@ def _white() -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def _of_display(name: str) -> NDArray[np.float64]:
-    """What each cone class catches of each primary: 3 x 3."""
+    """Return the catch of each cone class of each primary: 3 x 3."""
     nm, light = display_primaries(name)
     return np.asarray(light.T @ cone_fundamentals(nm))
 
 
 def display_primaries(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Wavelengths (nm), and the measured spectra of a display's red, green and blue light at them (x 3)."""
+    """Return the wavelengths (nm) and measured spectra (x 3) of a display's red, green and blue primaries."""
     known = spectra().MSDS_DISPLAY_PRIMARIES
     if name not in known:
         raise InputError(f"primaries is {name!r}, but must be one of {', '.join(map(repr, known))}.")
@@ -101,7 +101,7 @@ def display_primaries(name: str) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 def _of_wavelengths(nm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What each cone class catches at each wavelength, by how far its neighbours are: channels x 3."""
+    """Return the catch of each cone class at each wavelength, weighted by the channel's width: channels x 3."""
     wavelengths(nm)
     if nm.ndim != 1 or nm.size < 2 or np.any(np.diff(nm) <= 0):
         raise InputError("wavelength_nm must be a list of two or more that increase: sort the channels by wavelength.")

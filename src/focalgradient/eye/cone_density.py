@@ -1,8 +1,8 @@
-"""Density of cones by place on the retina: means of eight human retinas (Curcio, Sloan, Kalina & Hendrickson 1990).
+"""Cone density by retinal location: means of eight human retinas (Curcio, Sloan, Kalina & Hendrickson 1990).
 
-"Human photoreceptor topography", J. Comp. Neurol. 292, 497. The means along four meridians were read from a public
+"Human photoreceptor topography", J. Comp. Neurol. 292, 497. The means along four meridians come from a public
 transcription (the repository rjonnal/cone_density), which rounds densities to three digits and eccentricities to
-0.1 mm: the four between 0 and 0.3 mm are taken to be 0.05, 0.10, 0.15 and 0.20 mm. Millimetres become visual angles,
+0.1 mm: the four between 0 and 0.3 mm are assumed to be 0.05, 0.10, 0.15 and 0.20 mm. Millimetres become visual angles,
 and areas square degrees, by Watson (2014, J. Vis. 14(7):15, equations A6 and A7, after Drasdo & Fowler 1974).
 """
 
@@ -21,10 +21,10 @@ __all__ = ["cone_density", "cone_nyquist_cpd"]
 FloatArray = NDArray[np.float64]
 
 PLACES = (*(0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 2.0, 3.0, 4.0), *range(5, 18))
-"""Eccentricity in millimetres of retina."""
+"""Eccentricities in millimetres of retina."""
 
 PEAK = 196.87
-"""Thousand cones in a square millimetre at the centre: 14,804.6 in a square degree (Curcio et al.; Watson 2014)."""
+"""Peak density in thousand cones per mm^2: 14,804.6 per square degree (Curcio et al.; Watson 2014)."""
 
 THOUSANDS: dict[str, tuple[float, ...]] = {
     "temporal": (
@@ -49,7 +49,7 @@ nasal retina, the superior one on the inferior retina. The blind spot is filled.
 
 
 def cone_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> FloatArray:
-    """Cones in a square degree of the visual field, of all three classes.
+    """Return the density of cones of all three classes, per square degree of the visual field.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def cone_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -
 
 
 def cone_nyquist_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> FloatArray:
-    """Finest detail in cycles per degree that cones sample without aliasing, as a hexagonal mosaic of that density.
+    """Return the Nyquist frequency (cycles per degree) of a hexagonal mosaic with that cone density.
 
     Outside the fovea ganglion cells resolve less: see `resolved_cpd`.
 
@@ -86,7 +86,7 @@ def cone_nyquist_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal
 
 @lru_cache(maxsize=4)
 def _measured(meridian: str) -> tuple[FloatArray, FloatArray]:
-    """Degrees from the fovea, and the logarithm of the cones in a square degree there."""
+    """Return eccentricities in degrees, and the logarithm of the density there (cones per square degree)."""
     mm = np.asarray(PLACES, dtype=float)
     deg = 3.556 * mm + 0.05993 * mm**2 - 0.007358 * mm**3 + 0.0003027 * mm**4
     area = 0.0752 + 5.846e-5 * deg - 1.064e-5 * deg**2 + 4.116e-8 * deg**3  # mm^2 in a square degree

@@ -1,8 +1,8 @@
-"""Wave optics of a clear, round, defocused pupil: its transfer (Hopkins 1955) and its point spread (Lommel).
+"""Wave optics of a clear, round, defocused pupil: transfer function (Hopkins 1955) and point spread (Lommel).
 
 The pupil's wavefront departs from the sphere by the defocus x r^2 / 2. The transfer is the autocorrelation of the
-pupil: over the lens in which the pupil meets itself shifted, all but one integral are done by hand. Frequencies are in
-cycles per degree of visual angle, where a degree is pi/180 rad.
+pupil: over the overlap of the pupil with its shifted copy, all but one integral are solved analytically. Frequencies
+are in cycles per degree of visual angle, where a degree is pi/180 rad.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _CHUNK = 1 << 20  # values at a time, to bound memory
 
 
 def cutoff_cpd(pupil_diameter: float, wavelength_nm: float) -> float:
-    """Frequency in cycles per degree beyond which a pupil (m) passes nothing: diameter / wavelength, per radian.
+    """Return the cut-off frequency of a pupil (m) in cycles per degree: diameter / wavelength, per radian.
 
     >>> round(cutoff_cpd(0.003, 555), 1)
     94.3
@@ -36,7 +36,7 @@ def cutoff_cpd(pupil_diameter: float, wavelength_nm: float) -> float:
 def optical_transfer(
     frequency_cpd: ArrayLike, *, pupil_diameter: float, wavelength_nm: float, defocus: float
 ) -> NDArray[np.float64]:
-    """Transfer of a clear round pupil with diffraction and defocus: exact, real, and negative where contrast reverses.
+    """Return the OTF of a clear round pupil with diffraction and defocus: real, negative where contrast reverses.
 
     With s the frequency over the cut-off and a = pi D d^2 s / wavelength,
 
@@ -81,7 +81,7 @@ def optical_transfer(
 def clear_transfer(
     frequency: NDArray[np.float64], diameter: float, wavelength_nm: float, defocus: float
 ) -> NDArray[np.float64]:
-    """`optical_transfer` of an aperture of any diameter (m), at `frequency` in cycles per radian, any shape."""
+    """Return `optical_transfer` of an aperture of any diameter (m), at `frequency` (cycles per radian, any shape)."""
     distinct, where = np.unique(np.abs(frequency), return_inverse=True)  # grids hold each radius up to eight times
     s = distinct * (1e-9 * wavelength_nm / diameter)
     transfer = np.zeros_like(s)
@@ -104,7 +104,7 @@ def clear_transfer(
 
 
 def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: float) -> NDArray[np.float64]:
-    """Mean radial modulation transfer of best-corrected eyes in white light (Watson 2013).
+    """Return the mean radial MTF of best-corrected eyes in white light (Watson 2013).
 
     (1 + (u / u1)^2)^-0.62 sqrt(D(u)), with u1 = 21.95 - 5.512 d + 0.3922 d^2 (d in mm) and D the transfer of
     diffraction alone at 555 nm: fitted to the wavefronts of 200 eyes with pupils of 2 to 6 mm.
@@ -149,7 +149,7 @@ def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: float) -> NDArray[
 def lommel_point_spread(
     angle: ArrayLike, *, pupil_diameter: float, wavelength_nm: float, defocus: float
 ) -> NDArray[np.float64]:
-    """Point spread of a clear, round, defocused pupil by Lommel's functions, as in the paper's appendix.
+    """Return the point spread of a clear, round, defocused pupil by Lommel's functions, as in the paper's appendix.
 
     With v = pi d angle / wavelength and u = pi D d^2 / (2 wavelength), the light relative to the centre of the spread
     in focus is (2 / u)^2 (U1^2 + U2^2), where U_n(u, v) = sum over s of (-1)^s (u / v)^(n + 2s) J_(n + 2s)(v); for
@@ -208,7 +208,7 @@ def lommel_point_spread(
 
 
 def _lommel(order: int, ratio: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum over s of (-1)^s ratio^(2 s) J_(order + 2 s)(x), for ratios up to 1."""
+    """Sum (-1)^s ratio^(2 s) J_(order + 2 s)(x) over s, for ratios up to 1."""
     largest = float(x.max())
     terms = 12 + int((largest + 12 * np.cbrt(largest)) / 2)  # Bessel functions vanish once their order exceeds x
     power, total = np.ones_like(x), np.zeros_like(x)

@@ -1,7 +1,7 @@
-"""Fixational eye movements: slow drift and microsaccades of the gaze.
+"""Fixational eye movements: slow drift and microsaccades.
 
-Drift is a random walk whose mean square displacement is 4 D t, D its diffusion constant. Microsaccades come at random,
-no sooner than a pause after the one before, and rather back to where the gaze began than away from it.
+Drift is a random walk whose mean square displacement is 4 D t, D its diffusion constant. Microsaccades occur at random
+times with a minimum interval, directed partly back to the starting direction of gaze.
 """
 
 from __future__ import annotations
@@ -18,18 +18,19 @@ from focalgradient.eye.ranges import ordered_times
 __all__ = ["FixationalMovements"]
 
 STEP = 0.001
-"""Seconds from one place of the path to the next."""
+"""Time step of the path in seconds."""
 
 PAUSE = 0.1
-"""Seconds for which no microsaccade follows another: a choice, below the shortest intervals that are usual."""
+"""Minimum interval between microsaccades in seconds: a choice, below the shortest intervals that are usual."""
 
 RETURN = 0.5
-"""Share of a microsaccade's direction that points back to where the gaze began; the rest is random: a choice."""
+"""Share of a microsaccade's direction that points back to the starting direction of gaze; the rest is random: a
+choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class FixationalMovements:
-    """Where the gaze is, one path for each seed; a microsaccade is over within a millisecond here.
+    """Direction of gaze over time, one path for each seed; microsaccades are instantaneous (within 1 ms).
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ class FixationalMovements:
         check_seed(self.seed)
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Direction of the gaze in radians, x to the right and y down, at each of `times` (s, 0 or more): n x 2."""
+        """Return the direction of gaze in radians, x to the right and y down, at `times` (s, 0 or more): n x 2."""
         moments = np.atleast_1d(ordered_times(times))
         check_number("the first time", float(moments[0]), "seconds", least=0)
         count = math.ceil(float(moments[-1]) / STEP) + 2

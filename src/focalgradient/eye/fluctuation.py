@@ -1,7 +1,7 @@
-"""Fluctuations of accommodation: the paper's oscillation at about 2 Hz, and the irregular ones of real eyes.
+"""Fluctuations of accommodation: the paper's oscillation at about 2 Hz, and irregular ones as in real eyes.
 
-Both are functions of time in dioptres, about a mean of 0; an `Eye` at a moment takes its focus from either. How much
-focus changes over a delay tau follows from the power spectrum S alone:
+Both are functions of time in dioptres, with a mean of 0; an `Eye` at a moment takes its focus from either. The change
+of focus over a delay tau follows from the power spectrum S alone:
 
     mean square change = integral of S(f) 4 sin(pi f tau)^2 df.
 """
@@ -23,33 +23,33 @@ from focalgradient.eye.ranges import check_pupil, ordered_times
 __all__ = ["Microfluctuations", "Oscillation", "growth"]
 
 LOW_END, HIGH_START, HIGH_END = 1.0, 1.0, 2.3
-"""Hz: where the low band ends, and the high band begins and ends. The low band was described below 0.6 Hz (Charman &
-Heron 1988); its law goes on to the high band, as measured spectra are not empty between."""
+"""End of the low band, start and end of the high band, in hertz. The low band was described below 0.6 Hz (Charman &
+Heron 1988); its law continues to the high band, as measured spectra are not empty in between."""
 
 SLOWEST = 1 / 300
-"""Hz: where drift begins, a choice."""
+"""Lowest frequency of drift in hertz, a choice."""
 
 RESTING, PER_DIOPTRE = 0.1, 0.05
-"""Dioptres, root mean square, at no accommodation, and more for each dioptre of it: within the 0.1 to 0.5 D that
-Charman & Heron (1988) review; the line is our choice."""
+"""RMS fluctuation in dioptres at zero accommodation, and its increase per dioptre: within the 0.1 to 0.5 D that Charman
+& Heron (1988) review; the line is our choice."""
 
 HIGH_SHARE = 0.15
-"""Share of the power in the high band where pupil and light are large: our choice."""
+"""Share of the power in the high band with a large pupil in bright light: our choice."""
 
 SMALL_PUPIL, DIM = 1e-3, 0.002
-"""Pupil (m) and luminance (cd/m^2) at which what is low in frequency has twice its power: where Gray et al. (1993a, b)
-and Day et al. (2009) find it grown."""
+"""Pupil (m) and luminance (cd/m^2) at which the low-frequency power is doubled: where Gray et al. (1993a, b) and Day et
+al. (2009) find it increased."""
 
 WAVES = 400
-"""Sinusoids that make up one time course of accommodation in each band."""
+"""Number of sinusoids in each band of one time course."""
 
 
 RESPONSE = 2.0
-"""Accommodative response in dioptres at which `Microfluctuations.of` expects the 0.2 D of the default."""
+"""Accommodative response in dioptres at which `Microfluctuations.of` gives the default RMS of 0.2 D."""
 
 
 def growth(response: ArrayLike) -> NDArray[np.float64]:
-    """How much larger fluctuations are at an accommodative `response` (D) than at 2 D, by the law of `of`.
+    """Return the RMS of fluctuations at an accommodative `response` (D) relative to 2 D, by the law of `of`.
 
     >>> growth([0.0, 2.0, 6.0]).tolist()
     [0.5, 1.0, 2.0]
@@ -60,7 +60,7 @@ def growth(response: ArrayLike) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class Oscillation:
-    """Accommodation that swings evenly, the paper's simple form: amplitude x sin(2 pi frequency time + phase).
+    """Sinusoidal accommodation, the paper's simple form: amplitude x sin(2 pi frequency time + phase).
 
     Parameters
     ----------
@@ -96,11 +96,11 @@ class Oscillation:
             raise InputError(f"frequency is {self.frequency!r}, but must be positive: give it in hertz.")
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Change of accommodation in dioptres at the moments `times` (s, in order)."""
+        """Return the change of accommodation in dioptres at `times` (s, in order)."""
         return self.amplitude * np.sin(2 * np.pi * self.frequency * ordered_times(times) + self.phase)
 
     def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
-        """Root mean square over all phases, in dioptres, of how much focus changes over a `delay` (s, any shape).
+        """Return the RMS change of focus over a `delay` (s, any shape) in dioptres, over all phases.
 
         >>> round(float(Oscillation().change_rms(0.25)), 4)  # 0.5 D x (root mean square of a sine)
         0.3536
@@ -111,7 +111,7 @@ class Oscillation:
 
 @dataclass(frozen=True, slots=True)
 class Microfluctuations:
-    """Irregular accommodation, one time course for each seed: low frequencies fall as f^-beta, high ones are a hump.
+    """Irregular accommodation, one time course for each seed: f^-beta at low frequencies, flat at high ones.
 
     A Gaussian process: a sum of waves whose frequencies are spread evenly over the power of each band, with random
     amplitudes and phases. It is a function of time, so that any moments may be asked for, together or one by one.
@@ -179,7 +179,7 @@ class Microfluctuations:
         drift: float = 0.1,
         seed: int = 0,
     ) -> Microfluctuations:
-        """The fluctuations to be expected with this pupil (m), `luminance` (cd/m^2) and accommodative `response` (D).
+        """Return the expected fluctuations for a pupil (m), `luminance` (cd/m^2) and accommodative `response` (D).
 
         They grow with the response (Kotulak & Schor 1986): 0.1 D + 0.05 x response. What is low in frequency grows
         where depth of focus is large: below pupils of about 2 mm and at about 0.002 cd/m^2, while what is high stays
@@ -208,7 +208,7 @@ class Microfluctuations:
         return cls(math.sqrt(low + high), high / (low + high), drift=drift, seed=seed)
 
     def spectrum(self, frequency: ArrayLike) -> NDArray[np.float64]:
-        """Power per hertz, D^2/Hz, at `frequency` (Hz, any shape); over positive frequencies it sums to its variance.
+        """Return the one-sided power spectral density (D^2/Hz) at `frequency` (Hz, any shape).
 
         That is rms^2 + drift^2.
         """
@@ -221,7 +221,7 @@ class Microfluctuations:
         return total
 
     def _bands(self) -> list[tuple[float, float, float, float]]:
-        """Start and end (Hz) of each band, the slope of its power, and its variance."""
+        """Return start and end (Hz), spectral slope and variance of each band."""
         bands = [
             (self.lowest, LOW_END, self.beta, (1 - self.high_share) * self.rms**2),
             (HIGH_START, HIGH_END, 0.0, self.high_share * self.rms**2),
@@ -229,7 +229,7 @@ class Microfluctuations:
         return [*bands, (SLOWEST, self.lowest, 2.0, self.drift**2)] if self.drift else bands
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Change of accommodation in dioptres at the moments `times` (s, in order)."""
+        """Return the change of accommodation in dioptres at `times` (s, in order)."""
         moments = ordered_times(times)
         frequency, cosine, sine = self._waves()
         course = np.empty(moments.size)
@@ -239,7 +239,7 @@ class Microfluctuations:
         return course.reshape(moments.shape)
 
     def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
-        """Root mean square in dioptres of how much focus changes over a `delay` (s, any shape), over all courses."""
+        """Return the RMS change of focus over a `delay` (s, any shape) in dioptres, over all courses."""
         delay = check_finite("delay", delay, "seconds")
         longest = float(np.abs(delay).max(initial=0))
         changed = np.zeros(delay.shape)
@@ -258,7 +258,7 @@ class Microfluctuations:
 def _waves(
     bands: tuple[tuple[float, float, float, float], ...], seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Frequencies of the waves, and the amplitudes of their cosines and sines."""
+    """Return the sinusoids' frequencies, and the amplitudes of their cosines and sines."""
     made = []
     for number in (slice(0, 2), slice(2, 3)):  # drift comes last, for the others to be the same without it
         some = bands[number]

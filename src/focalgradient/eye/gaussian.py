@@ -1,4 +1,4 @@
-"""How far an eye's blur has "the general shape of a Gaussian" (Pentland 1987, appendix), as a measurement."""
+"""Fit of a Gaussian to an eye's point spread: a test of "the general shape of a Gaussian" (Pentland 1987, appendix)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["GaussianFit", "best_gaussian"]
 
 @dataclass(frozen=True, slots=True)
 class GaussianFit:
-    """The Gaussian closest to a point spread.
+    """Gaussian closest to a point spread.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class GaussianFit:
     reversal_per_rad: float
 
     def summary(self) -> str:
-        """Width, k and what is left, in one line."""
+        """Return width, k and residual in one line."""
         reverses = (
             "contrast never reverses"
             if np.isinf(self.reversal_per_rad)
@@ -66,7 +66,7 @@ class GaussianFit:
 def best_gaussian(
     optics: Optics, vergence: float, light: Light | None = None, *, wavelength_nm: float | None = None
 ) -> GaussianFit:
-    """Least-squares fit of a Gaussian of unit light to the point spread of a point at `vergence` (D).
+    """Fit a Gaussian of unit volume by least squares to the spread of a point at `vergence` (D).
 
     The paper's appendix holds that blur has "the general shape" of a Gaussian; how far it has is the residual here. The
     square of the difference is summed over the plane: by Parseval, of the transfers over all frequencies.
@@ -124,7 +124,7 @@ def best_gaussian(
 
 
 def _first_zero(frequency: NDArray[np.float64], transfer: NDArray[np.float64]) -> float:
-    """Frequency at which the transfer first falls below zero, by more than rounding."""
+    """Return the frequency at which the transfer first falls below zero by more than rounding."""
     below = transfer < -1e-6
     if not below.any():
         return float("inf")

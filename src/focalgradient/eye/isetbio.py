@@ -1,4 +1,4 @@
-"""Scenes and optical images for ISETBio and ISETCam, as MATLAB files, and back.
+"""Import and export of ISETBio and ISETCam scenes and optical images (MATLAB files).
 
 A ``scene`` of ISETBio (https://github.com/isetbio/isetbio) is the photons that each place emits, in photons/s/sr/m^2/nm
 at each wavelength, and an ``oi``, the optical image, those that fall on the retina, in photons/s/m^2/nm.
@@ -22,15 +22,16 @@ __all__ = ["SpectralImage", "read_isetbio", "save_isetbio"]
 FloatArray = NDArray[np.float64]
 
 KINDS = {"scene": "scene", "oi": "opticalimage"}
-"""Names of the two structures, and of their types in ISETBio."""
+"""Names of the two structures, and their types in ISETBio."""
 
 FOCAL_LENGTH = 0.0171883
-"""Metres: of ISETBio's human optics, by which the size of an optical image follows from its angle; 300 um a degree."""
+"""Focal length in metres of ISETBio's human optics, which converts the angle of an optical image to its size: 300 um
+per degree."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralImage:
-    """A scene or what an eye makes of it, at each wavelength.
+    """Scene or retinal image by wavelength.
 
     Parameters
     ----------
@@ -74,12 +75,12 @@ class SpectralImage:
 
     @property
     def photons(self) -> FloatArray:
-        """The same in photons a second: energy x wavelength / (h c)."""
+        """Return the image in photons per second: energy x wavelength / (h c)."""
         return np.asarray(self.energy * (1e-9 * np.asarray(self.wavelength_nm) / (constants.h * constants.c)))
 
 
 def save_isetbio(path: str | os.PathLike[str], image: SpectralImage, name: str = "focalgradient") -> None:
-    """Save a ``scene`` or, of a retinal image, an ``oi`` for ISETBio: ``load`` it there, and use it as its own.
+    """Save a ``scene`` or, of a retinal image, an ``oi``, to be used in ISETBio after ``load``.
 
     Examples
     --------
@@ -114,7 +115,7 @@ def save_isetbio(path: str | os.PathLike[str], image: SpectralImage, name: str =
 
 
 def read_isetbio(path: str | os.PathLike[str]) -> SpectralImage:
-    """Read a ``scene`` or an ``oi`` that ISETBio or `save_isetbio` saved, of version 7 or before.
+    """Read a ``scene`` or an ``oi`` saved by ISETBio or `save_isetbio` (MATLAB format 7 or earlier).
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Light of many wavelengths, by how much each counts; and what the cones of an eye catch of it.
+"""Light of many wavelengths with weights, and its catch by the cones of an eye.
 
-The sensitivities and daylight come from the library colour-science, which is an extra.
+Sensitivities and daylight spectra come from the library colour-science, which is an extra.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ __all__ = [
 ]
 
 Band = Literal["L+M", "S", "L", "M", "luminance"]
-"""Who sees the light: cones of one or two classes, or all that makes luminance."""
+"""Waveband of a view: the cones of one or two classes, or luminance."""
 
 
 KELVIN = re.compile(r"(\d+(?:\.\d+)?) ?K")
-"""A black body's temperature as a light's name."""
+"""Pattern of a light's name that is a black body's temperature."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Light:
-    """Light of many wavelengths: the wavelengths in nm, and how much each counts in any unit.
+    """Light of many wavelengths: wavelengths in nm, and weights in any unit.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class Light:
             )
 
     def __repr__(self) -> str:
-        """How many wavelengths, from where to where, and the one that is focused as they are on average."""
+        """Return number, range and effective wavelength."""
         nm = np.asarray(self.wavelength_nm)
         return (
             f"Light({nm.size} wavelengths, {nm.min():.0f} to {nm.max():.0f} nm, focused as "
@@ -77,22 +77,22 @@ class Light:
 
     @property
     def share(self) -> NDArray[np.float64]:
-        """The weights, in sum 1."""
+        """Weights, normalised to a sum of 1."""
         weight = np.asarray(self.weight, dtype=float)
         return weight / weight.sum()
 
     def difference(self, reference_nm: float = REFERENCE_NM) -> float:
-        """Mean chromatic difference of refraction in dioptres, every wavelength by its share."""
+        """Mean chromatic difference of refraction in dioptres, weighted by the shares."""
         return float(self.share @ chromatic_difference(self.wavelength_nm, reference_nm))
 
     @property
     def effective_wavelength_nm(self) -> float:
-        """The one wavelength in nm that the eye focuses as it does this light on average."""
+        """Wavelength in nm with the same focus as the mean focus of this light."""
         return float(chromatic_wavelength(self.difference()))
 
 
 def cone_fundamentals(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """Sensitivity of the L, M and S cones to energy, each 1 at its peak (Stockman and Sharpe 2000, 2 degrees).
+    """Return energy sensitivities of the L, M and S cones, each with a peak of 1 (Stockman & Sharpe 2000, 2 degrees).
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def cone_fundamentals(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
 
 
 def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """Luminosity by day, V(lambda) of the CIE 2008 (2 degrees), 1 at its peak; as for `cone_fundamentals`.
+    """Return photopic luminosity V(lambda) of the CIE 2008 (2 degrees), with a peak of 1; as for `cone_fundamentals`.
 
     >>> round(float(luminosity(550)), 3)
     0.989
@@ -127,7 +127,7 @@ def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
 
 
 def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float64]:
-    """Energy of a light: "D65", "E" (equal energy), "A" (a bulb), "LED-B1" or another of the CIE's; or "3000 K".
+    """Return a light's energy spectrum: "D65", "E" (equal energy), "A", "LED-B1" or another of the CIE; or "3000 K".
 
     The last is a black body of 1000 to 25,000 K, by Planck's law. All but a few of the CIE's lights are 100 at 560 nm.
 
@@ -156,7 +156,7 @@ def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float6
 
 @lru_cache(maxsize=32)
 def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
-    """What the cones of a `band` catch of an illuminant, by wavelength: how much each counts in what they see.
+    """Return the catch of an illuminant by the cones of a `band`, by wavelength.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
 
 
 def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """Sensitivity of a `band` at each wavelength (nm, any shape): of L+M, the sum of two that are 1 at their peaks.
+    """Return the sensitivity of a `band` at each wavelength (nm, any shape); of L+M the sum, each with a peak of 1.
 
     >>> band_sensitivity("L+M", [450, 550]).round(3).tolist()
     [0.137, 1.917]
@@ -197,7 +197,7 @@ def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]
 
 
 def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
-    """Dioptres by which the eye's L and M cones together are focused farther away than its S cones.
+    """Return the distance in dioptres by which L and M cones together are focused farther than S cones.
 
     The mean of the chromatic difference over what the bands catch of an illuminant: the paper's "one dioptre".
 
@@ -208,7 +208,7 @@ def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
 
 
 def spectra() -> Any:
-    """The library colour-science, which has the spectra."""
+    """Return the library colour-science, which holds the spectra."""
     check_installed("the light that cones catch", "eye", "colour")
     with np.printoptions():  # colour-science changes how all arrays are printed: not here
         import colour
@@ -216,7 +216,7 @@ def spectra() -> Any:
 
 
 def _read(spectrum: Any, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-    """A spectrum of the library at these wavelengths: linear between its own, and 0 beyond them."""
+    """Interpolate a spectrum of the library linearly at these wavelengths; 0 outside its range."""
     nm, values = wavelengths(wavelength_nm), np.nan_to_num(spectrum.values).reshape(len(spectrum.wavelengths), -1)
     read = np.stack([np.interp(nm, spectrum.wavelengths, column, left=0, right=0) for column in values.T], axis=-1)
     return read if read.shape[-1] > 1 else read[..., 0]

@@ -1,4 +1,4 @@
-"""Measured wavefronts: Zernike coefficients in the order of the OSA, at any pupil within the measured one.
+"""Measured wavefronts: Zernike coefficients in OSA order, resized to any pupil within the measured one.
 
 Thibos, Applegate, Schwiegerling & Webb (2002), "Standards for reporting the optical aberrations of eyes", J. Refract.
 Surg. 18, S652 (ANSI Z80.28): term j has n = ceil((-3 + sqrt(9 + 8 j)) / 2) and m = 2 j - n (n + 2).
@@ -24,18 +24,18 @@ from focalgradient.files import LARGEST_LIST, printable, read_text
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
 
 MOST = 231
-"""Coefficients at most: up to radial order 20."""
+"""Maximum number of coefficients: up to radial order 20."""
 
 LARGEST_UM = {True: 100.0, False: 20.0}
-"""Micrometres that no eye's coefficient exceeds, of defocus and astigmatism, and of higher orders: 20 D over 8 mm are
-46 um, and keratoconic eyes' coma stays below 10 um. Choices, which keep out tables in nanometres."""
+"""Upper limits on coefficients in micrometres, of defocus and astigmatism and of higher orders: 20 D over 8 mm are 46
+um, and coma of keratoconic eyes stays below 10 um. Choices that reject tables in nanometres."""
 
 NAMED = re.compile(
     r"\s*[ZC]\s*[\[(_{]?\s*(\d+)(?:\s*[,;^\s_]\s*([+-]?\d+))?\s*[\])}]?\s*(?:[:=,;\s]\s*)([+-]?\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)"
     r"\s*(?:[uµμ]m|microns?)?\s*$",
     re.IGNORECASE,
 )
-"""A line of an aberrometer's table: the term's name, of n and m or of the OSA's index, and its coefficient."""
+"""Pattern of a line of an aberrometer's table: name of the term (n and m, or OSA index) and coefficient."""
 
 OTHER_TABLES = {
     "noll": "in Noll's order",
@@ -44,11 +44,11 @@ OTHER_TABLES = {
     "nanometres": "in nanometres",
     "nanometers": "in nanometres",
 }
-"""Words of a heading or a comment by which a table is not in the OSA's order and micrometres."""
+"""Words in a heading or comment which show that a table is not in OSA order and micrometres."""
 
 
 def osa_order(index: int) -> tuple[int, int]:
-    """Radial order n and meridional frequency m of the OSA's single index, 0 (piston) and up.
+    """Return radial order n and meridional frequency m of the OSA's single index, 0 (piston) and up.
 
     >>> [osa_order(j) for j in (0, 1, 2, 3, 4, 5, 12)]
     [(0, 0), (1, -1), (1, 1), (2, -2), (2, 0), (2, 2), (4, 0)]
@@ -60,7 +60,7 @@ def osa_order(index: int) -> tuple[int, int]:
 
 
 def osa_index(n: int, m: int) -> int:
-    """The OSA's single index of a Zernike term.
+    """Return the OSA's single index of a Zernike term.
 
     >>> osa_index(4, 0)
     12
@@ -69,7 +69,7 @@ def osa_index(n: int, m: int) -> int:
 
 
 def zernike_terms(coefficients_um: ArrayLike) -> Aberrations:
-    """Terms of coefficients (micrometres) in the order of the OSA; those that are 0 are left out."""
+    """Return the non-zero terms (n, m, micrometres) of coefficients in OSA order."""
     values = check_finite("coefficients_um", coefficients_um, "micrometres, in the order of the OSA from piston on")
     if values.ndim != 1 or not 1 <= values.size <= MOST:
         raise InputError(
@@ -79,7 +79,7 @@ def zernike_terms(coefficients_um: ArrayLike) -> Aberrations:
 
 
 def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
-    """The same wavefront over a concentric pupil, smaller by `share`.
+    """Return the coefficients of the same wavefront over a concentric pupil smaller by `share`.
 
     Janssen & Dirksen (2006), "Concise formula for the Zernike coefficients of scaled pupils", JM3 5, 030501.
 
@@ -195,13 +195,13 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
 
 
 def _named(line: str) -> list[float] | None:
-    """The row of a line that names its term: index and coefficient, or n, m and coefficient."""
+    """Parse a line that names its term: index and coefficient, or n, m and coefficient."""
     found = NAMED.match(line)
     return None if found is None else [float(part.replace(",", ".")) for part in found.groups() if part is not None]
 
 
 def _of_matlab(path: str | os.PathLike[str]) -> tuple[float, ...]:
-    """Coefficients of the vector ``zcoeffs`` of a MATLAB file."""
+    """Read the vector ``zcoeffs`` of a MATLAB file."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
@@ -224,7 +224,7 @@ def _of_matlab(path: str | os.PathLike[str]) -> tuple[float, ...]:
 
 
 def _refuse_other_table(path: str | os.PathLike[str], line: str) -> None:
-    """Refuse a table whose heading or comment says that it is of another order or unit."""
+    """Raise `InputError` if heading or comment name another order or unit."""
     words = re.findall("[a-z]+", line.lower())
     for word, what in OTHER_TABLES.items():
         if word in words:
@@ -235,7 +235,7 @@ def _refuse_other_table(path: str | os.PathLike[str], line: str) -> None:
 
 
 def _index(path: str | os.PathLike[str], orders: Sequence[float]) -> int:
-    """The OSA's index of a row's own index, or n and m."""
+    """Return the OSA index of a row, from its index or from n and m."""
     if all(abs(value) < MOST and value == int(value) for value in orders):
         whole = [int(value) for value in orders]
         if len(whole) == 1 and whole[0] >= 0:
@@ -247,7 +247,7 @@ def _index(path: str | os.PathLike[str], orders: Sequence[float]) -> int:
 
 @dataclass(frozen=True)
 class ZernikePopulation:
-    """How the wavefronts of many eyes are distributed: a normal distribution of coefficients.
+    """Normal distribution of the Zernike coefficients of many eyes.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ class ZernikePopulation:
         measured_diameter: float,
         measured_nm: float = REFERENCE_NM,
     ) -> ZernikePopulation:
-        """Read both from tables: the mean as `read_zernike` does, the covariance a row a line, comma-separated."""
+        """Read the mean as `read_zernike` does, and the covariance from a table with comma-separated rows."""
         text = read_text(covariance, "a table of covariances", LARGEST_LIST)
         try:
             rows = [[float(cell) for cell in line.split(",")] for line in text.splitlines() if line.strip()]
@@ -302,7 +302,7 @@ class ZernikePopulation:
         return cls(read_zernike(mean), table, measured_diameter, measured_nm)
 
     def _root(self) -> NDArray[np.float64]:
-        """A square root of the covariance; what rounding in a table made slightly negative is 0."""
+        """Return a square root of the covariance; eigenvalues made slightly negative by rounding become 0."""
         table, count = np.asarray(self.covariance_um2, dtype=float), np.size(self.mean_um)
         if table.shape != (count, count) or not np.isfinite(table).all() or not np.allclose(table, table.T, atol=1e-6):
             raise InputError(
@@ -314,7 +314,7 @@ class ZernikePopulation:
         return vectors * np.sqrt(np.clip(values, 0, None))
 
     def drawn(self, random: np.random.Generator) -> NDArray[np.float64]:
-        """Coefficients of one eye, in micrometres."""
+        """Draw the coefficients of one eye, in micrometres."""
         found: NDArray[np.float64] = np.asarray(self.mean_um, dtype=float) + self._root() @ random.standard_normal(
             np.size(self.mean_um)
         )

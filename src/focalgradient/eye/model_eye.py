@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 __all__ = ["Eye", "TimeCourse"]
 
 LARGEST_OFFSET = 2e-3
-"""Metres: pupils are centred better, a choice that keeps out millimetres."""
+"""Maximum offset of the pupil in metres: real pupils are better centred, and values in millimetres are rejected."""
 
 
 class TimeCourse(Protocol):
-    """How accommodation departs from its mean in time, in dioptres: an `Oscillation`, or `Microfluctuations`."""
+    """Deviation of accommodation from its mean over time, in dioptres: an `Oscillation`, or `Microfluctuations`."""
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Change of accommodation in dioptres at the moments `times` (s)."""
+        """Return the change of accommodation in dioptres at `times` (s)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Eye:
-    """An eye in light of one wavelength at one moment.
+    """Optics of an eye in light of one wavelength at one moment.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Eye:
         chromatic_scale: float = 1.0,
         stiles_crawford: float = 0.0,
     ) -> Eye:
-        """An eye of a measured wavefront.
+        """Return the eye of a measured wavefront.
 
         Parameters
         ----------
@@ -189,7 +189,7 @@ class Eye:
         chromatic_scale: float = 1.0,
         aberrations: Aberrations = (),
     ) -> Eye:
-        """An eye of a prescription and an age.
+        """Return the eye of a prescription and an age.
 
         Parameters
         ----------
@@ -256,11 +256,11 @@ class Eye:
 
     @property
     def focus_vergence(self) -> float:
-        """Vergence in dioptres of the plane in focus: higher in blue light; negative if even infinity is too near."""
+        """Vergence in dioptres of the plane in focus: higher in blue light; negative if focus lies beyond infinity."""
         return float(self.focus_in(self.wavelength_nm))
 
     def focus_in(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
-        """Vergence in dioptres of the plane in focus in light of each wavelength (nm, any shape).
+        """Return the vergence in dioptres of the plane in focus in light of each wavelength (nm, any shape).
 
         >>> Eye(0.004, 1.0).focus_in([450, 580, 650]).round(3).tolist()
         [1.954, 1.0, 0.722]
@@ -286,11 +286,11 @@ class Eye:
         return replace(self, aberrations=terms, pupil_offset=(-self.pupil_offset[0], self.pupil_offset[1]))
 
     def in_light(self, wavelength_nm: float) -> Eye:
-        """The same eye at the same moment in light of this wavelength."""
+        """Return the same eye at the same moment in light of another wavelength (nm)."""
         return replace(self, wavelength_nm=wavelength_nm)
 
     def at(self, time: float, course: TimeCourse) -> Eye:
-        """The same eye at the moment `time` (s) in the time `course` of its accommodation.
+        """Return the eye at the moment `time` (s) of the time `course` of its accommodation.
 
         >>> from focalgradient.eye import Oscillation
         >>> eye = Eye(0.004, 1.0).at(0.125, Oscillation(amplitude=0.25, frequency=2.0))
@@ -300,13 +300,13 @@ class Eye:
         return replace(self, accommodation=self.accommodation + float(course.at(time)))
 
     def through(self, times: Iterable[float], course: TimeCourse) -> list[Eye]:
-        """The same eye at each of the moments `times` (s, in order) in the time `course` of its accommodation."""
+        """Return the eye at each of the moments `times` (s, in order) of the time `course` of its accommodation."""
         moments = ordered_times(list(times))
         return [replace(self, accommodation=float(self.accommodation + change)) for change in course.at(moments)]
 
     @property
     def chromatic_shift(self) -> tuple[float, float]:
-        """Angles x and y in radians by which the image in the eye's light lies off that in light of 580 nm.
+        """Transverse chromatic shift x and y in radians of the image, relative to light of 580 nm.
 
         The wavefront of defocus V p^2 / 2 about the visual axis has the slope V p at the pupil's middle (Thibos,
         Bradley, Still, Zhang & Howarth 1990, Vision Res. 30, 33).
@@ -321,13 +321,13 @@ class Eye:
 
     @property
     def wavefront(self) -> Aberrations:
-        """The aberrations with the tilt of the chromatic shift in the eye's own light."""
+        """Aberrations including the tilt of the chromatic shift in the eye's own light."""
         um = [1e6 * angle * self.pupil_diameter / 4 for angle in self.chromatic_shift]  # a tilt c has the slope 2 c / a
         tilts = [(1, m, c) for m, c in zip((1, -1), um, strict=True) if c]
         return (*self.aberrations, *tilts) if tilts else self.aberrations
 
     def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
-        """Defocus in dioptres of points at `distance` (m, any shape): positive beyond the plane of focus.
+        """Return the defocus in dioptres of points at `distance` (m, any shape): positive beyond the plane of focus.
 
         >>> Eye(0.004, 2.0).defocus([0.25, 0.5, np.inf]).tolist()
         [-2.0, 0.0, 2.0]
@@ -335,7 +335,7 @@ class Eye:
         return defocus_at(distance, self.focus_vergence)
 
     def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
-        """Angular radius in radians of the blur disc of points at `distance` (m, any shape).
+        """Return the angular radius in radians of the blur disc of points at `distance` (m, any shape).
 
         >>> round(float(Eye(0.004, 2.0).blur_radius(1.0)), 9)  # 2 mm x 1 D
         0.002
@@ -349,13 +349,13 @@ class Eye:
 
     @property
     def isotropic(self) -> bool:
-        """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""
+        """Whether blur is rotationally symmetric: of a clear pupil, or with aberrations of m = 0 only."""
         return not any(self.pupil_offset) and all(m == 0 for _, m, _ in self.aberrations)
 
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
     ) -> NDArray[np.float64] | NDArray[np.complex128]:
-        """Transfer of the eye's waves for points at `vergence` (D), at frequencies in cycles per radian; broadcasts.
+        """Return the OTF for points at `vergence` (D), at frequencies in cycles per radian; broadcasts.
 
         >>> round(float(Eye(0.004, 1.0).optical_transfer(0.0, 5 * 180 / np.pi, 0.5)), 3)
         0.637
@@ -365,7 +365,7 @@ class Eye:
         return blur_transfer(frequency_y, frequency_x, self, vergence)
 
     def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
-        """Distance in metres at which the blur disc has the angular `radius` (rad, any shape) on one `side` of focus.
+        """Return the distance in metres at which the blur disc has this angular `radius` (rad), on one `side` of focus.
 
         ``inf`` where infinity just blurs so much, ``nan`` where no point in front of the eye does.
 

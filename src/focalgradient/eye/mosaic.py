@@ -1,8 +1,8 @@
-"""The cone mosaic: a retinal image as cones sample it, with or without the noise of photons, and back to an image.
+"""Cone mosaic: sampling of a retinal image by cones, with or without photon noise, and interpolation to an image.
 
-Cones lie on a golden-angle spiral about the fovea: the kth at k times 137.5 degrees, as far out as k cones reach by
-`cone_density`. Their density is then that of the retina at every place, and neighbours are everywhere about evenly
-spaced. A real mosaic is less even, and rather hexagonal.
+Cones lie on a golden-angle spiral about the fovea: the kth at k times 137.5 degrees, at the radius that contains k
+cones by `cone_density`. Density is then that of the retina at every place, and neighbours are about evenly spaced
+everywhere. A real mosaic is less regular, and closer to hexagonal.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ __all__ = ["ConeMosaic"]
 FloatArray = NDArray[np.float64]
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
-"""Radians from one cone of the spiral to the next."""
+"""Angle between successive cones of the spiral, in radians."""
 
 APERTURE = 0.7
-"""Diameter of the disc over which a cone gathers light, over the distance between cones, as ISETBio has it."""
+"""Diameter of a cone's aperture over the distance between cones, as in ISETBio."""
 
 TOWARDS: dict[Meridian, tuple[int, int]] = {
     "temporal": (1, 0),
@@ -41,15 +41,15 @@ TOWARDS: dict[Meridian, tuple[int, int]] = {
 """Direction of each side of a right eye's visual field in the image: x to the right and y down."""
 
 STEP_DEG = 0.005
-"""Degrees from one radius of the table of cones within a radius to the next."""
+"""Spacing in degrees of the radii in the table of cumulative cone counts."""
 
 RINGS = ((0.0, 1), (0.5, 6), (1.0, 12))
-"""Points of a cone's aperture at which light is summed: radii over 5/6 of that of the aperture, and how many each."""
+"""Sample points of a cone's aperture: radii over 5/6 of the aperture's radius, and the number of points at each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ConeMosaic:
-    """Cones over a picture; made by `ConeMosaic.over`.
+    """Cones under a picture; made by `ConeMosaic.over`.
 
     Parameters
     ----------
@@ -133,15 +133,15 @@ class ConeMosaic:
         return cls(np.radians(place[inside]), spacing, area / share, (int(shape[0]), int(shape[1])), pixel_angle)
 
     def __len__(self) -> int:
-        """Number of cones."""
+        """Return the number of cones."""
         return len(self.spacing)
 
     def __repr__(self) -> str:
-        """Number of cones and size of the picture."""
+        """Return the number of cones and the size of the picture."""
         return f"ConeMosaic({len(self)} cones under {self.shape[0]} x {self.shape[1]} pixels)"
 
     def catch(self, image: ArrayLike, *, quanta: float | None = None, seed: int = 0) -> FloatArray:
-        """Return what each cone catches of a retinal image, as its mean over the cone's aperture: N.
+        """Return each cone's catch of a retinal image, the mean over the cone's aperture: N.
 
         Parameters
         ----------
@@ -188,7 +188,7 @@ class ConeMosaic:
         return np.asarray(drawn * light.mean() * self.pixel_angle**2 / (quanta * self.cell))
 
     def image(self, caught: ArrayLike) -> FloatArray:
-        """Return the picture between the cones: linear between each three of what N cones caught, H x W.
+        """Interpolate the catches of N cones linearly to a picture, H x W.
 
         >>> mosaic = ConeMosaic.over((16, 16), np.radians(0.1) / 16)
         >>> bool(np.allclose(mosaic.image(np.full(len(mosaic), 0.5)), 0.5))
@@ -210,7 +210,7 @@ class ConeMosaic:
         return found
 
     def view(self, view: View, *, quanta: float | None = None, seed: int = 0) -> View:
-        """Return a view as the mosaic samples it: the last step of how an eye's view is formed.
+        """Return a view as sampled by the mosaic: the optional last step of view formation.
 
         Parameters as for `catch`; the view's optics stay, and know nothing of the mosaic's aliases.
 
@@ -228,7 +228,7 @@ class ConeMosaic:
         return replace(view, image=seen.astype(view.image.dtype))
 
     def _read(self, light: FloatArray, right: FloatArray | float, down: FloatArray | float) -> FloatArray:
-        """Light at each cone's place and an offset (rad)."""
+        """Return the light at each cone's place plus an offset (rad)."""
         height, width = self.shape
         column = (self.place[:, 0] + right) / self.pixel_angle + (width - 1) / 2
         row = (self.place[:, 1] + down) / self.pixel_angle + (height - 1) / 2
@@ -236,7 +236,7 @@ class ConeMosaic:
 
 
 def _spiral(eccentricity: float, direction: float, reach: float) -> tuple[FloatArray, FloatArray]:
-    """Cones (N x 2, degrees from the fovea) within `reach` of a place and some beyond, and their density."""
+    """Return the cones (N x 2, degrees from the fovea) within `reach` of a place and a margin, and their density."""
     near, far = max(eccentricity - reach, 0.0), min(eccentricity + reach, FARTHEST)
     radius = np.arange(0.0, FARTHEST + STEP_DEG / 2, STEP_DEG)
     within = {side: _within(side) for side in get_args(Meridian)}
@@ -263,7 +263,7 @@ def _spiral(eccentricity: float, direction: float, reach: float) -> tuple[FloatA
 
 @lru_cache(maxsize=4)
 def _within(side: Meridian) -> FloatArray:
-    """Cones within each radius (`STEP_DEG` apart), were the density the same all around."""
+    """Return the cumulative number of cones by radius (`STEP_DEG` apart), for a rotationally symmetric density."""
     radius = np.arange(0.0, FARTHEST + STEP_DEG / 2, STEP_DEG)
     ring = 2 * np.pi * radius * cone_density(np.minimum(radius, FARTHEST), side)
     return np.concatenate([[0.0], np.cumsum((ring[1:] + ring[:-1]) / 2 * STEP_DEG)])

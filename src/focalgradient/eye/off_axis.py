@@ -1,13 +1,13 @@
-"""The eye's focus away from the fovea: mean refraction of people, or a schematic eye's field curvature and astigmatism.
+"""Off-axis refraction of the eye: mean values of people, or of a schematic eye traced by rays.
 
 By default an eye off axis has the mean refraction of emmetropic people (`peripheral_refraction.EMMETROPES`), who are
 myopic there. `SCHEMATIC` is the wide-angle eye of Escudero-Sanz & Navarro (1999, "Off-axis aberrations of a wide-angle
 schematic eye model", J. Opt. Soc. Am. A 16, 1881): four conic surfaces of revolution and a spherical retina, in light
-of 543 nm, relaxed. Its ray through the middle of the pupil is traced, and the two foci along it follow from
-Coddington's equations. It is hyperopic off axis, where few people's eyes are, but covers all meridians.
+of 543 nm, relaxed. Its chief ray is traced, and the two foci along it follow from Coddington's equations. It is
+hyperopic off axis, as few people's eyes are, but covers all meridians.
 
-Both leave out that eyes differ by a dioptre and more in the periphery, and that the pupil looks narrower from the side;
-the schematic eye, that real eyes are not symmetric (the fovea lies some 5 degrees from the axis).
+Neither includes differences between people, of a dioptre and more in the periphery, or the apparent narrowing of the
+pupil; the schematic eye does not include the asymmetry of real eyes (the fovea lies some 5 degrees from the axis).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from focalgradient.eye.ranges import check_kind, check_pupil
 __all__ = ["SCHEMATIC", "SchematicPeriphery", "field_coma", "field_foci", "off_axis"]
 
 Surface = tuple[float, float, float, float]
-"""Place of the vertex and radius of curvature (m), conic constant, refractive index behind."""
+"""Position of the vertex and radius of curvature (m), conic constant, refractive index behind."""
 
 SURFACES: tuple[Surface, ...] = (
     (0.0, 7.72e-3, -0.26, 1.3777),
@@ -35,24 +35,26 @@ SURFACES: tuple[Surface, ...] = (
     (3.60e-3, 10.2e-3, -3.1316, 1.4222),
     (7.60e-3, -6.0e-3, -1.0, 1.3377),
 )
-"""Cornea and lens of Escudero-Sanz & Navarro's eye, at 543 nm."""
+"""Surfaces of cornea and lens of Escudero-Sanz & Navarro's eye, at 543 nm."""
 
 RETINA: Surface = (23.9203e-3, -12e-3, 0.0, 1.3377)
 STOP, BEFORE_STOP = 3.60e-3, 2
-"""Place of the pupil (m), on the front of the lens; surfaces in front of it."""
+"""Position of the pupil (m), at the front of the lens; number of surfaces in front of it."""
 
 FAN = 0.5e-3
-"""Height (m) in the pupil of the outermost rays by which coma is found: higher orders are small in a pupil of 1 mm."""
+"""Height (m) in the pupil of the marginal rays from which coma is computed: higher orders are small in a pupil of 1
+mm."""
 
 TOWARDS: dict[str, tuple[int, int]] = {"temporal": (1, 1), "nasal": (1, -1), "superior": (-1, -1), "inferior": (-1, 1)}
 """Meridional frequency and sign of coma towards each side of a right eye's field: x to the right and y down."""
 
 FARTHEST = 40.0
-"""Degrees: a choice. The model's astigmatism grows to 3.9 D there and ever faster beyond, more than most eyes have."""
+"""Maximum eccentricity in degrees, a choice: the model's astigmatism reaches 3.9 D there and grows ever faster beyond,
+more than in most eyes."""
 
 
 def field_foci(eccentricity_deg: float) -> tuple[float, float]:
-    """Vergences in focus, less that at the fovea, in the tangential and in the sagittal plane: dioptres.
+    """Return the tangential and sagittal vergences in focus relative to the fovea, in dioptres.
 
     The tangential plane holds the axis and the point that is looked at from the side. Positive is nearer.
 
@@ -65,7 +67,7 @@ def field_foci(eccentricity_deg: float) -> tuple[float, float]:
 
 
 def field_coma(eccentricity_deg: float, pupil_diameter: float) -> float:
-    """Coma of the schematic eye over a pupil (m), in micrometres, along the direction towards what is looked at.
+    """Return the schematic eye's coma over a pupil (m), in micrometres, along the direction towards the point fixated.
 
     Its Zernike coefficient of orders 3 and 1, by the curvature of the slope of the rays that leave a place on the
     retina over the pupil's tangential section (Seidel's coma: where the wavefront is W y^3, c = W a^3 / (6 sqrt 2)).
@@ -93,10 +95,10 @@ def field_coma(eccentricity_deg: float, pupil_diameter: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class SchematicPeriphery:
-    """Refraction of the schematic eye away from its axis, alike in all meridians."""
+    """Off-axis refraction of the schematic eye, the same in all meridians."""
 
     def foci(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
-        """Vergences in focus, less that at the fovea, in the tangential and the sagittal plane (D): `field_foci`.
+        """Return the tangential and sagittal vergences in focus relative to the fovea (D): `field_foci`.
 
         >>> sum(SCHEMATIC.foci(30.0, "superior")) / 2 < 0  # hyperopic, where emmetropic people are myopic
         True
@@ -106,7 +108,7 @@ class SchematicPeriphery:
 
 
 SCHEMATIC = SchematicPeriphery()
-"""Peripheral refraction of Escudero-Sanz & Navarro's schematic eye."""
+"""Off-axis refraction of Escudero-Sanz & Navarro's schematic eye."""
 
 
 def off_axis(
@@ -117,7 +119,7 @@ def off_axis(
     foci: tuple[float, float] | PeripheralRefraction | SchematicPeriphery = EMMETROPES,
     coma: bool = False,
 ) -> Eye:
-    """The same eye for what lies away from the fovea: refracted as there, and astigmatic.
+    """Return the eye as it is away from the fovea, with the refraction and astigmatism there.
 
     Its focus moves by the mean of the two foci there, and it has the astigmatism between them. Give its `Cones` what
     ganglion cells resolve there, `resolved_cpd`.
@@ -175,7 +177,7 @@ def off_axis(
 
 
 def _pair(foci: object) -> tuple[float, float]:
-    """Refuse foci that are neither a model nor two numbers."""
+    """Validate foci given as two numbers."""
     if not (isinstance(foci, tuple | list) and len(foci) == 2):
         raise InputError(
             f"foci is {described(foci)}, but must be EMMETROPES, MYOPES, SCHEMATIC, or two focus changes: give the "
@@ -185,7 +187,7 @@ def _pair(foci: object) -> tuple[float, float]:
 
 
 def _checked(eccentricity_deg: float) -> float:
-    """Refuse an eccentricity out of range."""
+    """Validate an eccentricity in degrees."""
     check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
     if eccentricity_deg > FARTHEST:
         raise InputError(
@@ -196,25 +198,25 @@ def _checked(eccentricity_deg: float) -> float:
 
 
 def _through(height: float, chief: float) -> _Meeting:
-    """Where a ray meets the cornea that passes the pupil at a `height` (m) and ends where the one at `chief` does."""
+    """Return where the ray at `height` (m) in the pupil meets the cornea, if it ends where the ray at `chief` does."""
     place = _end(_path(chief))
     angle = brentq(lambda one: _end(_path(one, height)) - place, chief - 0.5, chief + 0.5, xtol=1e-14)
     return _path(float(angle), height)[0]
 
 
 def _end(path: list[_Meeting]) -> float:
-    """Height (m) at which a ray meets the retina."""
+    """Return the height (m) at which a ray meets the retina."""
     return _meet(RETINA, path[-1].y, path[-1].z, path[-1].behind)[0]
 
 
 def _slope(field: float) -> float:
-    """Angle (rad) with the axis, between cornea and pupil, of the ray through the pupil's middle from `field` (rad)."""
+    """Return the angle (rad) between cornea and pupil of the chief ray from `field` (rad)."""
     return float(brentq(lambda angle: _path(angle)[0].before - field, 0.0, field)) if field else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Meeting:
-    """Where a ray meets a surface (m), its angles with the axis before and behind it, and that of the normal (rad)."""
+    """Point where a ray meets a surface (m), and angles (rad) of the ray before and behind it and of the normal."""
 
     y: float
     z: float
@@ -224,7 +226,7 @@ class _Meeting:
 
 
 def _foci(angle: float) -> tuple[float, float]:
-    """Vergences (D) in front of the eye that are in focus on the retina in the tangential and the sagittal plane.
+    """Return the tangential and sagittal vergences (D) in front of the eye that are in focus on the retina.
 
     Coddington's equations, from the retina outwards: n' cos^2 i' / t' - n cos^2 i / t = (n' cos i' - n cos i) / R_t,
     and the same without the squares of the cosines and with R_s.
@@ -246,7 +248,7 @@ def _foci(angle: float) -> tuple[float, float]:
 
 
 def _path(angle: float, height: float = 0.0) -> list[_Meeting]:
-    """The ray that passes the pupil at `angle` to the axis and a `height` (m), traced outwards and inwards from there.
+    """Trace the ray through the pupil at `angle` to the axis and a `height` (m), outwards and inwards.
 
     Off the middle it meets the front of the lens, whose vertex the pupil touches, a little behind the pupil.
     """
@@ -269,12 +271,12 @@ def _path(angle: float, height: float = 0.0) -> list[_Meeting]:
 
 
 def _ahead(number: int) -> float:
-    """Refractive index in front of a surface."""
+    """Return the refractive index in front of a surface."""
     return SURFACES[number - 1][3] if number else 1.0
 
 
 def _meet(surface: Surface, y: float, z: float, angle: float) -> tuple[float, float]:
-    """Where the ray through (y, z) at `angle` meets a surface: y^2 - 2 R h + (1 + Q) h^2 = 0, h from its vertex on."""
+    """Return the intersection of a ray with a surface: y^2 - 2 R h + (1 + Q) h^2 = 0, h from its vertex."""
     vertex, radius, conic, _ = surface
     rise = math.tan(angle)
     start = y + (vertex - z) * rise
@@ -285,6 +287,6 @@ def _meet(surface: Surface, y: float, z: float, angle: float) -> tuple[float, fl
 
 
 def _normal(surface: Surface, y: float) -> float:
-    """Angle of the normal with the axis at height y (rad)."""
+    """Return the angle (rad) of the normal with the axis at height y."""
     _, radius, conic, _ = surface
     return -math.atan(y / math.copysign(math.sqrt(radius**2 - (1 + conic) * y**2), radius))

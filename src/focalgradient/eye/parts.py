@@ -1,8 +1,8 @@
-"""Light of many wavelengths in a few parts, each in its own focus: how it is parted, and how many parts are needed.
+"""Division of a band of wavelengths into a few parts, each in its own focus, and the number of parts needed.
 
-Parts are of equal width in focus (D), each in the mean focus of its light. What they make of a picture then converges
-as fast as a midpoint rule of a smooth integrand does: 8 parts do for a band of cones what 25 parts of equal light do
-(pupil of 4 mm, up to 30 cycles per degree, an error of the transfer of 0.01).
+Parts are of equal width in focus (D), each in the mean focus of its light. The image then converges as a midpoint rule
+does for a smooth integrand: 8 parts of a band of cones are as accurate as 25 parts of equal light (pupil of 4 mm, up to
+30 cycles per degree, an error of the transfer of 0.01).
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from focalgradient.eye.light import Light
 __all__ = ["COUNTS", "ERROR", "FINEST", "fewest", "parts_of_band", "parts_of_focus"]
 
 ERROR = 0.008
-"""Error up to which few parts may differ from `FINEST`: below 0.01 also where steps lie side by side."""
+"""Maximum difference of few parts from `FINEST`: the error is then below 0.01 also where steps lie side by side."""
 
 FINEST = 41
-"""Parts of the spectrum from which on more change nothing: of a step at 7 mm and 2 D, less than 0.001 of white."""
+"""Number of parts used as the reference: more change a step at 7 mm and 2 D by less than 0.001 of white."""
 
 COUNTS = (3, 5, 7, 9, 11, 13, 15, 17, 21, 25, 29, 33)
 """Numbers of parts that are tried."""
 
 TAIL = 0.005
-"""Share of a band's light beyond each end of the parts, which the first and the last take: with 0.02 an error of 0.008
-is not reached by any number of parts."""
+"""Share of a band's light beyond each end of the parts, assigned to the first and the last: with 0.02 no number of
+parts reaches an error of 0.008."""
 
 
 def parts_of_focus(focus: NDArray[np.float64], ends: tuple[float, float], count: int) -> NDArray[np.intp]:
-    """Return the part, 0 to `count` - 1, of each `focus` (D): of equal width between `ends`, the outer ones open.
+    """Return the part, 0 to `count` - 1, of each `focus` (D): equal widths between `ends`, the outer ones open.
 
     >>> parts_of_focus(np.array([-3.0, -0.9, 0.0, 0.9]), (-1.0, 1.0), 4).tolist()
     [0, 0, 1, 3]
@@ -43,7 +43,7 @@ def parts_of_focus(focus: NDArray[np.float64], ends: tuple[float, float], count:
 
 
 def fewest(made: Callable[[int], NDArray[np.float64]], counts: Sequence[int] = COUNTS) -> int:
-    """Return the smallest count of which `made` agrees with that of `FINEST` to `ERROR`, or `FINEST`.
+    """Return the smallest count for which `made` agrees with that of `FINEST` to `ERROR`, or `FINEST`.
 
     >>> fewest(lambda count: np.array([1 / count**2]))
     11
@@ -54,7 +54,7 @@ def fewest(made: Callable[[int], NDArray[np.float64]], counts: Sequence[int] = C
 
 @lru_cache(maxsize=64)
 def parts_of_band(light: Light, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the wavelengths (nm) in whose focus the `count` parts of a light are, and their shares of it, in sum 1.
+    """Return the wavelengths (nm) that stand for the `count` parts of a light, and their shares, with a sum of 1.
 
     >>> from focalgradient.eye.light import band_light
     >>> nm, share = parts_of_band(band_light("S", "D65"), 3)

@@ -1,10 +1,11 @@
-"""Refraction of people's eyes away from the fovea, along the horizontal meridian.
+"""Peripheral refraction of people along the horizontal meridian.
 
 Jaeken & Artal (2012, "Optical quality of emmetropic and myopic eyes in the periphery measured with high-angular
 resolution", Invest. Ophthalmol. Vis. Sci. 53, 3405) measured the wavefront of 130 people from -40 to 40 degrees. The
-means over 82 emmetropic and 44 myopic eyes of M and J0, relative to the fovea, are given here by polynomials of the
-angle, fitted without the blind spot (15 degrees): right to 0.14 D, where people differ by a standard deviation of 0.3 D
-(M) and 0.13 D (J0) for each 10 degrees. The schematic eye of `field_foci` is hyperopic off axis, as few people's are.
+means of M and J0 over 82 emmetropic and 44 myopic eyes, relative to the fovea, are given here as polynomials of the
+angle, fitted without the blind spot (15 degrees): accurate to 0.14 D, where people differ by a standard deviation of
+0.3 D (M) and 0.13 D (J0) for each 10 degrees. The schematic eye of `field_foci` is hyperopic off axis, as few people's
+eyes are.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from focalgradient.eye.periphery import Meridian, check_meridian
 __all__ = ["EMMETROPES", "MYOPES", "PeripheralRefraction"]
 
 FARTHEST = 40.0
-"""Degrees up to which they were measured."""
+"""Maximum eccentricity measured, in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
 class PeripheralRefraction:
-    """Mean refraction relative to the fovea, by horizontal angle; `off_axis` takes that of emmetropes by default.
+    """Mean refraction relative to the fovea by horizontal angle; `off_axis` uses that of emmetropes by default.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ class PeripheralRefraction:
     j0: tuple[float, ...]
 
     def at(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
-        """M and J0 in dioptres at a distance from the fovea (degrees), in the temporal or nasal field.
+        """Return M and J0 in dioptres at an eccentricity (degrees), in the temporal or nasal field.
 
         Raises
         ------
@@ -64,7 +65,7 @@ class PeripheralRefraction:
         return float(polyval(tens, (0.0, *self.m))), float(polyval(tens, (0.0, *self.j0)))
 
     def foci(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
-        """Vergences in focus, less that at the fovea, in the tangential and the sagittal plane, as `off_axis` takes.
+        """Return the tangential and sagittal vergences in focus relative to the fovea (D), as used by `off_axis`.
 
         >>> [round(one, 2) for one in EMMETROPES.foci(20.0, "nasal")]
         [1.3, 0.0]

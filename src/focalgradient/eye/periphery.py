@@ -1,10 +1,10 @@
-"""How finely the retina samples its image away from the fovea: cones and midget ganglion cells by eccentricity.
+"""Sampling limit of the retina by eccentricity: cones and midget ganglion cells.
 
 Receptive fields of midget ganglion cells by the formula of Watson (2014, "A formula for human retinal ganglion cell
 receptive field density as a function of visual field location", J. Vis. 14(7):15), which fits the counts of Curcio &
-Allen (1990) with the displacement of cells from their cones taken away. In the fovea each cone feeds one on and one off
-midget cell (Kolb & Dekorver 1991), so that one class samples as finely as cones do; farther out cells, and not cones,
-limit what is resolved.
+Allen (1990), corrected for the displacement of cells from their cones. In the fovea each cone feeds one on and one off
+midget cell (Kolb & Dekorver 1991), so that one class samples as finely as cones do; farther out ganglion cells, not
+cones, limit resolution.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from focalgradient.errors import InputError, check_finite
 __all__ = ["Meridian", "midget_density", "resolved_cpd"]
 
 Meridian = Literal["temporal", "superior", "nasal", "inferior"]
-"""Of the visual field, as Watson names them: the temporal field falls on the nasal retina."""
+"""Meridian of the visual field, named as by Watson: the temporal field falls on the nasal retina."""
 
 PEAK = 33163.2
-"""Receptive fields of all ganglion cells in a square degree at the centre: twice 14804.6 cones (Curcio et al. 1990),
+"""Peak density of receptive fields of all ganglion cells per square degree: twice 14804.6 cones (Curcio et al. 1990)
 over the share of midget cells (Watson 2014)."""
 
 SHARE, SHARE_FALLS = 1 / 1.12, 41.03
-"""Share of midget cells at the centre (Drasdo et al. 2007), and the degrees over which it falls to a half (Watson's
-equation 7)."""
+"""Share of midget cells at the centre (Drasdo et al. 2007), and the eccentricity in degrees at which it has halved
+(Watson's equation 7)."""
 
 FALL: dict[str, tuple[float, float, float]] = {
     "temporal": (0.9851, 1.058, 22.14),
@@ -36,20 +36,21 @@ FALL: dict[str, tuple[float, float, float]] = {
     "nasal": (0.9729, 1.084, 7.633),
     "inferior": (0.996, 0.9932, 12.13),
 }
-"""Of each meridian: weight of the first part of the fall, degrees of it, degrees of the second (Watson's Table 1)."""
+"""Parameters of each meridian: weight of the first component of the decline, and scales of both in degrees (Watson's
+Table 1)."""
 
 FARTHEST = 60.0
-"""Degrees up to which densities are given: beyond it the counts are few."""
+"""Maximum eccentricity in degrees: farther out the counts are few."""
 
 
 def check_meridian(meridian: object) -> None:
-    """Refuse what is no meridian of the visual field."""
+    """Raise `InputError` unless `meridian` is a meridian of the visual field."""
     if meridian not in get_args(Meridian):
         raise InputError(f"meridian is {meridian!r}, but must be one of {', '.join(get_args(Meridian))}.")
 
 
 def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> NDArray[np.float64]:
-    """Return degrees from the fovea as an array, refusing what lies beyond the counts and unknown meridians."""
+    """Return eccentricities (degrees) as an array after validation of range and meridian."""
     check_meridian(meridian)
     far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
     if not np.all((far >= 0) & (far <= FARTHEST)):
@@ -61,7 +62,7 @@ def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> NDArr
 
 
 def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
-    """Receptive fields of midget ganglion cells, on and off together, in a square degree (Watson's equation 8).
+    """Return the density of midget receptive fields, on and off, per square degree (Watson's equation 8).
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal")
 
 
 def resolved_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
-    """Finest detail in cycles per degree that midget cells of one class, on or off, sample without aliasing.
+    """Return the Nyquist frequency (cycles per degree) of midget cells of one class, on or off.
 
     The Nyquist frequency of a hexagonal mosaic of half the `midget_density` (Watson's equations 9 and 10). Give it to
     `Cones` as ``finest_cpd`` for views away from the fovea.

@@ -1,4 +1,4 @@
-"""Photon noise: how many quanta the cones of a band catch from a surface of some luminance."""
+"""Photon noise: number of quanta caught by the cones of a band from a surface of given luminance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PLANCK_LIGHT = 6.62607015e-34 * 299792458.0  # J m: a quantum's energy times its
 
 @dataclass(frozen=True, slots=True)
 class Photons:
-    """The light that a scene sends on average, and how much of it the cones use.
+    """Mean luminance of a scene, and quantum efficiency of the cones.
 
     A surface of luminance L sends the spectral radiance E(l) with L = 683 lm/W x integral of E V dl. Through a pupil of
     area A, in the time t, from the solid angle w come A t w x integral of E l / (h c) dl quanta; a band catches each
@@ -71,7 +71,7 @@ class Photons:
                 raise InputError(f"{name} is {getattr(self, name)!r}, but must be a share above 0 and at most 1.")
 
     def caught(self, band: str, pupil_diameter: float, pixel_angle: float, stiles_crawford: float = 0.0) -> float:
-        """Quanta that the cones of a `band` catch on average from a square of `pixel_angle` (rad), by a pupil (m).
+        """Return the mean number of quanta that a `band` catches from a square of `pixel_angle` (rad) by a pupil (m).
 
         With `stiles_crawford` (rho in 1/mm^2, see `Eye`) light through the rim of the pupil counts less.
         """

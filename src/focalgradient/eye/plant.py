@@ -1,12 +1,12 @@
-"""The motor side of accommodation: how focus follows the demand, with a latency, a leaky integrator and a lens.
+"""Motor plant of accommodation: response of focus to a demand, with a latency, a leaky integrator and a lens.
 
-A controller compares the demand with a copy of its own command's effect and integrates the difference, with a leak
+A controller compares the demand with an internal copy of the lens's response and integrates the difference, with a leak
 towards the resting focus; the lens follows the integrator as a first-order system:
 
     integrator x u' = -u + rest + gain x (demand - a),      time_constant x a' = u - a,
 
-the demand that of `latency` seconds before. That the copy of the lens stands within the controller, so that the latency
-lies outside its loop, is the Smith predictor of Read et al. (2022): with the latency inside, this gain would oscillate.
+the demand that of `latency` seconds before. The copy of the lens within the controller keeps the latency outside its
+loop, as in the Smith predictor of Read et al. (2022): with the latency inside, this gain would oscillate.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Plant:
-    """How accommodation follows its demand.
+    """Parameters of the response of accommodation to its demand.
 
     Parameters
     ----------
@@ -79,11 +79,11 @@ class Plant:
             raise InputError(f"rest is {self.rest!r} D, but must not lie nearer than nearest, {self.nearest!r} D.")
 
     def steady(self, demand: float) -> float:
-        """Accommodation in dioptres that a lasting `demand` (D) leads to: (gain x demand + rest) / (1 + gain)."""
+        """Return the steady accommodation (D) for a constant `demand` (D): (gain x demand + rest) / (1 + gain)."""
         return (self.gain * demand + self.rest) / (1 + self.gain)
 
     def step_response(self, times: ArrayLike, before: float, after: float) -> FloatArray:
-        """Accommodation at `times` (s after the step, any shape) as demand goes from `before` to `after` (D): exact.
+        """Return accommodation at `times` (s after a step of demand from `before` to `after` (D), any shape): exact.
 
         Of the linear plant, whose lens has no limits: two exponentials, or a damped oscillation.
         """
@@ -99,7 +99,7 @@ class Plant:
         return end + (start - end) * left.real
 
     def sine_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Accommodation over demand at `frequency` (Hz, any shape): its size is the gain, its angle the phase (rad).
+        """Return accommodation over demand at `frequency` (Hz, any shape): modulus is gain, angle is phase (rad).
 
         >>> found = Plant().sine_response(0.2)
         >>> round(float(abs(found)), 3), round(float(np.degrees(np.angle(found))), 1)
@@ -110,7 +110,7 @@ class Plant:
         return np.asarray(self.gain * np.exp(-s * self.latency) / loop)
 
     def advance(self, state: FloatArray, demand: float, step: float) -> FloatArray:
-        """The `state` (integrator and accommodation, D) after `step` seconds of a constant `demand`; no latency.
+        """Return the `state` (integrator and accommodation, D) after `step` seconds of a constant `demand`; no latency.
 
         Exact, and then kept between infinity and `nearest`.
 
@@ -124,6 +124,6 @@ class Plant:
 
 @lru_cache(maxsize=32)
 def _decay(integrator: float, time_constant: float, gain: float, step: float) -> FloatArray:
-    """How integrator and lens approach their steady state in `step` seconds: a 2 x 2 matrix."""
+    """Return the 2 x 2 matrix by which integrator and lens approach their steady state in `step` seconds."""
     system = np.array([[-1, -gain], [1, -1]]) / np.array([[integrator], [time_constant]])
     return np.asarray(expm(system * step))

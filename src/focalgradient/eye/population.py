@@ -1,4 +1,4 @@
-"""People: draws of pupil, chromatic and other aberrations, and microfluctuations, each from a seed of its own."""
+"""Simulated people: random pupil, chromatic and other aberrations, and microfluctuations, each from its own seed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Person", "draw_people"]
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """An eye, accommodated to infinity, and the microfluctuations of its accommodation."""
+    """Eye accommodated to infinity, and the microfluctuations of its accommodation."""
 
     eye: Eye
     fluctuation: Microfluctuations
@@ -33,7 +33,7 @@ def draw_people(
     beta: tuple[float, float] = (1.1, 1.5),
     aberrations: ZernikePopulation | None = None,
 ) -> list[Person]:
-    """Draw `count` people; the first of many are those of few, and what one quantity is drawn from changes no other.
+    """Draw `count` people; each depends on seed and number alone, and each quantity has its own random stream.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def draw_people(
 
 
 def _normal(random: np.random.Generator, mean: float, sd: float, low: float, high: float) -> float:
-    """A normal deviate, drawn again until it lies between `low` and `high`."""
+    """Draw a normal deviate truncated to between `low` and `high`."""
     while True:
         value = float(random.normal(mean, sd))
         if low <= value <= high:

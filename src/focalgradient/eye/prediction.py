@@ -1,10 +1,10 @@
-"""Prediction of targets that move regularly: what the accommodating eye expects of its own estimates a moment ahead.
+"""Prediction of regularly moving targets: the estimate expected a moment ahead.
 
-People follow a sine with a phase lag that is far less than their reaction time implies, and an irregular target without
+People follow a sine with a phase lag far smaller than their reaction time implies, but not an irregular target
 (Campbell & Westheimer 1960; Phillips et al. 1972; Heron & Charman 2004 for the lag). The rule here uses the estimates
-alone: a sine of each of many frequencies is fitted to the last seconds by least squares that forgets; the one that has
-foretold best so far foretells; and it counts by its skill, by how much of the squared change it has foretold beyond
-what it foretells of irregular targets.
+alone: sines of many frequencies are fitted to the last seconds by least squares with exponential forgetting; the one
+with the smallest forecast errors so far gives the forecast, weighted by its skill, the share of the squared change that
+it has predicted beyond what is predicted of irregular targets.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ __all__ = ["Predictor"]
 FloatArray = NDArray[np.float64]
 
 HERTZ: FloatArray = np.asarray(np.arange(0.075, 1.26, 0.025), dtype=np.float64)
-"""Frequencies of the sines, in hertz: about those that accommodation follows."""
+"""Frequencies of the fitted sines in hertz, within the range that accommodation follows."""
 
 MEMORY = 4.0
-"""Seconds in which the past counts 1/e, in the fits and in the skill; our choice."""
+"""Time constant in seconds of forgetting, in the fits and in the skill; our choice."""
 
 LONGEST = 3 * MEMORY
-"""Seconds of the past that are kept."""
+"""Duration of the past that is kept, in seconds."""
 
 RIDGE = 0.01
-"""Variance of an estimate's noise over that of a sine's amplitude, expected: 0.035^2 over 0.35^2 square dioptres."""
+"""Expected variance of an estimate's noise over that of a sine's amplitude: 0.035^2 over 0.35^2 square dioptres."""
 
 NOTHING = 0.05
-"""Dioptres, root mean square, of change over the horizon below which nothing is predicted: about what estimates of a
-still target differ by; a choice."""
+"""RMS change over the horizon in dioptres below which nothing is predicted: about the scatter of estimates of a still
+target; a choice."""
 
 IRREGULAR, REGULAR = 0.65, 0.85
-"""Shares of the squared change foretold at which a prediction begins to count, and counts in full. Of sines of 0.15 to
-1 Hz 0.86 to 0.97 is foretold, of random steps, walks and sums of six sines less than 0.1 on average, of noise between
-0.05 and 1 Hz 0.3, between 0.3 and 1 Hz 0.55 (`tests/eye/test_prediction.py`)."""
+"""Shares of the squared change predicted at which a forecast begins to count, and counts in full. The share is 0.86 to
+0.97 for sines of 0.15 to 1 Hz, below 0.1 on average for random steps, walks and sums of six sines, 0.3 for noise
+between 0.05 and 1 Hz, and 0.55 for noise between 0.3 and 1 Hz (`tests/eye/test_prediction.py`)."""
 
 
 @lru_cache(maxsize=8)
 def _sines(horizon: float, step: float) -> tuple[FloatArray, FloatArray]:
-    """Weighted basis of each frequency (K x n x 3, newest first), and what of its fit foretells (n x K x 3).
+    """Return the weighted basis of each frequency (K x n x 3, newest first), and the forecast of its fit (n x K x 3).
 
     With only the m newest estimates, their products with the basis times line m - 1 of the latter is the forecast.
     """
@@ -64,7 +64,7 @@ def _sines(horizon: float, step: float) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(slots=True)
 class Predictor:
-    """Predicts a series of estimates a `horizon` (s) ahead; one estimate comes each `step` (s).
+    """Forecasts a series of estimates by a `horizon` (s); one estimate arrives each `step` (s).
 
     Examples
     --------
@@ -98,7 +98,7 @@ class Predictor:
         return round(self.horizon / self.step)
 
     def update(self, estimate: float) -> float:
-        """Take in an `estimate` (D); the one expected a horizon later (D)."""
+        """Add an `estimate` (D), and return the one expected a horizon later (D)."""
         self._past.appendleft(estimate)
         if not self._ahead:
             return estimate
@@ -113,7 +113,7 @@ class Predictor:
         return estimate + self.skill * (best - estimate)
 
     def _of_best(self, by_each: FloatArray) -> float:
-        """What the sine foretells that has missed least, between the frequencies by a parabola."""
+        """Return the forecast at the frequency of the smallest error, by a parabola between frequencies."""
         at = int(np.clip(np.argmin(self._missed), 1, HERTZ.size - 2))
         below, least, above = self._missed[at - 1 : at + 2]
         curved = below - 2 * least + above
@@ -122,7 +122,7 @@ class Predictor:
         return float(middle + off * (upper - lower) / 2 + off**2 * (upper - 2 * middle + lower) / 2)
 
     def _score(self, estimate: float) -> None:
-        """Compare what was expected a horizon ago with what came."""
+        """Update the forecast errors and the skill with the forecast made a horizon ago."""
         by_each, best = self._expected[0]
         kept = math.exp(-self.step / MEMORY)
         self._missed = kept * self._missed + (estimate - by_each) ** 2

@@ -1,9 +1,9 @@
-"""Depth through an eye that is not known exactly: its chromatic aberration, its focus and the light are uncertain.
+"""Depth through an eye that is not known exactly: uncertain chromatic aberration, focus and illuminant.
 
-People's chromatic aberration differs by a quarter (SD). Depth from two wavebands moves with it by about half a dioptre
-for each unit of the scale, so that the uncertainty is marginalised (`recover_eye_depth`), or made small: a person's
-aberration is constant, and fixations with two wavebands at two moments each show it (`learn_chromatic_scale`), as
-depth by moments alone depends on it little.
+People's chromatic aberration has a standard deviation of a quarter of its mean. Depth from two wavebands changes by
+about half a dioptre for each unit of the scale, so that the uncertainty is marginalised (`recover_eye_depth`) or
+reduced: a person's aberration is constant, and can be estimated from fixations with two wavebands at two moments each
+(`learn_chromatic_scale`), as depth by moments alone hardly depends on it.
 """
 
 from __future__ import annotations
@@ -28,32 +28,32 @@ from focalgradient.view import View
 __all__ = ["EyePrior", "learn_chromatic_scale", "recover_eye_depth"]
 
 SCALE_SD = 0.25
-"""Standard deviation over people of chromatic aberration, over the mean: 0.39 of 1.54 D between 450 and 650 nm."""
+"""Standard deviation over people of chromatic aberration over its mean: 0.39 of 1.54 D between 450 and 650 nm."""
 
 NODES = ((0.0, 2 / 3), (math.sqrt(3), 1 / 6), (-math.sqrt(3), 1 / 6))
-"""Places (in SD) and weights of the Gauss-Hermite rule of three nodes, by which a normal prior is marginalised."""
+"""Nodes (in SD) and weights of the three-point Gauss-Hermite rule that marginalises a normal prior."""
 
 LEAST_SCALE = 0.1
-"""Scale below which an eye has next to no chromatic aberration, and wavebands next to nothing to compare."""
+"""Minimum scale of chromatic aberration: below it wavebands hardly differ in focus."""
 
 GRID = np.linspace(-2.5, 2.5, 21)
-"""Places of the grid of scales that are learnt from, in SD of the prior."""
+"""Grid of scales in SD of the prior, on which the posterior is computed."""
 
 TRIED = (-1.5, -0.5, 0.5, 1.5)
-"""Places (in SD) at which depth is recovered: between them it is interpolated by a cubic."""
+"""Scales (in SD) at which depth is recovered: a cubic interpolates between them."""
 
 MODEL_SD = 0.01
-"""Standard deviation (D) of the difference of depth by bands and by moments of one fixation that stays, however little
-noise there is: of grey walls whose eye is known it is 0.003 to 0.01 D. Our choice."""
+"""Standard deviation (D) of the difference between depth by bands and by moments of one fixation in the limit of no
+noise: 0.003 to 0.01 D for grey walls and a known eye. Our choice."""
 
 
 LEAST_SHARE = 0.05
-"""Share of the pixels that must have depth by bands and by moments for a fixation to count: a choice."""
+"""Minimum share of pixels with depth both by bands and by moments for a fixation to count: a choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class EyePrior:
-    """What is known of an eye beforehand.
+    """Prior of an eye: chromatic scale, focus and illuminant.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class EyePrior:
             SpectralBasis.of_srgb(name)  # refuses an unknown light
 
     def eyes(self) -> list[tuple[float, str | None, float]]:
-        """Return scales, lights and weights (in sum 1) that stand for the prior; the likeliest first."""
+        """Return scales, lights and weights (with a sum of 1) that represent the prior; the most probable first."""
         scales = NODES if self.chromatic_scale_sd > 0 else ((0.0, 1.0),)
         lights: tuple[str | None, ...] = self.illuminants or (None,)
         return [
@@ -99,7 +99,7 @@ class EyePrior:
 
 
 def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **settings: Any) -> DepthMap:
-    """Recover depth from an eye's views, marginalised over what is not known of the eye.
+    """Recover depth from an eye's views, marginalised over the prior of the eye.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **se
 def learn_chromatic_scale(
     fixations: Sequence[Sequence[View]], prior: EyePrior | None = None, **settings: Any
 ) -> EyePrior:
-    """Learn a person's chromatic aberration from fixations, each seen in two wavebands at two moments or more.
+    """Estimate a person's chromatic scale from fixations, each in two wavebands at two or more moments.
 
     At the right scale depth by wavebands at one moment is that by moments in one waveband. The posterior of the scale
     is the prior times the likelihood of their differences, one for each fixation.
@@ -206,7 +206,7 @@ def learn_chromatic_scale(
 def _likelihood(
     bands: list[View], moments: list[View], prior: EyePrior, scales: NDArray[np.float64], settings: dict[str, Any]
 ) -> NDArray[np.float64]:
-    """Log likelihood of each of `scales` by how far depth by bands and by moments differ in one fixation."""
+    """Return the log likelihood of `scales` from how depth by bands and by moments differ in one fixation."""
     places, off, sds = [], [], []
     for place in TRIED:
         scale = max(LEAST_SCALE, prior.chromatic_scale + place * prior.chromatic_scale_sd)
@@ -230,7 +230,7 @@ def _likelihood(
 
 
 def _by_bands_and_moments(number: int, views: Sequence[View]) -> tuple[list[View], list[View]]:
-    """The views of one moment in all wavebands, and those of the first waveband at all moments."""
+    """Return the views of one moment in all wavebands, and those of the first waveband at all moments."""
     states = [view.optics.eye.accommodation for view in views if isinstance(view.optics, Cones)]
     names = [view.optics.light for view in views if isinstance(view.optics, Cones)]
     if len(states) < len(views) or len(set(names)) < 2 or len(set(states)) < 2:
@@ -243,7 +243,7 @@ def _by_bands_and_moments(number: int, views: Sequence[View]) -> tuple[list[View
 
 
 def _seen_by(view: View, scale: float, light: str | None) -> View:
-    """The view as of an eye of this chromatic scale, in a light if one is given."""
+    """Return the view with the optics of an eye of this chromatic scale, in a light if one is given."""
     cones = view.optics
     assert isinstance(cones, Cones)
     eye = replace(cones.eye, chromatic_scale=scale)
@@ -256,7 +256,7 @@ def _seen_by(view: View, scale: float, light: str | None) -> View:
 
 
 def _of_eye(colours: LocalColours, scale: float, light: str | None) -> LocalColours:
-    """The colours as an eye of this chromatic scale sees them, in a light if one is given.
+    """Return the colours with an eye of this chromatic scale, in a light if one is given.
 
     What was seen is in units of the light's white, to which an eye adapts.
     """

@@ -1,9 +1,9 @@
-"""Disaccommodation by pulse and step: after a sudden change of the demand to farther, focus is driven by velocity.
+"""Pulse-step model of disaccommodation: after a sudden decrease of demand, velocity depends on the start.
 
-Accommodation is faster the farther it goes, wherever it starts, as a linear system is; disaccommodation is faster the
-nearer it starts, however far it goes (Schor & Bharadwaj 2006; Kasthurirangan & Glasser 2005). In the model of the
-former a pulse of acceleration, whose height grows with the starting position, sends the lens towards its far point, and
-a step of position ends the movement where it should: here as soon as the lens, left alone, would relax just there.
+Accommodation is faster the farther it goes, wherever it starts, as in a linear system; disaccommodation is faster the
+nearer it starts, however far it goes (Schor & Bharadwaj 2006; Kasthurirangan & Glasser 2005). In the model of Schor &
+Bharadwaj a pulse of acceleration, whose height grows with the starting position, drives the lens towards its far point,
+and a step of position ends the movement at its destination: here as soon as the lens would relax to it by itself.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from focalgradient.eye.plant import Plant
 __all__ = ["Pulse", "PulsedPlant"]
 
 TICK = 0.001
-"""Seconds, at most, from one state within a pulse to the next."""
+"""Maximum time step within a pulse, in seconds."""
 
 LANDED = 0.02
-"""Dioptres from its destination at which a pulse's response is over and the controller goes on: a choice."""
+"""Distance from its destination, in dioptres, at which a pulse ends and the controller continues: a choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """How fast disaccommodation is, by the accommodation at its start.
+    """Velocity of disaccommodation as a function of the accommodation at its start.
 
     The four constants by default are the regressions that Bharadwaj & Schor state of six adults, steps of 1 to 4 D from
     2, 3 and 4 D (abstract, Invest. Ophthalmol. Vis. Sci. 45, E-Abstract, 2004; the full text was not read).
@@ -68,17 +68,17 @@ class Pulse:
         check_number("least", self.least, "dioptres", positive=True)
 
     def peak(self, start: float) -> float:
-        """Peak velocity in D/s of disaccommodation from `start` (D)."""
+        """Return the peak velocity (D/s) of disaccommodation from `start` (D)."""
         return self.velocity + self.velocity_per_dioptre * max(start, 0.0)
 
     def push(self, start: float) -> float:
-        """Acceleration in D/s^2 of disaccommodation from `start` (D)."""
+        """Return the acceleration (D/s^2) of disaccommodation from `start` (D)."""
         return self.acceleration + self.acceleration_per_dioptre * max(start, 0.0)
 
 
 @dataclass(slots=True)
 class PulsedPlant:
-    """A plant in time, at rest at a lasting `demand` (D) at first; the latency lies outside, as in `Plant.advance`.
+    """Simulates a plant over time, from rest at a constant `demand` (D); latency is outside, as in `Plant.advance`.
 
     Examples
     --------
@@ -102,11 +102,11 @@ class PulsedPlant:
 
     @property
     def accommodation(self) -> float:
-        """Of the lens now, in dioptres."""
+        """Present accommodation of the lens, in dioptres."""
         return float(self._state[1])
 
     def advance(self, demand: float, step: float) -> float:
-        """Accommodation (D) after `step` seconds of a constant `demand` (D)."""
+        """Return the accommodation (D) after `step` seconds of a constant `demand` (D)."""
         fell, self.demand = self.demand - demand, demand
         if self.pulse is not None and self._speed is None and fell >= self.pulse.least:
             moving = (self._state[1] - self._state[0]) / self.plant.time_constant
@@ -119,7 +119,7 @@ class PulsedPlant:
         return self.accommodation
 
     def _driven(self, pulse: Pulse, step: float) -> float:
-        """Move the lens by the pulse, then by the step of position; the seconds left after both."""
+        """Move the lens by the pulse, then by the step of position; return the seconds left after both."""
         goal = min(max(self.plant.steady(self.demand), 0.0), self.plant.nearest)
         count = max(1, math.ceil(step / TICK - 1e-9))
         tick, tau = step / count, self.plant.time_constant

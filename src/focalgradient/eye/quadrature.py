@@ -1,4 +1,4 @@
-"""Gauss-Legendre quadrature in panels, exact to rounding for waves of a known number of radians."""
+"""Gauss-Legendre quadrature in panels, accurate to rounding for oscillations of known total phase (radians)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 __all__ = ["gauss", "panels"]
 
 ORDER = 48
-"""Nodes in one panel: a wave of RADIANS between its ends is integrated to rounding."""
+"""Nodes in one panel: an oscillation over RADIANS is integrated to rounding."""
 
 RADIANS = 50.0
 
 
 @lru_cache(maxsize=64)
 def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nodes and weights of the Gauss-Legendre rule of this order on 0 to 1.
+    """Return nodes and weights of the Gauss-Legendre rule of this order on 0 to 1.
 
     >>> nodes, weights = gauss(8)
     >>> round(float(weights @ np.exp(nodes)), 12)  # e - 1
@@ -29,7 +29,7 @@ def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 @lru_cache(maxsize=64)
 def panels(radians: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nodes and weights on 0 to 1 for a wave whose phase runs through so many `radians` at most.
+    """Return nodes and weights on 0 to 1 for an integrand whose phase varies by at most `radians`.
 
     >>> import math
     >>> nodes, weights = panels(1000.0)

@@ -1,8 +1,8 @@
-"""Quality of an eye's image through focus: modulation transfer and the visual Strehl ratio.
+"""Image quality of an eye through focus: modulation transfer and visual Strehl ratio.
 
-The visual Strehl ratio weighs the real part of the optical transfer by the sensitivity to contrast, over the same of a
-clear pupil in focus in one light (VSOTF; Thibos, Hong, Bradley & Applegate 2004, "Accuracy and precision of objective
-refraction from wavefront aberrations", J. Vis. 4, 329).
+The visual Strehl ratio is the real part of the optical transfer function weighted by contrast sensitivity, relative to
+that of a clear pupil in focus in one light (VSOTF; Thibos, Hong, Bradley & Applegate 2004, "Accuracy and precision of
+objective refraction from wavefront aberrations", J. Vis. 4, 329).
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ __all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality"]
 FloatArray = NDArray[np.float64]
 
 HIGHEST_CPD = 60.0
-"""Cycles per degree beyond which people see nothing."""
+"""Highest frequency in cycles per degree that people see."""
 
 RADII, ANGLES = 40, 12
-"""Frequencies along a radius and directions over half a circle at which the visual Strehl ratio is summed: twice as
-many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and astigmatism)."""
+"""Number of frequencies along a radius and of directions over half a circle in the sum of the visual Strehl ratio:
+twice as many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and astigmatism)."""
 
 
 def contrast_sensitivity(frequency_cpd: ArrayLike) -> FloatArray:
-    """Sensitivity to contrast at each frequency (cycles per degree): 75 f^0.8 exp(-0.2 f).
+    """Return contrast sensitivity at each frequency (cycles per degree): 75 f^0.8 exp(-0.2 f).
 
     The double exponential of Movshon & Kiorpes (1988) with the numbers that are usual for people by day (these from
     memory). It weighs frequencies only, so that its height is of no matter.
@@ -45,7 +45,7 @@ def contrast_sensitivity(frequency_cpd: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ThroughFocus:
-    """Quality of an eye's image of points at each of L `vergences` (D).
+    """Image quality of points at each of L `vergences` (D).
 
     ``mtf`` is the mean over all directions of the modulation at each of F ``frequency_cpd``, L x F; ``visual_strehl``
     the visual Strehl ratio.
@@ -62,7 +62,7 @@ class ThroughFocus:
         return float(self.vergences[int(np.argmax(self.visual_strehl))])
 
     def depth_of_focus(self, share: float = 0.8) -> float:
-        """Dioptres over which the visual Strehl ratio is at least this `share` of its maximum, parts added up."""
+        """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum."""
         if not 0 < share < 1:
             raise InputError(f"share is {share!r}, but must be a share between 0 and 1.")
         fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
@@ -71,7 +71,7 @@ class ThroughFocus:
 
 
 def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike = (4.0, 8.0, 16.0)) -> ThroughFocus:
-    """Quality of the image that `cones` get of points at each of `vergences` (D).
+    """Compute the image quality of points at each of `vergences` (D), as seen by `cones`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What an eye can be given: pupils from 0.1 to 9 mm, light from 380 to 780 nm, moments in order."""
+"""Ranges of an eye's parameters: pupils from 0.1 to 9 mm, light from 380 to 780 nm, ages to 120 years."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from focalgradient.plausibility import likely, stated, unit_of
 __all__ = ["ages", "check_kind", "check_pupil", "ordered_times", "warn_if_artificial", "wavelengths"]
 
 SMALLEST_PUPIL, LARGEST_PUPIL = 1e-4, 9e-3
-"""Metres. Dilated pupils reach 9 mm. Through less than 0.1 mm an eye resolves 3 cycles a degree in yellow light, and
-no experiment uses such a pinhole: a choice, which keeps out other units."""
+"""Range of the pupil's diameter in metres. Dilated pupils reach 9 mm. Through less than 0.1 mm an eye resolves 3 cycles
+per degree in yellow light, and no experiment uses such a pinhole: a choice, which rejects other units."""
 
 USUAL_PUPIL = 1e-3
-"""Metres. Smaller pupils are artificial ones: natural pupils are 2 to 8 mm wide (Watson & Yellott 2012)."""
+"""Smallest natural pupil in metres: natural pupils are 2 to 8 mm wide (Watson & Yellott 2012), smaller ones are
+artificial."""
 
 
 OLDEST = 120.0
-"""Years that nobody's eye exceeds: a bound that keeps out other units."""
+"""Maximum age in years: a bound that rejects other units."""
 
 
 def ages(age: ArrayLike) -> NDArray[np.float64]:
-    """Ages in years as an array, refused unless all are from 0 to 120."""
+    """Return ages in years as an array; raise `InputError` unless all are from 0 to 120."""
     values = check_finite("age", age, "years")
     if not np.all((values >= 0) & (values <= OLDEST)):
         raise InputError(f"age is {_shown(age)}, but must be from 0 to {OLDEST:g}: give it in years.")
@@ -34,7 +35,7 @@ def ages(age: ArrayLike) -> NDArray[np.float64]:
 
 
 def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
-    """Refuse what is not of this `kind`; the `remedy` stands at the end of the message.
+    """Raise `InputError` unless `given` is of this `kind`; the `remedy` ends the message.
 
     >>> check_kind("eye", 3, dict, "give Eye(pupil_diameter, accommodation)")
     Traceback (most recent call last):
@@ -45,7 +46,7 @@ def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
 
 
 def check_pupil(pupil_diameter: Any) -> None:
-    """Refuse a pupil that no eye looks through; metres."""
+    """Raise `InputError` if the pupil's diameter (m) is out of range."""
     # A rounding's worth of slack, for millimetres that became metres.
     within = is_number(pupil_diameter) and SMALLEST_PUPIL * (1 - 1e-9) <= pupil_diameter <= LARGEST_PUPIL * (1 + 1e-9)
     if not within:
@@ -59,7 +60,7 @@ def check_pupil(pupil_diameter: Any) -> None:
 
 
 def warn_if_artificial(pupil_diameter: float) -> None:
-    """Warn of a pupil (m) that is smaller than any eye's own."""
+    """Warn about a pupil (m) smaller than any natural one."""
     if pupil_diameter < USUAL_PUPIL:
         text = (
             f"a pupil of {1e3 * pupil_diameter:g} mm is smaller than any eye's own, and is taken for an artificial one"
@@ -68,7 +69,7 @@ def warn_if_artificial(pupil_diameter: float) -> None:
 
 
 def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArray[np.float64]:
-    """Wavelengths as an array, refused unless all are visible (380 to 780 nm)."""
+    """Return wavelengths as an array; raise `InputError` unless all are visible (380 to 780 nm)."""
     try:
         values = np.asarray(wavelength_nm, dtype=float)
     except (TypeError, ValueError):
@@ -79,7 +80,7 @@ def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArra
 
 
 def ordered_times(times: ArrayLike) -> NDArray[np.float64]:
-    """Moments in seconds as an array, refused unless each is later than the one before."""
+    """Return times in seconds as an array; raise `InputError` unless they increase."""
     array = check_finite("times", times, "seconds")
     if array.ndim > 1 or not np.all(np.diff(np.atleast_1d(array)) > 0):
         raise InputError(f"times is {_shown(times)}, but each moment must be later than the one before: sort them.")

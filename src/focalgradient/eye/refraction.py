@@ -1,9 +1,8 @@
-"""Refraction as it is prescribed, and what an eye focuses with a lens in front of it.
+"""Ophthalmic prescriptions, and the focus of an eye behind a correcting lens.
 
-A refraction is a sphere, a cylinder and its axis. As a symmetric 2 x 2 matrix its power in the meridian u is u' R u
-(Long 1976; Thibos, Wheeler & Horner 1997, Optom. Vis. Sci. 74, 367, for the power vector M, J0, J45), and vergence
-passes lenses and spaces by the scalar formulas: behind a lens it is greater by the lens's power, and after a distance d
-it is V / (1 - d V).
+A refraction is a sphere, a cylinder and its axis. As a symmetric 2 x 2 matrix R its power in the meridian u is u' R u
+(Long 1976; Thibos, Wheeler & Horner 1997, Optom. Vis. Sci. 74, 367, for the power vector M, J0, J45). Vergence passes
+lenses and spaces by the scalar formulas: a lens adds its power, and after a distance d vergence is V / (1 - d V).
 """
 
 from __future__ import annotations
@@ -25,16 +24,16 @@ __all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of", "worn_of"]
 FloatArray = NDArray[np.float64]
 
 VERTEX = 0.012
-"""Metres from the cornea to spectacles: 12 mm, at which prescriptions are usually stated (ISO 13666)."""
+"""Vertex distance of spectacles in metres: 12 mm, at which prescriptions are usually stated (ISO 13666)."""
 
 UNLIMITED = 40.0
-"""Dioptres of accommodation where no age limits it: more than any distance asks for, a choice."""
+"""Amplitude of accommodation in dioptres without an age: more than any distance needs, a choice."""
 
 LARGEST = 30.0
-"""Dioptres that no prescription exceeds: a choice, which keeps out other units."""
+"""Maximum power of a prescription in dioptres: a choice, which rejects other units."""
 
 PARSE = 'give Refraction.parse("-2.00 -0.75 x 180")'
-"""Remedy of messages."""
+"""Remedy in messages about prescriptions."""
 
 _WRITTEN = re.compile(
     r"\s*(?P<sphere>[+-]?\d+(?:\.\d+)?|plano|pl)\s*(?:DS|D)?\s*"
@@ -45,7 +44,7 @@ _WRITTEN = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Refraction:
-    """The lens that an eye needs to see far: negative for a myopic eye.
+    """Lens that corrects an eye for far vision: negative for a myopic eye.
 
     Parameters
     ----------
@@ -87,7 +86,7 @@ class Refraction:
 
     @classmethod
     def parse(cls, text: str) -> Refraction:
-        """Return a refraction as it is written, such as "-2.00", "plano" or "-2.00 -0.75 x 180"."""
+        """Parse a refraction written as "-2.00", "plano" or "-2.00 -0.75 x 180"."""
         found = _WRITTEN.fullmatch(text.replace("−", "-")) if isinstance(text, str) else None
         if found is None:
             raise InputError(
@@ -100,7 +99,7 @@ class Refraction:
 
     @classmethod
     def of_power_vector(cls, m: float, j0: float, j45: float) -> Refraction:
-        """Return the refraction of this mean sphere and Jackson cylinders (D), its cylinder negative."""
+        """Return the refraction with this mean sphere and these Jackson cylinders (D), its cylinder negative."""
         for name, value in (("m", m), ("j0", j0), ("j45", j45)):
             check_number(name, value, "dioptres")
         half = math.hypot(j0, j45)
@@ -121,14 +120,14 @@ class Refraction:
         return np.array([[m + j0, j45], [j45, m - j0]])
 
     def __str__(self) -> str:
-        """The refraction as it is written."""
+        """Return the refraction in written form."""
         sphere = f"{self.sphere:+.2f}" if self.sphere else "plano"
         return f"{sphere} {self.cylinder:+.2f} x {self.axis:.0f}" if self.cylinder else sphere
 
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """A lens in front of an eye.
+    """Lens worn in front of an eye.
 
     Parameters
     ----------
@@ -154,7 +153,7 @@ class Correction:
             raise InputError(f"vertex is {self.vertex:g}, but must be from 0 to 0.03: give it in metres.")
 
     def response(self, refraction: Refraction, looking_at: float, age: float | None = None) -> float:
-        """Accommodation (D) of an eye of this `refraction` behind this lens, for `looking_at` (D) to be in focus.
+        """Return the accommodation (D) with which an eye behind this lens focuses `looking_at` (D).
 
         In the mean of all meridians, not below 0, and no more than the amplitude of its `age` (years; None: no limit).
 
@@ -179,11 +178,11 @@ CORRECTIONS = {
     "spectacles": Correction(),
     "contact-lens": Correction(vertex=0.0),
 }
-"""Corrections by name: none, and those that correct wholly."""
+"""Corrections by name: none, and those that correct fully."""
 
 
 def worn_of(correction: Correction | None) -> Correction:
-    """Return what an eye wears; None is nothing."""
+    """Return the correction worn; None becomes no lens."""
     worn = CORRECTIONS["none"] if correction is None else correction
     check_kind("correction", worn, Correction, 'give CORRECTIONS["spectacles"]')
     return worn
@@ -192,7 +191,7 @@ def worn_of(correction: Correction | None) -> Correction:
 def focus_of(
     refraction: Refraction, accommodation: float, correction: Correction, *, vertex: float = VERTEX
 ) -> FloatArray:
-    """Vergence (D) in front of the eye that is in focus, in every meridian: a symmetric 2 x 2 matrix.
+    """Return the vergence (D) in front of the eye that is in focus, by meridian: a symmetric 2 x 2 matrix.
 
     Parameters
     ----------
@@ -228,6 +227,6 @@ def focus_of(
 
 
 def _moved(vergence: FloatArray, distance: float) -> FloatArray:
-    """Vergence of the light after a `distance` (m) along its way: V / (1 - d V)."""
+    """Return the vergence of light after a `distance` (m) along its path: V / (1 - d V)."""
     found: FloatArray = vergence @ np.linalg.inv(np.eye(2) - distance * vergence)
     return found

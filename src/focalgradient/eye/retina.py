@@ -1,7 +1,7 @@
-"""What the cones of one band make of an eye's light: the blur of all its wavelengths together, as far as cones resolve.
+"""Blur of an eye as seen by one class of cones: all wavelengths of the band together, up to the cones' resolution.
 
-`Cones` are optics that a view carries. They give their own blur, so that depth is estimated with the blur that is
-there, and their waveband, so that views in different wavebands are not assumed to share all of a texture.
+`Cones` are the optics of a view. They carry their own transfer, so that depth is estimated with the actual blur, and
+the name of their waveband, so that views in different wavebands are not assumed to share all of a texture.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from focalgradient.psf import Psf
 __all__ = ["S_FINEST_CPD", "Cones", "sampling", "wavelengths_needed"]
 
 S_FINEST_CPD = 10.0
-"""Cycles per degree that S cones, which are sparse, resolve at best."""
+"""Highest frequency in cycles per degree that S cones, which are sparse, resolve."""
 
 ROLL_OFF = 16
-"""Power of frequency with which resolution ends: sharply, but without ringing."""
+"""Exponent of the decline of resolution with frequency: sharp, but without ringing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cones:
-    """An eye as the cones of one band see through it at one moment.
+    """Optics of an eye at one moment, as seen by the cones of one band.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Cones:
         finest_cpd: float = np.inf,
         model: BlurName = "wave",
     ) -> Cones:
-        """Return the cones of a `band` in the light of an `illuminant`, at so many `wavelengths`.
+        """Return the cones of a `band` in an `illuminant`, with this number of `wavelengths`.
 
         None is as many as the pupil needs for the transfer to be right to 0.01 (see `wavelengths_needed`).
         """
@@ -125,7 +125,7 @@ class Cones:
         finest_cpd: float = np.inf,
         model: BlurName = "wave",
     ) -> Cones:
-        """Return the cones named `band` in any `light`, given as what these cones catch of it at each wavelength.
+        """Return the cones named `band` in any `light`, given as the catch of these cones by wavelength.
 
         >>> red = Light(np.array([630.0]), np.array([1.0]))
         >>> round(Cones.in_light(Eye(0.004, 1.0), "L+M", red).focus_vergence, 3)
@@ -145,34 +145,34 @@ class Cones:
 
     @property
     def focus_vergence(self) -> float:
-        """Vergence in dioptres of the plane that is in focus on average over the light's wavelengths."""
+        """Mean vergence in dioptres of the plane in focus, over the light's wavelengths."""
         return float(self.shares @ self.eye.focus_in(self.wavelengths_nm))
 
     @property
     def shares(self) -> NDArray[np.float64]:
-        """How much each wavelength counts, in sum 1."""
+        """Weights of the wavelengths, with a sum of 1."""
         weights = np.asarray(self.weights or np.ones(len(self.wavelengths_nm)), float)
         return weights / weights.sum()
 
     def eyes(self) -> list[Eye]:
-        """The eye in each of the light's wavelengths."""
+        """Eye in each of the light's wavelengths."""
         return [self.eye.in_light(nm) for nm in self.wavelengths_nm]
 
     def accommodated(self, accommodation: float) -> Cones:
-        """The same cones at a moment of another accommodation (D)."""
+        """Return the same cones with another accommodation (D)."""
         return replace(self, eye=replace(self.eye, accommodation=accommodation))
 
     def refocused(self, vergence: float) -> Cones:
-        """The same cones with their mean plane of focus at `vergence` (D)."""
+        """Return the same cones with their mean plane of focus at `vergence` (D)."""
         return self.accommodated(self.eye.accommodation + (vergence - self.focus_vergence))
 
     @property
     def isotropic(self) -> bool:
-        """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""
+        """Whether blur is rotationally symmetric: of a clear pupil, or with aberrations of m = 0 only."""
         return self._shape is not None or self.eye.isotropic
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
-        """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
+        """Return the transfer for points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
         The mean over the wavelengths, each in its own focus, times what the cones resolve; the sign of the frequency is
         of no matter. By waves, of a clear pupil, it is read off a table, right to about 1e-4. Blur that is not
@@ -198,7 +198,7 @@ class Cones:
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
     ) -> NDArray[np.float64] | NDArray[np.complex128]:
-        """The same at frequencies along y (down) and x (cycles per radian; broadcast), also of blur of any form.
+        """Return the OTF at frequencies along y (down) and x (cycles per radian; broadcast), for blur of any form.
 
         >>> coma = Eye(0.004, 1.0, aberrations=((3, 1, 0.2),))
         >>> complex(Cones.of(coma, "L+M").optical_transfer(0, np.degrees(5), 1.0).round(2))
@@ -217,7 +217,7 @@ class Cones:
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
     ) -> NDArray[np.float64] | NDArray[np.complex128]:
-        """The same for a list of vergences (D): L x the frequencies' shape.
+        """Return the OTF for several vergences (D): L x the frequencies' shape.
 
         Right to 1e-3, and for a pupil with aberrations much quicker than one vergence after another.
         """
@@ -239,7 +239,7 @@ class Cones:
 
     @property
     def by_waves(self) -> bool:
-        """Whether each wavelength is blurred by the waves of the pupil, and not by a shape of geometric optics."""
+        """Whether each wavelength is blurred by the waves of the pupil, rather than by a shape of geometric optics."""
         return self._shape is None
 
     @property
@@ -252,12 +252,12 @@ class Cones:
         return not (own or any(self.eye.pupil_offset))
 
     def _seen(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Contrast left by scatter and by what the cones resolve at `frequency` (cycles per radian)."""
+        """Return the contrast left by scatter and by cone sampling at `frequency` (cycles per radian)."""
         resolved = sampling(frequency, self.finest_cpd)
         return resolved if self.scatter is None else resolved * self.scatter.transfer(frequency)
 
     def _radial(self, frequency: NDArray[np.float64], vergence: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Isotropic transfer of a pupil that is not clear, at each frequency and vergence that there is; broadcasts."""
+        """Return the isotropic transfer of an aberrated pupil at each frequency and vergence; broadcasts."""
         radii, place = np.unique(frequency, return_inverse=True)
         levels, level = np.unique(vergence, return_inverse=True)
         table = self.through_focus(np.zeros_like(radii), radii, levels).real
@@ -265,7 +265,7 @@ class Cones:
 
 
 def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
-    """Contrast left at `frequency` (cycles per radian) by cones that resolve `finest_cpd`, exp(-(f / finest)^16).
+    """Return cones' contrast at `frequency` (cycles per radian) if they resolve `finest_cpd`: exp(-(f / finest)^16).
 
     >>> sampling(np.degrees([5, 10, 12]), 10).round(2).tolist()
     [1.0, 0.37, 0.0]
@@ -276,7 +276,7 @@ def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=64)
 def wavelengths_needed(light: Light, pupil_diameter: float, chromatic_scale: float, finest_cpd: float) -> int:
-    """Return the number of parts of a band's light that leave the transfer of a clear pupil right to 0.01.
+    """Return the number of parts of a band with which the transfer of a clear pupil is right to 0.01.
 
     At all frequencies up to 60 cycles per degree that the cones resolve, in focus (where it takes the most parts: what
     is out of focus has less fine detail) and up to half a dioptre to either side.
@@ -298,22 +298,22 @@ def wavelengths_needed(light: Light, pupil_diameter: float, chromatic_scale: flo
 
 
 HIGHEST_CPD, FREQUENCIES = 60.0, 60
-"""Highest frequency (cycles per degree) that people resolve, and the number of frequencies that are compared."""
+"""Highest frequency (cycles per degree) that people resolve, and the number of frequencies compared."""
 
 DEFOCI: NDArray[np.float64] = np.array([[-0.5], [-0.2], [0.0], [0.2], [0.5]])
-"""Defocus (D) at which numbers of wavelengths are compared."""
+"""Defoci (D) at which numbers of wavelengths are compared."""
 
 SHIFTS = np.linspace(0, 1, 65)[:-1]
-"""Frequencies over the cut-off at which the table is worked out."""
+"""Frequencies of the table's rows, over the cut-off."""
 
 PHASE_STEP = 0.05
-"""Radians of phase from one column of the table to the next."""
+"""Spacing of the table's columns, in radians of phase."""
 
 
 def _wave_transfer(
     frequency: NDArray[np.float64], defocus: NDArray[np.float64], pupil_diameter: float, wavelength_nm: float
 ) -> NDArray[np.float64]:
-    """`optical_transfer`, of arrays of frequencies (cycles per radian) and of defocus, off a table."""
+    """Interpolate `optical_transfer` from a table, for arrays of frequencies (cycles per radian) and defocus (D)."""
     s = np.radians(frequency) / cutoff_cpd(pupil_diameter, wavelength_nm)
     phase = np.pi * pupil_diameter * defocus * frequency * np.clip(1 - s, 0, None)
     table = _table(float(2 ** np.ceil(np.log2(phase.max(initial=16.0)))))
@@ -323,7 +323,7 @@ def _wave_transfer(
 
 
 def _in_focus(s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Transfer of a pupil in focus at the share `s` of its cut-off."""
+    """Return the transfer of a pupil in focus at the share `s` of its cut-off."""
     s = np.minimum(s, 1)
     focused: NDArray[np.float64] = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
     return focused
@@ -331,7 +331,7 @@ def _in_focus(s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=4)
 def _table(largest: float) -> NDArray[np.float64]:
-    """Transfer over that in focus, by frequency (SHIFTS) and by the phase at the pupil's rim, up to `largest`."""
+    """Return the transfer over that in focus, by frequency (SHIFTS) and phase at the pupil's rim (to `largest`)."""
     nodes, weights = panels(largest)
     span = np.arccos(SHIFTS)[:, None]
     angle = span * nodes

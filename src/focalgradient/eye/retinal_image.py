@@ -1,4 +1,4 @@
-"""The retinal image of a picture in colour: each wavelength of a display's light in its own focus."""
+"""Retinal image of a colour picture: each wavelength of a display's light in its own focus."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from focalgradient.progress import Progress
 __all__ = ["caught_by_cones", "parts_needed", "retinal_image"]
 
 CLASSES: tuple[Band, ...] = ("L", "M", "S")
-"""Classes of cones."""
+"""Cone classes."""
 
 
 def retinal_image(
@@ -33,7 +33,7 @@ def retinal_image(
     basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.float32]:
-    """What a display shows, as it lies on the retina of an eye: light that gives each cone what the blurred light does.
+    """Return the retinal image of a picture on a display, as display light that gives each cone the same catch.
 
     What each class of cones (Stockman and Sharpe 2000) catches of each of the display's primaries is cut into parts of
     equal width in focus, each blurred in the mean focus of its light, by waves (`band_picture`, as in `band_views`).
@@ -107,7 +107,7 @@ def caught_by_cones(
     basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What L, M and S cones catch of the `retinal_image` (H x W x 3), and of each primary (primaries x cones)."""
+    """Return L, M and S catches of the `retinal_image` (H x W x 3) and of each primary (primaries x cones)."""
     image = np.asarray(picture, dtype=float)
     if image.ndim != 3 or image.shape[2] != 3:
         raise InputError(f"picture has shape {image.shape}, but must be H x W x 3: linear red, green and blue.")
@@ -132,7 +132,7 @@ def parts_needed(
     primaries: str = PRIMARIES,
     basis: SpectralBasis | None = None,
 ) -> int:
-    """Return the number of parts of each light that leave a step from black to white right to 0.01 of white.
+    """Return the number of parts of each light with which a step from black to white is right to 0.01 of white.
 
     A step at the nearest and at the farthest distance, and in focus where that lies between, is blurred with ever more
     parts, until it agrees with 41.
@@ -149,12 +149,12 @@ def parts_needed(
 
 
 def _basis(basis: SpectralBasis | None, primaries: str) -> SpectralBasis:
-    """The spectra given, or a display's."""
+    """Return the given spectra, or those of a display."""
     return SpectralBasis.of_display(primaries) if basis is None else basis
 
 
 def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, basis: SpectralBasis) -> NDArray[np.float64]:
-    """A step from black to white at each vergence: red, green and blue of its retinal image (levels x 3 x pixels)."""
+    """Return the retinal image of a step from black to white at each vergence: levels x 3 x pixels."""
     caught = np.stack([basis.catch(band) for band in CLASSES])  # class x primary
     # Two dioptres more than the widest are what light of other wavelengths is out of focus by.
     widest = max(abs(level - eye.focus_vergence) for level in levels) + 2

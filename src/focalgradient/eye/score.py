@@ -1,4 +1,4 @@
-"""How well an eye sees depth around what it fixates: errors in dioptres, and whether the side of focus is right."""
+"""Scores of an eye's depth about its fixation: errors in dioptres, and whether the side of focus is right."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 __all__ = ["CLEAR", "score"]
 
 CLEAR = 0.1
-"""Dioptres from fixation beyond which the side of focus counts."""
+"""Minimum distance from fixation in dioptres at which the side of focus is scored."""
 
 
 def score(

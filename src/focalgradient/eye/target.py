@@ -1,6 +1,6 @@
-"""What an accommodating eye looks at: a textured target at one vergence, and the patch of retina that it falls on.
+"""Target of an accommodating eye: a textured plane at one vergence, and the patch of retina that it falls on.
 
-The texture goes on at the opposite side as a wallpaper's does, so that a small patch holds all that blur reaches.
+The texture is periodic, so that a small patch contains everything that blur reaches.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ __all__ = ["BandOptics", "Target"]
 
 
 class BandOptics(Optics, Protocol):
-    """Optics of one waveband that know their transfer, as `Cones` do."""
+    """Optics of one waveband with a known transfer, such as `Cones`."""
 
     @property
     def light(self) -> str:
         """Name of the waveband: see `focalgradient.optics.Optics`."""
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
-        """Return the transfer of round blur: see `focalgradient.optics.own_blur`."""
+        """Return the transfer of isotropic blur: see `focalgradient.optics.own_blur`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A target's texture: natural (amplitude falls as 1 / frequency), or a part of that.
+    """Texture of a target: natural (amplitude falls as 1 / frequency), or part of its spectrum.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Target:
         seen_as: Sequence[BandOptics] | None = None,
         shown: Sequence[NDArray[np.float64]] | None = None,
     ) -> list[View]:
-        """What each of the `cones` makes of the target at `vergence` (D), with the mean light 1.
+        """Return the view of each of the `cones` of the target at `vergence` (D), with a mean of 1.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Target:
 
     @property
     def frequency(self) -> NDArray[np.float64]:
-        """Cycles per radian of the patch's half spectrum."""
+        """Frequencies in cycles per radian of the patch's half spectrum."""
         down, right = np.fft.fftfreq(self.shape[0])[:, None], np.fft.rfftfreq(self.shape[1])
         return np.asarray(np.hypot(down, right) / self.pixel_angle)
 
@@ -143,7 +143,7 @@ class Target:
 
 @lru_cache(maxsize=64)
 def _field(shape: tuple[int, int], texture: int, part: int) -> NDArray[np.complex128]:
-    """Half spectrum of a natural texture of standard deviation 1; deterministic in its numbers."""
+    """Return the half spectrum of a natural texture with a standard deviation of 1; deterministic in its arguments."""
     radial = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
     radial[0, 0] = np.inf
     white = np.random.default_rng([7919, texture, part]).standard_normal(shape)

@@ -1,8 +1,8 @@
-"""The transfer of an aberrated pupil through focus: at many defoci for the work of one.
+"""Transfer of an aberrated pupil through focus: all defoci from one ambiguity function.
 
-Two copies of the pupil, moved against each other, differ in the phase of defocus by a multiple of the place along the
-move alone. So the light that meets is summed across the move once, and along it for every defocus: the ambiguity
-function of the pupil (Brenner, Lohmann & Ojeda-Castaneda 1983, "The ambiguity function as a polar display of the OTF").
+Between two shifted copies of the pupil, defocus changes the phase by a multiple of the position along the shift alone.
+So the overlap is summed across the shift once, and along it for every defocus: the ambiguity function of the pupil
+(Brenner, Lohmann & Ojeda-Castaneda 1983, "The ambiguity function as a polar display of the OTF").
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from focalgradient.eye.wavefront import Pupil
 __all__ = ["through_focus"]
 
 TABLE = 256
-"""Steps a radius of the table of the wavefront, read by linear interpolation: right to 1e-3 rad for natural eyes."""
+"""Samples per radius of the table of the wavefront, interpolated linearly: accurate to 1e-3 rad for natural eyes."""
 
 
 def through_focus(
     down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil, defocus: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
-    """Transfer at frequencies in cycles per radian (one shape), for each `defocus` (D) on top of the pupil's own.
+    """Return the transfer at frequencies in cycles per radian (one shape), for each added `defocus` (D).
 
     Returns an array of len(defocus) x the frequencies' shape; right to 1e-3 of `pupil_transfer_of` for natural eyes and
     strong astigmatism.
@@ -69,14 +69,14 @@ def _order(least: float) -> int:
 
 
 def _wavefront_table(pupil: Pupil) -> NDArray[np.float64]:
-    """Phase in radians on a lattice that covers the unit disc."""
+    """Return the phase in radians on a lattice over the unit disc."""
     place = np.arange(-TABLE - 1, TABLE + 3) / TABLE
     return pupil.phase(place + 1j * place[:, None])
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 def _phase(table, x, y):  # type: ignore[no-untyped-def]
-    """The table's phase at a place in the unit disc."""
+    """Interpolate the table's phase at a place in the unit disc."""
     column, row = (x + 1) * TABLE + 1, (y + 1) * TABLE + 1
     i, j = int(row), int(column)
     down, right = row - i, column - j

@@ -1,10 +1,10 @@
-"""Depth as a running estimate: what successive moments show of a target that may move, brought together in dioptres.
+"""Running estimate of depth: successive views of one target that may move, combined in dioptres.
 
-The state is the target's vergence and its velocity, and the estimate their posterior distribution, carried by weighted
-samples (a particle filter). From moment to moment they move as the target may have (`Motion`). Within one fixation the
-texture stays, so that all of its views are compared together; each sample then has the vergence that the target had at
-each of the fixation's moments, and its weight is the likelihood of all views given that path, which the depth core
-gives. From one fixation to the next only vergence and velocity go on.
+The state is the target's vergence and its velocity, and the estimate their posterior distribution, represented by
+weighted samples (a particle filter). Between moments the samples move as the target may have moved (`Motion`). Within
+one fixation the texture stays the same, so that all of its views are compared with each other; each sample then has the
+vergence that the target had at each of the fixation's moments, and its weight is the likelihood of all views given that
+path, which the depth core computes. From one fixation to the next only vergence and velocity are carried over.
 """
 
 from __future__ import annotations
@@ -27,28 +27,29 @@ __all__ = ["Motion", "Track", "Tracker", "track"]
 FloatArray = NDArray[np.float64]
 
 GRID: FloatArray = np.asarray(np.arange(-1.0, 8.0001, 0.08), dtype=np.float64)
-"""Vergences in dioptres about which a target is searched after a jump, and the range of samples; those below 0
-lie beyond infinity, which only lenses reach."""
+"""Vergences in dioptres at which a target is searched after a jump, and the range of samples; negative ones lie beyond
+infinity, which only lenses reach."""
 
 SAMPLES = 400
-"""Samples of the posterior: with 800 the errors are the same to their own standard error (measured on sines)."""
+"""Number of samples of the posterior: with 800 the errors agree within their standard error (measured on sines)."""
 
 JUMPING = 0.15
-"""Share of the samples that try a jump at each moment, weighted by how seldom jumps are: a choice."""
+"""Share of the samples that propose a jump at each moment, weighted by the rarity of jumps: a choice."""
 
 IMPOSSIBLE = 1e-6
-"""Least probability of a jump, and of a place to jump to: a choice, far below anything expected."""
+"""Minimum probability of a jump, and of its destination: a choice, far below anything expected."""
 
 FEWEST = 0.5
-"""Effective share of the samples below which they are drawn anew (a common choice for particle filters)."""
+"""Effective share of the samples below which they are resampled (a common choice for particle filters)."""
 
 KERNEL = 0.1
-"""Width over the posterior's of the kernel by which equal samples part, mean and variance kept (Liu & West 2001)."""
+"""Width, over the posterior's, of the kernel that separates equal samples; mean and variance are kept (Liu & West
+2001)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Where a target is expected, and how it is expected to move.
+    """Prior of a target's position and motion.
 
     Parameters
     ----------
@@ -86,14 +87,14 @@ class Motion:
         check_number("persistence", self.persistence, "seconds", positive=True)
 
     def expected(self, vergences: FloatArray) -> FloatArray:
-        """Probability of each of `vergences` before anything is seen."""
+        """Return the prior probability of each of `vergences`."""
         found = np.exp(-((vergences - self.rest) ** 2) / (2 * self.spread**2))
         return found / found.sum()
 
     def after(
         self, vergence: FloatArray, velocity: FloatArray, seconds: float, random: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
-        """Vergence and velocity of samples after `seconds` without a jump: an integrated Ornstein-Uhlenbeck process.
+        """Return vergence and velocity after `seconds` without a jump: an integrated Ornstein-Uhlenbeck process.
 
         Mean and covariance of a step are exact (Gillespie 1996, Phys. Rev. E 54, 2084) but for the pull to `rest`,
         which keeps the distribution after a long time that of `expected`.
@@ -110,7 +111,7 @@ class Motion:
         return pulled, kept * velocity + math.sqrt(turned) * first
 
     def _pull(self) -> float:
-        """Rate (1/s) at which vergence is drawn to `rest`, for its standard deviation to stay `spread`.
+        """Return the rate (1/s) of the pull to `rest` that keeps the standard deviation at `spread`.
 
         With rate k it is drift^2 / (2 k) + speed^2 tau / (k (1 + k tau)), the variance in the long run.
         """
@@ -121,7 +122,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """A running estimate: at each of `times` (s) the vergence and its standard deviation (D)."""
+    """Running estimate: vergence and standard deviation (D) at each of `times` (s)."""
 
     times: FloatArray
     vergence: FloatArray
@@ -130,7 +131,7 @@ class Track:
 
 @dataclass(slots=True)
 class Tracker:
-    """The posterior of one target's vergence, updated moment by moment; see `track`."""
+    """Posterior of one target's vergence, updated at each moment; see `track`."""
 
     noise: float
     correlation: float = 1.0
@@ -153,14 +154,14 @@ class Tracker:
         self.start(self.motion.rest, self.motion.spread)
 
     def start(self, vergence: float, sd: float) -> None:
-        """Begin with a normal distribution of this mean and standard deviation (D)."""
+        """Initialise with a normal distribution of this mean and standard deviation (D)."""
         deviates = self._random.permutation(ndtri((np.arange(self.samples) + 0.5) / self.samples))
         self._vergence = np.clip(vergence + sd * deviates, GRID[0], GRID[-1])
         self._velocity = self.motion.speed * self._random.standard_normal(self.samples)
         self._log, self._counted = np.zeros(self.samples), np.zeros(self.samples)
 
     def update(self, time: float, views: Sequence[View], fixation: int) -> tuple[float, float]:
-        """Take in what is seen at `time` (s) within a `fixation`; the posterior mean and sd (D)."""
+        """Update with the views at `time` (s) within a `fixation`; return the posterior mean and SD (D)."""
         unseen = 0.0 if self._last is None else time - self._last
         now, self._velocity = self.motion.after(self._vergence, self._velocity, unseen, self._random)
         self._vergence, self._last = np.clip(now, GRID[0], GRID[-1]), time
@@ -181,7 +182,7 @@ class Tracker:
 
     @property
     def estimate(self) -> tuple[float, float]:
-        """Posterior mean and standard deviation (D)."""
+        """Return the posterior mean and standard deviation (D)."""
         weights = self._weights()
         mean = float(weights @ self._vergence)
         variance = float(weights @ (self._vergence - mean) ** 2)
@@ -197,7 +198,7 @@ class Tracker:
         )
 
     def _jump(self, views: Sequence[View], often: float) -> None:
-        """Let some samples jump to where this moment's `views` alone place the target, weighted by how `often` it does.
+        """Propose jumps of some samples to where the present `views` alone place the target, by the rate of jumps.
 
         Neither is a jump ever impossible, nor any place: where nothing was expected, something may be.
         """
@@ -215,7 +216,7 @@ class Tracker:
         self._log = self._log + change
 
     def _resample(self, weights: FloatArray) -> None:
-        """Draw as many samples anew by their weights; equal ones part by a kernel."""
+        """Resample by weight; equal samples are separated by a kernel."""
         places = (np.arange(self.samples) + self._random.random()) / self.samples
         drawn = np.searchsorted(np.cumsum(weights), places).clip(0, self.samples - 1)
         state = np.column_stack([self._vergence, self._velocity])
@@ -244,7 +245,7 @@ def track(
     wraps: bool = False,
     progress: Progress | None = None,
 ) -> Track:
-    """Depth of one target as a running estimate over a series of views, such as 10 s of an eye's.
+    """Estimate the depth of one target over a series of views, such as 10 s of an eye's.
 
     Parameters
     ----------

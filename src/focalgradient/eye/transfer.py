@@ -1,7 +1,7 @@
-"""Blur of an eye or a lens, as a filter and as a point spread, in one wavelength or in the sum of many.
+"""Blur of an eye or a lens as a transfer function and as a point spread, in one wavelength or many.
 
 Frequencies are in cycles per radian, as in the optics' own `transfer`; vergence is in dioptres. ``"disc"`` is geometric
-optics, ``"gaussian"`` the paper's stand-in for it; ``"wave"`` has diffraction, and an eye's aberrations.
+optics, ``"gaussian"`` the paper's approximation of it; ``"wave"`` includes diffraction and an eye's aberrations.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from focalgradient.psf import Psf, psf_of
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "geometric_shape", "in_light", "point_spread"]
 
 BlurName = str
-"""``"wave"``, the waves of the pupil itself, or by geometric optics the name of a shape of blur."""
+"""Blur model: ``"wave"``, the waves of the pupil, or the name of a shape of geometric optics."""
 
 WAVES = ("wave",)
-"""Names of what is no shape of geometric optics."""
+"""Names that are not shapes of geometric optics."""
 
 LENS_NM = 555.0
-"""Wavelength in nm in which a lens is taken to be used where none is given: the peak of luminosity by day."""
+"""Default wavelength of a lens in nm: the peak of photopic luminosity."""
 
 _UNIT = "cycles per radian"
 
@@ -46,7 +46,7 @@ def blur_transfer(
     wavelength_nm: float | None = None,
     light: Light | None = None,
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
-    """Transfer of the blur that an eye or a lens gives to points at `vergence`.
+    """Return the transfer function of an eye or a lens for points at `vergence` (D).
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def point_spread(
     wavelength_nm: float | None = None,
     light: Light | None = None,
 ) -> NDArray[np.float64]:
-    """Light that an eye or a lens spreads of a point at `vergence`, with diffraction and aberrations.
+    """Return the point spread of an eye or a lens for a point at `vergence` (D), with diffraction and aberrations.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def point_spread(
 
 
 def geometric_shape(model: Psf | BlurName, k: float | None = None) -> Psf | None:
-    """Return the shape of blur that `model` is by geometric optics; None where it is the pupil's own waves.
+    """Return the geometric blur shape named `model`; None for the pupil's waves.
 
     >>> geometric_shape("gaussian"), geometric_shape("wave")
     (Gaussian(k=0.5), None)
@@ -161,7 +161,7 @@ def geometric_shape(model: Psf | BlurName, k: float | None = None) -> Psf | None
 
 
 def in_light(optics: Optics, wavelength_nm: float | None, light: Light | None) -> Iterator[tuple[Optics, float, float]]:
-    """The optics in each wavelength (nm), and the wavelength's share: an eye changes its focus with it."""
+    """Return the optics in each wavelength (nm), and the wavelength's share: an eye's focus depends on it."""
     if light is not None:
         if wavelength_nm is not None:
             raise InputError("wavelength_nm and light are both given, but either states the light: leave out one.")
@@ -184,7 +184,7 @@ def _one_transfer(
     vergence: float,
     shape: Psf | None,
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
-    """The transfer in one wavelength."""
+    """Return the transfer in one wavelength."""
     radius = abs(optics.focus_vergence - vergence) * optics.aperture_diameter / 2
     if shape is not None:
         upright = shape.optical_transfer(down, right, radius)
@@ -196,7 +196,7 @@ def _one_transfer(
 
 
 def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
-    """The pupil of an eye or a lens, in one wavelength."""
+    """Return the pupil of an eye or a lens in one wavelength."""
     if not 0 < optics.aperture_diameter < math.inf:
         raise InputError(
             "optics are a pinhole, whose diffraction has no bound: give an aperture, or take the model 'disc'."
@@ -208,6 +208,6 @@ def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
 
 
 def _no_light(wavelength_nm: float | None, light: Light | None) -> None:
-    """Refuse a light for optics that have their own."""
+    """Raise `InputError` if a light is given for optics that have their own."""
     if wavelength_nm is not None or light is not None:
         raise InputError("optics have light of their own, but wavelength_nm or light is given too: leave it out.")

@@ -1,6 +1,6 @@
-"""The two eyes of a person: where they stand, what each is focused on, and what lies at one place for both.
+"""The two eyes of a person: position, focus, and disparity of points.
 
-Both eyes accommodate alike, whatever each would need (consensual accommodation), and their aberrations are mirror
+Both eyes accommodate equally, whatever each would need (consensual accommodation), and their aberrations are mirror
 images of each other on average (Porter, Guirao, Cox & Williams 2001, J. Opt. Soc. Am. A 18, 1793). Views are made by
 `focalgradient.stereo`, each through the optics of its eye.
 """
@@ -22,12 +22,12 @@ __all__ = ["TwoEyes"]
 FloatArray = NDArray[np.float64]
 
 INTEROCULAR = 0.063
-"""Metres between the eyes of adults: the mean of Dodgson (2004), Proc. SPIE 5291, 36."""
+"""Interocular distance of adults in metres: the mean of Dodgson (2004), Proc. SPIE 5291, 36."""
 
 
 @dataclass(frozen=True, slots=True)
 class TwoEyes:
-    """A left and a right eye.
+    """Left and right eye of a person.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class TwoEyes:
 
     @classmethod
     def of(cls, right: Eye, *, interocular: float = INTEROCULAR) -> TwoEyes:
-        """Two eyes of which the left one is the mirror image of the `right`."""
+        """Return two eyes, the left one the mirror image of the `right`."""
         check_kind("right", right, Eye, "give Eye(pupil_diameter, accommodation)")
         return cls(right.mirrored(), right, interocular)
 
@@ -79,7 +79,7 @@ class TwoEyes:
         pupil_diameter: float | None = None,
         interocular: float = INTEROCULAR,
     ) -> TwoEyes:
-        """Two eyes of a prescription each, which accommodate alike: as far as the eye does that needs less.
+        """Return two eyes with a prescription each, which accommodate equally: by the smaller response needed.
 
         Parameters
         ----------
@@ -116,11 +116,11 @@ class TwoEyes:
         return replace(self, left=left, right=right)
 
     def convergence(self, vergence: ArrayLike) -> FloatArray:
-        """Angle in radians between the lines of sight to a point straight ahead at each `vergence` (D, any shape)."""
+        """Return the convergence angle (rad) for a point straight ahead at each `vergence` (D, any shape)."""
         return np.asarray(2 * np.arctan(self.interocular * check_finite("vergence", vergence, "dioptres") / 2))
 
     def disparity(self, vergence: ArrayLike, fixated: float) -> FloatArray:
-        """Absolute disparity in radians of points straight ahead at each `vergence` (D, any shape).
+        """Return the absolute disparity (rad) of points straight ahead at each `vergence` (D, any shape).
 
         Convergence on the point less that on what is `fixated` (D): positive for nearer points.
         """

@@ -1,4 +1,4 @@
-"""The aberrations of a typical eye: magnitudes as published of healthy adults."""
+"""Typical aberrations: mean magnitudes published for healthy adults."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from focalgradient.eye.wavefront import Aberrations
 __all__ = ["typical_aberrations"]
 
 MEASURED = 0.006
-"""Metres: the pupil of `MAGNITUDES`."""
+"""Diameter in metres of the pupil of `MAGNITUDES`."""
 
 MAGNITUDES: Aberrations = ((3, -1, 0.14), (3, -3, 0.11), (4, 0, 0.13))
-"""Micrometres: mean absolute coefficients of the three greatest modes over 6 mm at 550 nm, coma, trefoil and spherical
+"""Mean absolute coefficients (um) of the three largest modes over 6 mm at 550 nm, coma, trefoil and spherical
 aberration, of 2560 eyes (Salmon & van de Pol 2006, "Normal-eye Zernike coefficients and root-mean-square wavefront
-errors", J. Cataract Refract. Surg. 32, 2064; read from the abstract). Spherical aberration is positive on average, and
-the others are of either sign (Thibos, Hong, Bradley & Cheng 2002, J. Opt. Soc. Am. A 19, 2329): upright and positive
+errors", J. Cataract Refract. Surg. 32, 2064; taken from the abstract). Spherical aberration is positive on average, and
+the others are of either sign (Thibos, Hong, Bradley & Cheng 2002, J. Opt. Soc. Am. A 19, 2329): vertical and positive
 here, a choice."""
 
 
 def typical_aberrations(pupil_diameter: float) -> Aberrations:
-    """Zernike terms (n, m, micrometres) of an eye whose greatest aberrations have the mean size of 2560 healthy eyes.
+    """Return the largest Zernike terms (n, m, micrometres) of healthy eyes, with their mean magnitudes.
 
     Coma 0.14, trefoil 0.11 and spherical aberration 0.13 micrometres over 6 mm. Together they have 0.22 micrometres,
     root mean square; all aberrations of the third order and above have 0.33 in the same eyes on average.

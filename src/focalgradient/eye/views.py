@@ -1,8 +1,7 @@
-"""The views that an eye has by nature: two by colour, and many in time.
+"""Natural views of an eye: two by colour, and many over time.
 
-Each is a view like any other, and carries as optics the cones that saw it. Walls, pictures and scenes are seen by
-waves, with diffraction; a scene also by rays, through every wavelength of a band on its own, where the cones' model is
-geometric.
+Each is a `View` whose optics are the cones that saw it. Walls, pictures and scenes are blurred by waves, with
+diffraction; scenes also by rays, in each wavelength of a band, where the blur model of the cones is geometric.
 """
 
 from __future__ import annotations
@@ -32,19 +31,19 @@ from focalgradient.view import View
 __all__ = ["accommodation_views", "band_views", "cone_catches", "eye_views"]
 
 SKIRT = 64
-"""Pixels to which a point spread is followed, beyond four radii of its disc, where a pupil is not clear."""
+"""Extent of a point spread in pixels beyond four radii of its disc, where a pupil is not clear."""
 
 PINHOLE_SHARE = 4
-"""Rays through a whole pupil for one through a pinhole: those sample the square of a pixel only. Our choice."""
+"""Rays through a full pupil per ray through a pinhole, which samples the square of a pixel only. Our choice."""
 
 CONTRAST = 0.2
 """Standard deviation over mean of a wall's texture. Our choice."""
 
 CONES = 3
-"""Classes of cones: as many components of a basis can be distinguished."""
+"""Number of cone classes: the number of components of a basis that can be distinguished."""
 
 SceneInput = Scene | float | tuple[ArrayLike | SpectralPicture, ArrayLike]
-"""A scene, the distance of a wall, or a picture with the distance of each of its pixels."""
+"""Scene, distance of a wall, or picture with the distance of each pixel."""
 
 
 def band_views(
@@ -64,7 +63,7 @@ def band_views(
     colours: LocalColours | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
-    """What the L and M cones together, and what the S cones see at one moment.
+    """Return the views of the L and M cones together and of the S cones, at one moment.
 
     Parameters
     ----------
@@ -150,7 +149,7 @@ def accommodation_views(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
-    """What the L and M cones see at the moments `times` (s, in order) in the time `course` of its accommodation.
+    """Return the views of the L and M cones at `times` (s, in order) of a time `course` of accommodation.
 
     Two views a quarter of a second apart are extremes of the paper's oscillation at 2 Hz; the whole series may be
     given to `recover_depth` as well. The other parameters are those of `band_views`.
@@ -195,7 +194,7 @@ def eye_views(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
-    """What each of the `cones` sees; those of another light than the first's see textures of some `correlation`.
+    """Return the view of each of the `cones`; the textures of different lights have this `correlation`.
 
     Parameters are those of `band_views`; and `executor`, which forms the views: they do not depend on it, and None is
     this process.
@@ -248,7 +247,7 @@ def cone_catches(
     noise: float | Photons = 0.0,
     seed: int = 0,
 ) -> NDArray[np.float64]:
-    """Return what L, M and S cones catch of a picture of known depth through an eye (H x W x 3, of white 1).
+    """Return the catches of L, M and S cones of a picture of known depth (H x W x 3, relative to white).
 
     Parameters are those of `band_views`. It is what `estimate_colours` needs.
 
@@ -272,7 +271,7 @@ def _colours(
     noise: float | Photons,
     seed: int,
 ) -> LocalColours:
-    """The colours of a picture as an eye that knows the light sees them."""
+    """Return the colours of a picture for an eye that knows the light."""
     if picture.basis.components == 1:
         return LocalColours.known(picture.basis, [1.0], picture.shape)
     basis = picture.basis if picture.basis.components == CONES else SpectralBasis.of_srgb()
@@ -282,7 +281,7 @@ def _colours(
 
 @dataclass(frozen=True, slots=True)
 class _Formed:
-    """What a view is formed from; `number` is its place among the views, which its noise depends on."""
+    """Source of a view; `number` is its index among the views, which its noise depends on."""
 
     scene: SceneInput
     cones: Cones
@@ -308,13 +307,13 @@ def _formed(of: _Formed) -> Rendered:
 
 
 def _check_eye(eye: object) -> None:
-    """Refuse what is no eye, such as a lens: it has no colours."""
+    """Raise `InputError` unless `eye` is an `Eye`: a lens has no colours."""
     if not isinstance(eye, Eye):
         raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
 
 
 def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]) -> None:
-    """Refuse what is no scene, wall or picture, and textures mixed with those that a picture does not have."""
+    """Raise `InputError` for an unknown kind of scene, or for textures mixed with a picture."""
     if not isinstance(scene, tuple):
         if isinstance(scene, Scene) or (is_number(scene) and scene > 0):  # type: ignore[operator]
             return
@@ -337,7 +336,7 @@ def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]
 def _of_picture(
     scene: tuple[ArrayLike | SpectralPicture, ArrayLike], cones: Cones, pixel_angle: float
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
-    """A picture with its depth, as the cones of a band catch it, each distance blurred by waves."""
+    """Return a picture of known depth as caught by the cones of a band, blurred by waves at each distance."""
     picture, distance = scene[0], np.asarray(scene[1], dtype=float)
     if isinstance(picture, SpectralPicture) or np.ndim(picture) == 3:
         seen = band_picture(
@@ -362,7 +361,7 @@ def _by_rays(
     samples: int,
     seed: int,
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
-    """The scene by rays; its textures are mixed with others, and what is left to a whole is without texture."""
+    """Return the scene by rays; its textures are mixed with others, and the remainder has no texture."""
     parts = _parts(scene, mix)
     image = np.zeros(shape)
     for weight, painted in parts:
@@ -384,7 +383,7 @@ def _scene_by_waves(
     samples: int,
     seed: int,
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
-    """The scene blurred by waves: a pinhole's picture of it, and what outlines hide, spread by the cones' own blur."""
+    """Return the scene blurred by waves: pinhole picture and occluded parts, spread by the cones' own blur."""
     image, distance = blur_scene(
         _parts(scene, mix), cones, shape, pixel_angle, samples=max(1, samples // PINHOLE_SHARE), seed=seed
     )
@@ -393,7 +392,7 @@ def _scene_by_waves(
 
 
 def _parts(scene: Scene, mix: tuple[float, float]) -> list[tuple[float, Scene]]:
-    """Weights and paintings of the scene: its textures, other ones, and what is left to a whole without texture."""
+    """Return weights and paintings of the scene: its textures, others, and an untextured remainder."""
     parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
     return [(weight, painted) for weight, painted in parts if abs(weight) > 1e-9]
 
@@ -404,7 +403,7 @@ def _check_depth(distance: NDArray[np.float64]) -> None:
 
 
 def _painted(scene: Scene, other: int, contrast: float) -> Scene:
-    """The scene with other textures, and their contrast by this factor."""
+    """Return the scene with other textures, and their contrast multiplied by this factor."""
     things = []
     for thing in scene.objects:
         if isinstance(thing, Mesh):
@@ -419,7 +418,7 @@ def _painted(scene: Scene, other: int, contrast: float) -> Scene:
 def _by_waves(
     distance: float, cones: Cones, shape: tuple[int, int], pixel_angle: float, mix: tuple[float, float], seed: int
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
-    """A wall with a natural texture, filtered by the cones' transfer; it is wider than the frame, and does not wrap."""
+    """Return a wall with a natural texture, filtered by the cones' transfer; it is wider than the frame."""
     side = int(2 ** math.ceil(math.log2(1.5 * max(shape))))
     down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
     radial = np.hypot(down, right)
@@ -440,14 +439,14 @@ def _by_waves(
 
 
 def _texture_stream(seed: int, part: int) -> np.random.Generator:
-    """The random numbers of a texture: other ones than a caller draws from the same seed for noise of its own."""
+    """Return the random stream of a texture, distinct from a caller's stream for noise of the same seed."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(part,)))
 
 
 def _whole_transfer(
     cones: Cones, side: int, pixel_angle: float, vergence: float
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
-    """Transfer of points at `vergence` (D) at the frequencies of a real image of `side` x `side` pixels.
+    """Return the transfer for points at `vergence` (D), at the frequencies of a real `side` x `side` image.
 
     Of a pupil that is not clear it is that of its point spread over as many pixels as it needs, or the whole frame.
     """
@@ -466,7 +465,7 @@ def _whole_transfer(
 def _filtered(
     image: NDArray[np.float64], pixel_angle: float, transfer: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 ) -> NDArray[np.float64]:
-    """The image filtered by a `transfer` of cycles per radian, mirrored at its rim."""
+    """Filter the image by a `transfer` of cycles per radian, mirrored at its borders."""
     around = min(64, *image.shape)
     wide = np.pad(image, around, mode="symmetric")
     radial = np.hypot(np.fft.fftfreq(wide.shape[0])[:, None], np.fft.rfftfreq(wide.shape[1]))

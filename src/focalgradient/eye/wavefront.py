@@ -1,9 +1,9 @@
-"""Wave optics of any pupil: Zernike aberrations and the Stiles-Crawford effect, beside diffraction and defocus.
+"""Wave optics of any pupil: diffraction, defocus, Zernike aberrations and the Stiles-Crawford effect.
 
 The wavefront is a sum of Zernike terms ``(n, m, micrometres)`` of the OSA standard, orthonormal over the pupil. Its
 sign: positive defocus (focus nearer than the object) is a positive c(2, 0), and a wavefront that rises towards positive
 x moves light to positive angles. As in the image, x goes to the right and y down, seen from behind the eye; tables of
-measured eyes, whose x and y are those of the examiner, are turned by `Eye.from_zernike`.
+measured eyes, whose x and y are those of the examiner, are converted by `Eye.from_zernike`.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ Aberrations = tuple[tuple[int, int, float], ...]
 """Zernike terms (n, m, coefficient in micrometres) of a wavefront over the whole pupil."""
 
 RIM_SAMPLES, PHASE_STEP = 128, 1.4
-"""Samples of the pupil a radius, at least, and radians of phase from one to the next, at most: with these the transfer
-differs from the quadrature by 3e-4 at most (`tests/eye/test_wavefront_grid.py`)."""
+"""Minimum number of samples of the pupil per radius, and maximum phase between them (rad): the transfer then differs
+from the quadrature by at most 3e-4 (`tests/eye/test_wavefront_grid.py`)."""
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
 
 def zernike_defocus(defocus: float, *, pupil_diameter: float) -> float:
-    """Zernike coefficient c(2, 0) in micrometres of a `defocus` in dioptres: D d^2 / (16 sqrt 3), d in mm.
+    """Return the Zernike coefficient c(2, 0) in micrometres of a `defocus` (D): D d^2 / (16 sqrt 3), d in mm.
 
     >>> round(zernike_defocus(1.0, pupil_diameter=0.004), 4)
     0.5774
@@ -63,7 +63,7 @@ def _defocus_term(defocus: float, diameter: float) -> float:
 
 
 def zernike(n: int, m: int, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-    """Zernike polynomial of radial order `n` and meridional frequency `m` at (x, y) in the unit disc; broadcasts.
+    """Return the Zernike polynomial of orders `n` (radial) and `m` (meridional) at (x, y) in the unit disc; broadcasts.
 
     Its mean square over the disc is 1. Negative `m` goes with the sine of the angle, counted from x towards y.
 
@@ -81,7 +81,7 @@ def zernike(n: int, m: int, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
 
 
 def radial_over_power(n: int, k: int, square: Any) -> Any:
-    """Zernike's radial polynomial R of orders n and k over rho^k, of the squared radius: rho^k goes with the angle."""
+    """Return Zernike's radial polynomial of orders n and k over rho^k, as a function of the squared radius."""
     half = (n - k) // 2
     return sum(
         (-1) ** s * math.comb(n - s, s) * math.comb(n - 2 * s, half - s) * square ** (half - s) for s in range(half + 1)
@@ -90,7 +90,7 @@ def radial_over_power(n: int, k: int, square: Any) -> Any:
 
 @cache
 def _radial_coefficients(n: int, k: int) -> NDArray[np.float64]:
-    """Coefficients of `radial_over_power` as a polynomial of the squared radius, the constant first."""
+    """Return the coefficients of `radial_over_power` by power of the squared radius, constant first."""
     return np.asarray(radial_over_power(n, k, Polynomial([0.0, 1.0])).coef, float)
 
 
@@ -104,7 +104,7 @@ def pupil_transfer(
     aberrations: Aberrations = (),
     stiles_crawford: float = 0.0,
 ) -> NDArray[np.complex128]:
-    """Transfer of an aberrated, apodised pupil: the autocorrelation of the pupil, by quadrature.
+    """Return the OTF of an aberrated, apodised pupil: its autocorrelation, by quadrature.
 
     For a clear pupil `focalgradient.eye.optical_transfer` is the same, and far quicker.
 
@@ -143,7 +143,7 @@ def pupil_transfer(
 
 
 def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil) -> NDArray[np.complex128]:
-    """`pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
+    """Return `pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
 
     On the grid of a picture's frequencies (a column and a row, all of them multiples of one step) it is by FFT of the
     sampled pupil: 5 to 60 times quicker, and right to 3e-4. Not where its samples, for a small step many, are more than
@@ -175,7 +175,7 @@ def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pup
 
 
 def _lattice_step(down: NDArray[np.float64], right: NDArray[np.float64]) -> float:
-    """The step of which a column and a row of frequencies, sixteen values at least, are multiples; 0 if none is."""
+    """Return the common step of a column and a row of frequencies (sixteen values at least); 0 if there is none."""
     if not (down.ndim == right.ndim == 2 and down.shape[1] == right.shape[0] == 1 and down.size + right.size >= 16):
         return 0.0
     values = np.abs(np.concatenate([down.ravel(), right.ravel()]))
@@ -184,7 +184,7 @@ def _lattice_step(down: NDArray[np.float64], right: NDArray[np.float64]) -> floa
 
 
 def _sampling(step: float, pupil: Pupil) -> tuple[int, float]:
-    """Samples of the pupil for a step of frequency (cycles per radian), and how far apart they are (radii).
+    """Return the number of samples of the pupil for a frequency step (cycles per radian), and their spacing (radii).
 
     The step moves the pupil against itself by 2 x step x wavelength / diameter of its radius; the samples divide that.
     """
@@ -196,7 +196,7 @@ def _sampling(step: float, pupil: Pupil) -> tuple[int, float]:
 def _transfer_by_fft(
     rows: NDArray[np.float64], columns: NDArray[np.float64], step: float, pupil: Pupil
 ) -> NDArray[np.complex128]:
-    """Transfer at `rows` x `columns` multiples of a frequency (cycles per radian): the pupil's autocorrelation.
+    """Return the OTF at `rows` x `columns` multiples of a frequency (cycles per radian), by FFT of the pupil.
 
     Samples on the rim count by the share of them that lies within.
     """
@@ -222,7 +222,7 @@ def _transfer_by_fft(
 
 
 def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArray[np.float64]:
-    """Point spread of a pupil on a grid of angles (rad): the square of the diffraction integral.
+    """Return the point spread of a pupil on a grid of angles (rad): the squared diffraction integral.
 
     M x N for M rows `angle_y` and N columns `angle_x`: light per steradian, as a share of all the light.
     `focalgradient.eye.point_spread` gives it for an eye or a lens.
@@ -245,7 +245,7 @@ def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArra
 
 
 def check_aberrations(aberrations: Aberrations) -> None:
-    """Refuse what is no sum of Zernike terms."""
+    """Raise `InputError` unless given Zernike terms."""
     for term in check_list("aberrations", aberrations, "Zernike terms (n, m, micrometres)"):
         if not (isinstance(term, tuple) and len(term) == 3):
             raise InputError(f"aberrations holds {term!r}, but each term must be a tuple (n, m, micrometres).")
@@ -254,7 +254,7 @@ def check_aberrations(aberrations: Aberrations) -> None:
 
 
 def is_term(n: int, m: int) -> bool:
-    """Whether there is a Zernike term of these orders here."""
+    """Whether a Zernike term of these orders exists and is supported."""
     return 0 <= abs(m) <= n <= 20 and (n - m) % 2 == 0
 
 
@@ -267,7 +267,7 @@ def _check_order(n: int, m: int) -> None:
 
 
 def share_of_light(diameter: float, stiles_crawford: float) -> float:
-    """Share of a pupil's light (m) that counts by the Stiles-Crawford effect, the mean of 10^(-rho r^2) over it.
+    """Return the effective share of a pupil's light (m) by the Stiles-Crawford effect, the mean of 10^(-rho r^2).
 
     >>> round(share_of_light(0.006, 0.05), 3)
     0.623
@@ -281,7 +281,7 @@ def _loss(diameter: float, stiles_crawford: float) -> float:
 
 
 class Pupil:
-    """The pupil as a function of place in the unit disc, a complex number x + i y."""
+    """Pupil as a function of position in the unit disc, a complex number x + i y."""
 
     def __init__(
         self,
@@ -303,19 +303,19 @@ class Pupil:
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre
         self.terms = [(n, m, waves * c) for n, m, c in terms if c]
         self.loss = _loss(diameter, stiles_crawford)
-        """Exponent by which light at the rim counts less."""
+        """Exponent of the Stiles-Crawford loss at the rim."""
         self.light = math.pi * share_of_light(diameter, stiles_crawford)
         self.steepness = self._steepest()
-        """Radians of phase per radius at its steepest place."""
+        """Maximum slope of the phase, in radians per radius."""
 
     def _steepest(self) -> float:
-        """Steepest slope of the phase, found on circles about the middle: terms are steepest towards the rim."""
+        """Return the steepest slope of the phase, found on circles about the centre: terms are steepest at the rim."""
         ring = np.exp(2j * np.pi * np.arange(96) / 96) * np.linspace(0.4, 1, 7)[:, None]
         slopes = [(self.phase(ring + step) - self.phase(ring - step)) / 2e-4 for step in (1e-4, 1e-4j)]
         return float(np.hypot(*slopes).max())
 
     def phase(self, place: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Phase in radians."""
+        """Return the phase in radians."""
         total = np.empty(place.size)
         _sum_of_terms(np.ascontiguousarray(place, np.complex128).ravel(), self._polynomials(), total)
         if self.lens is not None:
@@ -324,7 +324,7 @@ class Pupil:
         return total.reshape(place.shape)
 
     def _polynomials(self) -> NDArray[np.float64]:
-        """Radial polynomials by meridional frequency, of the cosine and of the sine, the constant first."""
+        """Return radial polynomials by meridional frequency, of cosine and sine, constant first."""
         highest = max((n for n, _, _ in self.terms), default=0)
         polynomials = np.zeros((1 + highest, 2, 1 + highest // 2))
         for n, m, radians in self.terms:
@@ -334,7 +334,7 @@ class Pupil:
         return polynomials
 
     def amplitude(self, place: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Amplitude and phase of the light."""
+        """Return amplitude and phase of the light as a complex number."""
         turn, light = self.phase(place), np.empty(np.shape(place), np.complex128)
         np.cos(turn, out=light.real)  # in a third of the time of exp(1j * turn)
         np.sin(turn, out=light.imag)
@@ -345,7 +345,7 @@ class Pupil:
 
 @njit(nogil=True, cache=True)
 def _sum_of_terms(place, polynomials, total):  # type: ignore[no-untyped-def]
-    """Phase at each `place`: radial polynomials of the squared radius, times the powers of the place."""
+    """Return the phase at each `place`: radial polynomials of the squared radius, times powers of the place."""
     frequencies = len(polynomials)
     for number in range(place.size):
         x, y = place[number].real, place[number].imag
@@ -362,5 +362,5 @@ def _sum_of_terms(place, polynomials, total):  # type: ignore[no-untyped-def]
 
 
 def _rule(order: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss-Legendre rule of this order or a little more."""
+    """Return the Gauss-Legendre rule of this order or slightly more."""
     return gauss(8 * math.ceil(order / 8))

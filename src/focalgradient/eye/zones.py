@@ -1,8 +1,8 @@
-"""Multifocal and extended-depth lenses: zones of the pupil of different powers, as of simultaneous-image lenses.
+"""Multifocal and extended-depth lenses: pupil zones of different power, as in simultaneous-image lenses.
 
-Each zone is a ring about the pupil's middle with a power of its own, added to the eye's. The wavefront is continuous,
-as of a refractive lens whose profile has no steps: in a zone of added power P it rises by P r dr. Many narrow zones
-whose power changes evenly are a lens of extended depth of focus.
+Each zone is a ring about the pupil's centre whose power is added to the eye's. The wavefront is continuous, as of a
+refractive lens whose profile has no steps: in a zone of added power P it rises by P r dr. Many narrow zones whose power
+changes evenly form a lens of extended depth of focus.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ZonedLens:
-    """A lens of zones, worn on the eye or in it.
+    """Lens with zones of different power, worn on the eye or implanted.
 
     Parameters
     ----------
@@ -66,12 +66,12 @@ class ZonedLens:
             )
 
     def power(self, radius: object) -> FloatArray:
-        """Added power in dioptres at a `radius` (m, any shape)."""
+        """Return the added power in dioptres at a `radius` (m, any shape)."""
         zone = np.searchsorted(np.asarray(self.diameters) / 2, np.asarray(radius, dtype=float))
         return np.asarray(np.asarray(self.additions)[np.minimum(zone, len(self.additions) - 1)])
 
     def wavefront(self, radius: object) -> FloatArray:
-        """Wavefront in micrometres at a `radius` (m, any shape), 0 in the middle: of the sign of the defocus term."""
+        """Return the wavefront (um) at a `radius` (m, any shape), 0 at the centre; sign as the defocus term."""
         r = np.asarray(radius, dtype=float)
         inner = np.concatenate([[0.0], np.asarray(self.diameters)[:-1] / 2])
         outer = np.concatenate([np.asarray(self.diameters)[:-1] / 2, [np.inf]])
