@@ -22,6 +22,7 @@ import estimators
 import eye_depth
 import eye_gaussian
 import eye_track
+import eyes
 import fig1
 import fig2
 import fig2_measured
@@ -71,6 +72,7 @@ FIGURES: tuple[
     ("scene", scene.make, 8.0),
     ("outlines", outlines.make, 120.0),
     ("motorcycle", motorcycle.make, 25.0),
+    ("eyes", eyes.make, 15.0),
     ("eye_gaussian", eye_gaussian.make, 10.0),
     ("eye_depth", eye_depth.make, 60.0),
     ("eye_track", eye_track.make, 25.0),
