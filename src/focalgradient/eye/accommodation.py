@@ -1,10 +1,9 @@
-"""The loop closed: an eye that focuses by its own estimate of depth, and by nothing else.
+"""Closed-loop accommodation: simulation of an eye that focuses by its own estimate of depth alone.
 
-At every moment the target, wherever it is, falls on a patch of retina through the eye's optics as they are; the depth
-core estimates the target's vergence from these views (`track`); and this estimate, after its latency, drives the lens
-(`Plant`). What the eye takes for granted is its own normal optics and its own state of accommodation. A `Stimulus` may
-differ from what it takes for granted: light of one wavelength, chromatic aberration neutralised or reversed, rendered
-blur.
+At every moment the target is imaged on a patch of retina by the eye's present optics; the depth core estimates the
+target's vergence from these views (`track`); and this estimate, after a latency, drives the lens (`Plant`). The
+estimator assumes the eye's own normal optics and knows its state of accommodation. A `Stimulus` may differ from this
+assumption: light of one wavelength, chromatic aberration neutralised or reversed, rendered blur.
 """
 
 from __future__ import annotations
