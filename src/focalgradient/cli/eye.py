@@ -112,7 +112,7 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     type=click.Choice(["bands", "oscillation", "both"]),
     default="bands",
     show_default=True,
-    help="What the L and M, and the S cones see at once; what the former see at two moments; or both.",
+    help="Views: bands, L and M cones and S cones at one moment; oscillation, L and M cones at two moments; or both.",
 )
 @click.option(
     "--amplitude",
@@ -121,13 +121,15 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     show_default=True,
     metavar="D",
     callback=positive(" of dioptres"),
-    help="Amplitude of the fluctuation of focus, from the mean to an extreme.",
+    help="Amplitude of the oscillation of focus, in dioptres: from the mean to an extreme.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Of scene and noise.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Random seed of scene and noise."
+)
 @click.option(
     "--accommodate",
     metavar="TARGET",
-    help="Instead of SCENE: let the eye focus a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
+    help="Instead of SCENE: the eye focuses a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
     "or sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.",
 )
 @click.option(
@@ -154,26 +156,24 @@ def eye(
     scheduler: str | None,
     **person: Any,
 ) -> None:
-    """See the depth of SCENE (spheres, slant, step or plane) as an eye could that has nothing but blur.
+    """See the depth of SCENE (spheres, slant, step or plane) as an eye could from blur alone.
 
     The scene is blurred by waves, with diffraction, in as many wavelengths for each cone class as the pupil needs (5 to
-    15), with 1 % noise; the S cones resolve 10 cycles a degree, and their texture correlates with the others' at 0.95.
-    Depth is then recovered from these views alone.
+    15), with 1 % noise. S cones resolve 10 cycles per degree, and their texture has a correlation of 0.95 with the
+    others'. Depth is then recovered from these views alone. Takes about 20 s on two cores.
 
-    Writes DIR/views.png (what is seen, true and recovered depth, error), DIR/focus.png (focus over time),
-    DIR/oscillation.mp4, DIR/depth.npz (distance, vergence, vergence_sd, valid) and DIR/summary.json.
+    Writes DIR/views.png (views, true and recovered depth, error), DIR/focus.png (focus over time), DIR/oscillation.mp4,
+    DIR/depth.npz (distance, vergence, vergence_sd, valid) and DIR/summary.json.
 
-    Takes about 20 s on two cores.
+    The eye can be a person's: --refraction "-2.00 -0.75 x 180" with or without --correction, --age 60, --luminance 10.
 
-    With --accommodate there is no SCENE, but a textured target: the eye focuses it by the estimate of its vergence that
-    the depth core makes of what falls on the retina, with two bands (--views bands), one band at several moments
-    (oscillation) or both. That writes DIR/course.csv (time, target, accommodation, estimate and its standard
-    deviation), DIR/course.png, DIR/retina.mp4 (what the retina gets, in colour) and DIR/summary.json, in
-    about 5 s for 10 s.
+    With --through-focus, no SCENE is given. Writes DIR/through_focus.png, DIR/through_focus.csv and DIR/summary.json,
+    in some seconds.
 
-    The eye may be a person's: --refraction "-2.00 -0.75 x 180" with or without --correction, --age 60, --luminance 10.
-
-    With --through-focus it writes DIR/through_focus.png and .csv, and DIR/summary.json, in some seconds.
+    With --accommodate, the eye focuses a textured target instead of a SCENE, by an estimate of its vergence from two
+    wavebands (--views bands), from one waveband at several moments (oscillation) or from both. Writes DIR/course.csv
+    (time, target, accommodation, estimate and its standard deviation), DIR/course.png, DIR/retina.mp4 (retinal image in
+    colour) and DIR/summary.json. 10 s of the course take about 5 s.
 
     \b
     Examples:
@@ -191,7 +191,7 @@ def eye(
             raise InputError("--accommodate and --through-focus are both given: leave out one.")
         if is_person(person) or illuminant != "D65":
             raise InputError(
-                "--accommodate lets a young eye without glasses look at a target by daylight: leave out --refraction, "
+                "--accommodate simulates a young eye without glasses in daylight: leave out --refraction, "
                 "--correction, --age, --luminance, --aberrations, --zones and --illuminant."
             )
         from focalgradient.cli.accommodate import accommodate as follow

@@ -31,32 +31,32 @@ _PERSON = [
     click.option(
         "--correction",
         type=click.Choice(CORRECTIONS),
-        help="What the eye of --refraction wears; the last two correct it wholly.  [default: none]",
+        help="Correction worn by the eye of --refraction; spectacles and contact-lens correct it fully.  [default: none]",
     ),
     click.option(
         "--age",
         type=float,
         metavar="YEARS",
         callback=positive(" of years", least=1, most=OLDEST),
-        help="Of the eye: how far it accommodates, and with --luminance its pupil.",
+        help="Age of the eye: sets its amplitude of accommodation, the density of its lens and, with --luminance, its pupil.",
     ),
     click.option(
         "--luminance",
         type=float,
         metavar="CD",
         callback=positive(" of cd/m^2"),
-        help="Instead of --pupil: the natural pupil of --age before 20 degrees of this luminance, in cd/m^2.",
+        help="Instead of --pupil: luminance of a field of 20 degrees in cd/m^2, which with --age sets the natural pupil.",
     ),
     click.option(
         "--aberrations",
         type=click.Choice(["typical"]),
-        help="Coma, trefoil and spherical aberration of their mean size in healthy eyes.  [default: none]",
+        help="Coma, trefoil and spherical aberration, each with its mean magnitude in healthy eyes.  [default: none]",
     ),
     click.option(
         "--zones",
         metavar="MM:D,...",
         callback=lambda context, option, given: _zones(given),
-        help="A multifocal lens in the eye, centre outwards: outer diameter and added power of each zone, as 2:2,8:0.",
+        help="Multifocal lens: outer diameter (mm) and added power (D) of each zone, from the centre outwards, as 2:2,8:0.",
     ),
 ]
 """Options that describe a person's eye."""
@@ -105,7 +105,7 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
     from focalgradient.eye.typical import MEASURED as LARGEST_TYPICAL
 
     if options["correction"] is not None and options["refraction"] is None:
-        raise InputError("--correction corrects the eye of --refraction: give that, too.")
+        raise InputError("--correction corrects the eye of --refraction: give --refraction as well.")
     if pupil_mm is not None:
         check_pupil(1e-3 * pupil_mm)
         warn_if_artificial(1e-3 * pupil_mm)
