@@ -31,21 +31,21 @@ _PERSON = [
     click.option(
         "--correction",
         type=click.Choice(CORRECTIONS),
-        help="Correction worn by the eye of --refraction; spectacles and contact-lens correct it fully.  [default: none]",
+        help="Correction worn by the eye of --refraction; both lenses correct it fully.  [default: none]",
     ),
     click.option(
         "--age",
         type=float,
         metavar="YEARS",
         callback=positive(" of years", least=1, most=OLDEST),
-        help="Age of the eye: sets its amplitude of accommodation, the density of its lens and, with --luminance, its pupil.",
+        help="Age: sets the amplitude of accommodation, the density of the lens and, with --luminance, the pupil.",
     ),
     click.option(
         "--luminance",
         type=float,
         metavar="CD",
         callback=positive(" of cd/m^2"),
-        help="Instead of --pupil: luminance of a field of 20 degrees in cd/m^2, which with --age sets the natural pupil.",
+        help="Instead of --pupil: luminance (cd/m^2) of a field of 20 degrees, which with --age sets the pupil.",
     ),
     click.option(
         "--aberrations",
@@ -56,7 +56,7 @@ _PERSON = [
         "--zones",
         metavar="MM:D,...",
         callback=lambda context, option, given: _zones(given),
-        help="Multifocal lens: outer diameter (mm) and added power (D) of each zone, from the centre outwards, as 2:2,8:0.",
+        help="Multifocal lens: outer diameter (mm) and added power (D) of each zone, centre outwards, as 2:2,8:0.",
     ),
 ]
 """Options that describe a person's eye."""
