@@ -91,7 +91,7 @@ def point_spread(subject: Subject, vergence: float) -> NDArray[np.float64]:
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
-    vergences = np.arange(0, 4.001, 0.125 if full else 0.5)
+    vergences = np.asarray(np.arange(0, 4.001, 0.125 if full else 0.5), dtype=np.float64)
     strehl, modulation, spreads = {}, {}, {}
     for number, subject in enumerate(SUBJECTS):
         strehl[subject.name], modulation[subject.name] = quality(subject, vergences)

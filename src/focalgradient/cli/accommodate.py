@@ -84,7 +84,7 @@ def target_of(text: str) -> TargetCourse:
         mean, amplitude, hertz = numbers
         from focalgradient.eye import Accommodation
 
-        most = Accommodation().rate / 2  # of the moments at which the eye looks; faster ones look like slower ones
+        most = Accommodation().rate / 2  # Nyquist frequency of the eye's moments
         if not 0 < hertz < most:
             raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must have above 0 and below {most:g} Hz.")
         return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), SECONDS, text)
@@ -208,7 +208,7 @@ def draw(course: Course, words: str) -> Any:
         low, high = (course.estimate + way * 2 * course.estimate_sd for way in (-1, 1))
         ax.fill_between(course.times, low, high, color=BLUE, alpha=0.2, linewidth=0)
         ax.plot(course.times, course.target, color=GREY, linewidth=1.2, label="target", drawstyle="steps-post")
-        ax.plot(course.times, course.estimate, color=BLUE, linewidth=0.9, label="its vergence as estimated, ± 2 sd")
+        ax.plot(course.times, course.estimate, color=BLUE, linewidth=0.9, label="estimate of its vergence, ± 2 sd")
         ax.plot(course.times, course.accommodation, color=ORANGE, linewidth=1.4, label="accommodation")
         every = np.concatenate([course.target, course.accommodation])
         margin = 0.25 * max(1.0, float(np.ptp(every)))

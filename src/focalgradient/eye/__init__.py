@@ -1,8 +1,9 @@
-"""The eye as optics: what a lens answers, in light of every wavelength and at every moment.
+"""Optics of the eye, with the interface of a lens, in light of any wavelength and at any moment.
 
-Its focus depends on colour (chromatic aberration) and on time (microfluctuations of accommodation): two views at once.
-Accommodation and defocus are in dioptres, light in nanometres. What takes an eye or a lens takes frequencies in cycles
-per radian; the formulas for a pupil of given size take cycles per degree, as the literature does: ``_cpd`` in the name.
+Its focus depends on colour (chromatic aberration) and on time (microfluctuations of accommodation), each of which gives
+two views. Accommodation and defocus are in dioptres, light in nanometres. Functions of an eye or a lens take
+frequencies in cycles per radian; formulas for a pupil take cycles per degree, as in the literature: ``_cpd`` in the
+name.
 """
 
 from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course

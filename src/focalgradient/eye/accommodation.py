@@ -62,19 +62,19 @@ class Stimulus:
     Parameters
     ----------
     target
-        Its texture.
+        Texture of the target.
     light_nm
-        Wavelength of the light; None for that of the `illuminant`.
+        Wavelength of monochromatic light in nm; None for the spectrum of the `illuminant`.
     illuminant
         Name of the light, such as "D65" or "3000 K" (`focalgradient.eye.illuminant`), which the eye knows.
     chromatic_scale
-        The eye's chromatic aberration as it is made by the apparatus, in multiples of its own: 0 is neutralised, -1
+        The eye's chromatic aberration as modified by the apparatus, in multiples of its own: 0 is neutralised, -1
         reversed.
     focus_flicker, contrast_flicker
-        Changes in time of the target's vergence (D), and of its contrast (shares), that the eye knows nothing of.
+        Oscillations of the target's vergence (D), and of its contrast (shares), which the eye does not model.
     rendering
-        Where it is not ``"none"``, the target is a picture that stays at the vergence it starts at, in which blur is
-        drawn as an eye focused there would get it of a target that moves.
+        Unless ``"none"``, the target is a picture fixed at its first vergence, in which the blur of a moving target is
+        rendered for an eye focused on the picture.
     """
 
     target: Target = field(default_factory=Target)
@@ -102,32 +102,32 @@ class Accommodation:
     Parameters
     ----------
     cue
-        What it estimates depth from.
+        Views that depth is estimated from.
     pupil_diameter
         Metres.
     plant
-        Its lens and controller.
+        Lens and controller.
     pulse
-        What drives disaccommodation after a sudden change of the demand; None: as accommodation, by the plant alone.
+        Drive of disaccommodation after a sudden change of the demand; None: the plant alone, as in accommodation.
     fluctuation
-        Microfluctuations of its focus about what the plant does, at a response of 2 D: they grow with the response as
-        in `Microfluctuations.of`. Another course is added as it is; None is a steady focus.
+        Microfluctuations of focus about the plant's response, at a response of 2 D: they grow with the response as in
+        `Microfluctuations.of`. Another time course is added unchanged; None is a steady focus.
     horizon
-        Seconds by which the controller is ahead of its estimates where the target has moved predictably (`Predictor`);
-        0 is none. Of the delay of latency, controller and lens, 0.6 s at 0.5 and 1 Hz, the 0.17 s remain that people's
-        phase lags show (Heron & Charman 2004).
+        Prediction horizon in seconds for targets that move predictably (`Predictor`); 0 switches prediction off. Of the
+        delay of latency, controller and lens, 0.6 s at 0.5 and 1 Hz, 0.17 s remain, as in people's phase lags (Heron &
+        Charman 2004).
     motion
-        How it expects targets to move.
+        Prior of how targets move.
     noise
         Standard deviation of a pixel's noise over the mean at every moment: with 0.2 one fixation of a natural target
-        half a dioptre off gives its vergence to about 0.05 D by two bands, the threshold for a change of blur
+        defocused by half a dioptre gives its vergence to about 0.05 D by two bands, the threshold for a change of blur
         (0.05-0.07 D).
     rate
-        Moments in a second.
+        Moments per second.
     fixation
-        Seconds for which the gaze stays at one place of the target: about two microsaccades in a second are made in
-        steady fixation (Martinez-Conde et al. 2004). By ``"bands"`` alone it moves on at every moment, so that moments
-        cannot be compared.
+        Duration in seconds of gaze at one place of the target: steady fixation has about two microsaccades per second
+        (Martinez-Conde et al. 2004). With ``"bands"`` alone gaze moves at every moment, so that moments cannot be
+        compared.
     """
 
     cue: Cue = "both"
@@ -213,23 +213,23 @@ def accommodate(
     eye, stimulus
         By default `Accommodation()` and `Stimulus()`.
     seed
-        Of noise, textures and fluctuations.
+        Random seed of noise, textures and fluctuations.
     progress
-        Called with the share done and a few words.
+        Called with the share done and a short description.
 
     Returns
     -------
     Course
-        `duration` x rate moments. It is the same for the same seed.
+        `duration` x rate moments; the same for the same seed.
 
     Raises
     ------
     InputError
-        If the duration is shorter than from one moment to the next, or the target lies nearer than the lens can go.
+        If the duration is shorter than the interval between moments, or the target is nearer than the lens can focus.
 
     Examples
     --------
-    A target jumps from 1 to 3 D after half a second; two seconds later the eye has followed by its own estimate.
+    A target steps from 1 to 3 D after half a second; two seconds later the eye has followed by its own estimate.
 
     >>> found = accommodate(lambda t: 3.0 if t >= 0.5 else 1.0, 3.0, Accommodation(fluctuation=None), seed=1)
     >>> bool(abs(found.lag(0.5)) < 0.4), found.times.size

@@ -44,7 +44,7 @@ def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REF
 def chromatic_wavelength(difference: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
     """Return the wavelength in nm whose chromatic difference is `difference` (D): inverts `chromatic_difference`.
 
-    With it a band of wavelengths is put in the place of the one that is focused alike.
+    It gives the single wavelength with the mean focus of a band.
 
     Raises
     ------

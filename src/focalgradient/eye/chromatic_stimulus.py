@@ -76,13 +76,13 @@ def chromatic_stimulus(
     distance
         Distance in metres of what each pixel shows, H x W.
     eye
-        The eye, accommodated to where it looks: to the screen, for its image of what is shown to be sharp.
+        The eye, accommodated to the screen for a sharp image of the picture.
     screen
         Distance of the display in metres.
     pixel_angle
         Angle in radians that one pixel subtends.
     wavelengths
-        Parts of the spectrum, each in its own focus (see `retinal_image`); None is as many as pupil and distances need.
+        Number of parts of the spectrum, each in its own focus (see `retinal_image`); None: as pupil and distances need.
     primaries
         The display's name in colour-science.
     basis
@@ -94,12 +94,12 @@ def chromatic_stimulus(
     Returns
     -------
     ChromaticStimulus
-        The picture to show, with what is left of the difference.
+        Picture to show, and residual difference.
 
     Raises
     ------
     InputError
-        If the screen's distance is not positive, or for what `retinal_image` refuses.
+        If the screen's distance is not positive, or for the errors of `retinal_image`.
 
     Examples
     --------
@@ -133,7 +133,7 @@ def chromatic_stimulus(
         basis=basis,
         progress=lambda share, words: say(0.6 * share, words),
     )
-    # Each cone class counts in units of what it catches of the display's white.
+    # Catches are in units of each cone class's catch of the display's white.
     white = by_primary.sum(axis=0)
     wanted = wanted / white
     shape = wanted.shape[:2]
@@ -143,7 +143,7 @@ def chromatic_stimulus(
     target = fft.rfft2(np.pad(wanted, (*around, (0, 0)), mode="symmetric"), axes=(0, 1))
     through = _through_display(eye, 1 / screen, size, pixel_angle, wavelengths, basis) / white
     say(0.7, "finding what to show")
-    plain = np.linalg.inv(by_primary / white)  # what cones catch, as the light of the display without blur
+    plain = np.linalg.inv(by_primary / white)  # from cone catches to light of the display without blur
     free, shown = _solved(through, target, target @ plain, size)
 
     def residual(light: NDArray[np.float64]) -> tuple[float, float, float]:

@@ -27,7 +27,7 @@ def cone_images(
     Parameters
     ----------
     image
-        Linear radiance, H x W x channels: red, green and blue of a display, or as many wavelengths as are given.
+        Linear radiance, H x W x channels: red, green and blue of a display, or one channel per wavelength.
     primaries
         The display's name in colour-science, which knows the spectra of its red, green and blue light.
     wavelength_nm

@@ -42,18 +42,18 @@ def optical_transfer(
 
         H = (4 / pi) integral from 0 to arccos(s) of sin(t)^2 cos(a (cos(t) - s)) dt
 
-    (Hopkins 1955), by quadrature in as many panels as the phase asks for, good to about 1e-14.
+    (Hopkins 1955), by quadrature in as many panels as the phase requires, accurate to about 1e-14.
 
     Parameters
     ----------
     frequency_cpd
-        Cycles per degree, any shape; the sign is of no matter.
+        Cycles per degree, any shape; the sign is ignored.
     pupil_diameter
         Metres.
     wavelength_nm
         Nanometres.
     defocus
-        Dioptres; the sign is of no matter.
+        Dioptres; the sign is ignored.
 
     Returns
     -------

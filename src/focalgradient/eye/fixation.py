@@ -41,7 +41,7 @@ class FixationalMovements:
         Microsaccades in a second: about 1 to 2 in steady fixation (Martinez-Conde, Macknik & Hubel 2004).
     amplitude
         Median of their amplitudes in minutes of arc, of which the logarithm has a standard deviation of 0.5: most are
-        below half a degree. Numbers are our choice within what is usual.
+        below half a degree. Values are our choice within the usual range.
     seed
         The same seed is the same path.
 

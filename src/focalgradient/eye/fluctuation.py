@@ -181,8 +181,8 @@ class Microfluctuations:
     ) -> Microfluctuations:
         """Return the expected fluctuations for a pupil (m), `luminance` (cd/m^2) and accommodative `response` (D).
 
-        They grow with the response (Kotulak & Schor 1986): 0.1 D + 0.05 x response. What is low in frequency grows
-        where depth of focus is large: below pupils of about 2 mm and at about 0.002 cd/m^2, while what is high stays
+        They grow with the response (Kotulak & Schor 1986): 0.1 D + 0.05 x response. Low frequencies grow
+        where depth of focus is large: below pupils of about 2 mm and at about 0.002 cd/m^2, while high ones do not
         (Gray, Winn & Gilmartin 1993a, b; Day et al. 2009). Its power is multiplied by 1 + (1 mm / pupil)^2 and by
         1 + 0.002 / luminance. The sources say where fluctuations grow; the form of the laws, fitted to nobody, is ours,
         and so is the `drift` (D).

@@ -29,7 +29,7 @@ class GaussianFit:
     radius
         Radius in radians of the geometric blur disc at the eye's own wavelength.
     residual
-        Root mean square of what is left of the point spread, over that of the point spread itself.
+        RMS residual of the fit over the RMS of the point spread.
     lowest
         Lowest value of the transfer: below 0 contrast reverses, as no Gaussian's does.
     lowest_per_rad
@@ -83,7 +83,7 @@ def best_gaussian(
     Raises
     ------
     InputError
-        If the blur is not round, or for what `blur_transfer` refuses.
+        If the blur is not rotationally symmetric, or for the errors of `blur_transfer`.
 
     Examples
     --------

@@ -199,7 +199,7 @@ def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]
 def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
     """Return the distance in dioptres by which L and M cones together are focused farther than S cones.
 
-    The mean of the chromatic difference over what the bands catch of an illuminant: the paper's "one dioptre".
+    The mean chromatic difference weighted by the bands' catches of an illuminant: the paper's "one dioptre".
 
     >>> round(band_difference("E"), 3), round(band_difference("D65"), 3)
     (0.823, 0.783)

@@ -254,7 +254,7 @@ class ZernikePopulation:
     mean_um
         Mean coefficients in micrometres, in the OSA's order from piston on.
     covariance_um2
-        Their covariance, as many rows and columns.
+        Covariance of the coefficients, N x N.
     measured_diameter
         Of the pupil in metres.
     measured_nm

@@ -1,8 +1,8 @@
-"""The eye as optics: at one wavelength and one moment it answers what a lens answers.
+"""Optics of an eye at one wavelength and one moment, with the interface of a lens.
 
-Its plane of focus has the vergence (accommodation) - (chromatic difference of refraction), and blur follows from that
-as for any lens: a disc of angular radius (pupil / 2) x |defocus|. Two moments, or two wavelengths, are two eyes; a
-view carries either, and nothing that looks at the view needs to know that it was an eye.
+The plane of focus has the vergence (accommodation) - (chromatic difference of refraction), and blur follows from it as
+for any lens: a disc of angular radius (pupil / 2) x |defocus|. An eye at two moments, or in two wavelengths, is two
+`Eye` objects; a view carries either, and the depth core treats it as any other.
 """
 
 from __future__ import annotations
@@ -133,11 +133,11 @@ class Eye:
             16 sqrt(3) c / d^2 dioptres, d in mm. The standard's x and y go to the right and up as the examiner sees the
             eye, to the left and up for who looks through it; so terms of odd n change their sign for the image's axes.
         pupil_diameter
-            Of the eye, in metres.
+            Diameter of the eye's pupil in metres.
         measured_diameter
-            Of the pupil that the coefficients belong to, in metres: `pupil_diameter` if left out, never smaller.
+            Diameter in metres of the pupil of the coefficients: `pupil_diameter` by default, never smaller.
         measured_nm
-            Of the light that they were measured in.
+            Wavelength of the measurement in nm.
         accommodation
             Dioptres beyond the state in which the eye was measured.
         wavelength_nm, chromatic_scale, stiles_crawford
@@ -204,7 +204,7 @@ class Eye:
         response
             Dioptres by which it accommodates, instead of by `looking_at`.
         correction
-            What it wears: nothing (None), or one of `CORRECTIONS`.
+            Correction worn: None, or one of `CORRECTIONS`.
         pupil_diameter
             Metres; None is the natural pupil.
         luminance, field_deg

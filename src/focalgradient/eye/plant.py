@@ -36,7 +36,7 @@ class Plant:
     time_constant
         Of the lens in seconds: 0.156, after Schor & Bharadwaj (2006).
     gain
-        Of the controller: 8, after Read et al. (2022). What is left of an error is 1 / (1 + gain) of the demand's
+        Of the controller: 8, after Read et al. (2022). The steady error is 1 / (1 + gain) of the demand's
         distance from rest, the lag.
     integrator
         Time constant of the leaky integrator in seconds: 2.5, likewise.

@@ -68,7 +68,7 @@ class Predictor:
 
     Examples
     --------
-    A sine of 0.5 Hz is foretold after some periods; a step never is.
+    A sine of 0.5 Hz is predicted after some periods; a step never is.
 
     >>> one = Predictor(horizon=0.4, step=0.1)
     >>> expected = [one.update(math.sin(math.pi * 0.1 * number)) for number in range(120)]

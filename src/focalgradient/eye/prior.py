@@ -62,7 +62,7 @@ class EyePrior:
     focus_sd
         Standard deviation of the focus that the views' optics state (D), common to all views.
     illuminants
-        Lights of which the views' may be any, alike likely; empty: the light is as the views' optics state.
+        Possible lights, equally probable; empty: the light that the views' optics state.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **se
     views
         As for `focalgradient.recover_depth`, of `Cones`; their eye's own chromatic aberration is not used.
     prior
-        What is known of the eye and the light; None: people's chromatic aberration.
+        Prior of the eye and the light; None: people's chromatic aberration.
     settings
         Those of `focalgradient.recover_depth`.
 
@@ -119,7 +119,7 @@ def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **se
     Raises
     ------
     InputError
-        If the optics of a view are not `Cones`, or for what `focalgradient.recover_depth` refuses.
+        If the optics of a view are not `Cones`, or for the errors of `focalgradient.recover_depth`.
 
     Examples
     --------
@@ -174,7 +174,7 @@ def learn_chromatic_scale(
     fixations
         For each fixation its views, of `Cones`.
     prior
-        What is known beforehand; None: people's chromatic aberration.
+        Prior of the eye; None: people's chromatic aberration.
     settings
         Those of `focalgradient.recover_depth`.
 

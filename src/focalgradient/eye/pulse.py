@@ -40,7 +40,7 @@ class Pulse:
     acceleration, acceleration_per_dioptre
         Likewise the acceleration that leads to it, in D/s^2: 22.5 and 8.84.
     least
-        Dioptres by which the demand must fall from one moment to the next; what is slower or smaller is followed as by
+        Minimum fall of the demand between moments, in dioptres; slower or smaller changes are followed as by
         a linear system. A choice: an estimate's noise and sines of 1 Hz stay below it.
 
     Raises

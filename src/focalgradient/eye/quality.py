@@ -34,7 +34,7 @@ def contrast_sensitivity(frequency_cpd: ArrayLike) -> FloatArray:
     """Return contrast sensitivity at each frequency (cycles per degree): 75 f^0.8 exp(-0.2 f).
 
     The double exponential of Movshon & Kiorpes (1988) with the numbers that are usual for people by day (these from
-    memory). It weighs frequencies only, so that its height is of no matter.
+    memory). It only weights frequencies, so that its height does not matter.
 
     >>> contrast_sensitivity([1, 4, 20]).round(1).tolist()
     [61.4, 102.2, 15.1]

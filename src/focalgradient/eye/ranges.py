@@ -63,7 +63,7 @@ def warn_if_artificial(pupil_diameter: float) -> None:
     """Warn about a pupil (m) smaller than any natural one."""
     if pupil_diameter < USUAL_PUPIL:
         text = (
-            f"a pupil of {1e3 * pupil_diameter:g} mm is smaller than any eye's own, and is taken for an artificial one"
+            f"a pupil of {1e3 * pupil_diameter:g} mm is smaller than any natural pupil, and is assumed to be artificial"
         )
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
 

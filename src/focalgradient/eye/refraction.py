@@ -200,7 +200,7 @@ def focus_of(
     accommodation
         Dioptres by which the lens in the eye is stronger than relaxed.
     correction
-        What the eye wears.
+        Correction worn.
     vertex
         Metres before the cornea for which the refraction was prescribed.
 

@@ -54,9 +54,9 @@ class Cones:
     model
         How each wavelength is blurred: ``"wave"``, or by geometric optics ``"disc"`` or its stand-in ``"gaussian"``.
     weights
-        How much each wavelength counts, in any unit; empty: all alike.
+        Weight of each wavelength, in any unit; empty: equal weights.
     scatter
-        Light scattered within the eye (`Scatter`), alike in all wavelengths; None: nothing is.
+        Intraocular scatter (`Scatter`), the same at all wavelengths; None: no scatter.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class Cones:
         if len(self.weights):
             Light(np.asarray(self.wavelengths_nm), np.asarray(self.weights))  # refuses weights that do not pair
         if self._shape is not None and not self._shape.isotropic:
-            raise InputError(f"model is {self._shape}, but the blur of cones must be alike in all directions.")
+            raise InputError(f"model is {self._shape}, but the blur of cones must be rotationally symmetric.")
 
     @classmethod
     def of(
@@ -109,7 +109,7 @@ class Cones:
     ) -> Cones:
         """Return the cones of a `band` in an `illuminant`, with this number of `wavelengths`.
 
-        None is as many as the pupil needs for the transfer to be right to 0.01 (see `wavelengths_needed`).
+        None: as many as the pupil needs for the transfer to be right to 0.01 (see `wavelengths_needed`).
         """
         light = band_light(band, illuminant)
         return cls.in_light(eye, band, light, wavelengths=wavelengths, finest_cpd=finest_cpd, model=model)
@@ -174,8 +174,8 @@ class Cones:
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Return the transfer for points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
-        The mean over the wavelengths, each in its own focus, times what the cones resolve; the sign of the frequency is
-        of no matter. By waves, of a clear pupil, it is read off a table, right to about 1e-4. Blur that is not
+        The mean over the wavelengths, each in its own focus, times the cones' resolution; the sign of the frequency is
+        ignored. By waves, of a clear pupil, it is interpolated from a table, right to about 1e-4. Blur that is not
         isotropic is given by `optical_transfer`.
         """
         frequency = np.abs(check_finite("frequency", frequency, "cycles per radian"))

@@ -47,16 +47,16 @@ def retinal_image(
     distance
         Distance in metres of what each pixel shows, H x W.
     eye
-        The eye; its wavelength is of no matter.
+        The eye; its wavelength is ignored.
     pixel_angle
         Angle in radians that one pixel subtends.
     wavelengths
-        Parts of what a cone class catches of a primary; None is as many as the pupil needs (see `Cones.of`).
+        Number of parts of a cone class's catch of a primary; None: as many as the pupil needs (see `Cones.of`).
     primaries
         The display's name in colour-science.
     basis
         Spectra that red, green and blue stand for, instead of a display's: ``SpectralBasis.of_srgb("A")`` takes the
-        picture for reflectances in linear sRGB in the light of an illuminant, and gives back such reflectances.
+        picture for reflectances in linear sRGB in the light of an illuminant, and returns such reflectances.
     progress
         Called with the share done, 0 to 1, and a few words.
 

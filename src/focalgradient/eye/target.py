@@ -108,7 +108,7 @@ class Target:
         contrast
             By which the target's contrast is multiplied at this moment.
         seen_as
-            The optics that the views are taken to have, where they are others than `cones`: what the eye expects.
+            Optics that the eye assumes for the views, if other than `cones`.
         shown
             Filters that the displayed picture has been through before, one for each of the cones, on the grid of
             `frequency`.

@@ -259,11 +259,11 @@ def track(
         Of the textures in the two wavebands.
     fixation
         Seconds for which the gaze stays, and with it the texture: views within them are compared with each other.
-        A texture that stays for longer makes the errors of successive fixations alike, and the stated sd too small.
+        A texture that stays for longer makes errors of successive fixations correlated, and the stated SD too small.
     motion
         How the target is expected to move; by default `Motion()`.
     wraps
-        Whether the texture goes on at the opposite side (`Target`).
+        Whether the texture is periodic (`Target`).
     progress
         Called with the share done and a few words.
 

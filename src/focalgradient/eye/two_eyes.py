@@ -86,7 +86,7 @@ class TwoEyes:
         left, right
             Prescriptions (`Refraction`).
         looking_at
-            Vergence in dioptres of what they look at.
+            Vergence in dioptres of the point fixated.
         age, correction, pupil_diameter
             As of `Eye.of_person`, of both.
         interocular
@@ -122,6 +122,6 @@ class TwoEyes:
     def disparity(self, vergence: ArrayLike, fixated: float) -> FloatArray:
         """Return the absolute disparity (rad) of points straight ahead at each `vergence` (D, any shape).
 
-        Convergence on the point less that on what is `fixated` (D): positive for nearer points.
+        Convergence on the point less that on the point `fixated` (D): positive for nearer points.
         """
         return np.asarray(self.convergence(vergence) - self.convergence(fixated))

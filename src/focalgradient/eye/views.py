@@ -83,7 +83,7 @@ def band_views(
     s_finest_cpd
         Cycles per degree that the S cones resolve.
     illuminant, wavelengths
-        The light, and how many wavelengths stand for it in each band; None: as many as the pupil needs (`Cones.of`).
+        Light, and number of wavelengths that represent it in each band; None: as many as the pupil needs (`Cones.of`).
     noise
         Standard deviation of every pixel's noise over the mean; or the `Photons` that make it.
     samples, seed

@@ -26,10 +26,10 @@ class ZonedLens:
     Parameters
     ----------
     diameters
-        Outer diameters of the zones in metres, from the middle outwards, each larger than the one before. Beyond the
-        last the lens goes on as in its last zone.
+        Outer diameters of the zones in metres, from the centre outwards, increasing. The last zone continues beyond its
+        diameter.
     additions
-        Added powers of the zones in dioptres, as many.
+        Added power of each zone in dioptres.
 
     Raises
     ------
