@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from blurred import lens, wall
 from rejected_frames import frames
 
 from focalgradient import FocalGradientWarning, View, recover_depth
+from focalgradient.depth import causes
 from focalgradient.depth.causes import Evidence, rank_causes
 
 SOUND = Evidence(
@@ -31,13 +33,12 @@ def named(frame):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         depth = recover_depth(frame.views, **frame.limits)
-    causes = depth.details.get("rejected_causes")
-    if causes is None:
+    found = depth.details.get("rejected_causes")
+    if found is None:
         return None
-    assert str(caught[0].message).endswith(f"valid, most likely as {causes[0]['text']}.") or "; otherwise: " in str(
-        caught[0].message
-    )
-    return causes[0]["name"]
+    message = str(caught[0].message)
+    assert message.endswith(f"valid, most likely as {found[0]['text']}.") or "; otherwise: " in message
+    return found[0]["name"]
 
 
 @pytest.mark.slow
@@ -56,6 +57,21 @@ def test_nothing_is_wrong_with_sound_evidence():
 def test_edges_are_not_advised_to_who_uses_them(method, first):
     found = replace(SOUND, textured=0.06, blocks=1.7)
     assert rank_causes(found, method)[0].name == first
+
+
+@pytest.mark.parametrize(("explained", "first"), [(0.22, "contradiction"), (0.7, "edges")])
+def test_edges_are_not_advised_where_views_agree_at_no_depth(explained, first, monkeypatch):
+    """Two photographed rooms: bars on glass before a window, and an overexposed desk."""
+    monkeypatch.setattr(causes, "measure_evidence", lambda problem, estimate: replace(SOUND, textured=0.13))
+    problem = SimpleNamespace(
+        settings=SimpleNamespace(method="equalise"), search=SimpleNamespace(lowest=0, highest=0.6)
+    )
+    estimate = SimpleNamespace(details={"share_of_texture_explained": explained}, searched=None)
+    found = causes.likely_causes(problem, estimate)
+    assert found[0].name == first
+    if first == "contradiction":
+        assert "at 78% of the places with texture, whatever the distance from 1.67 m to infinity" in found[0].text
+        assert "change near and far" in found[0].text
 
 
 def test_a_warning_names_the_cause_first():

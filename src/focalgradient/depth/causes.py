@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.optics_check import likelier_slip
-from focalgradient.depth.equalise.signal import NEARLY_NOTHING, OUTSIDE
+from focalgradient.depth.equalise.signal import EXPLAINED, NEARLY_NOTHING, OUTSIDE
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.registration import RegisteredViews, resample
 
@@ -70,8 +70,8 @@ class Cause:
     Parameters
     ----------
     name
-        ``"displacement"``, ``"scenes"``, ``"optics"``, ``"edges"``, ``"jpeg"``, ``"noise"``, ``"texture"``,
-        ``"saturation"``, ``"range"``, ``"blur"`` or ``"unclear"``.
+        ``"displacement"``, ``"scenes"``, ``"optics"``, ``"contradiction"``, ``"edges"``, ``"jpeg"``, ``"noise"``,
+        ``"texture"``, ``"saturation"``, ``"range"``, ``"blur"`` or ``"unclear"``.
     evidence
         1 where the evidence is as strong as the cause needs; causes are ranked by it.
     text
@@ -132,6 +132,9 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
         )
         causes = sorted([Cause("optics", 1.0, text), *causes], key=_rank)
     causes = [cause for cause in causes if cause.evidence > 0]
+    explained = float(estimate.details.get("share_of_texture_explained", 1.0))
+    if causes and causes[0].name == "edges" and explained < EXPLAINED:
+        causes = [_contradiction(problem, estimate, explained), *causes]
     if causes and causes[0].evidence >= 1:
         return causes
     lacking = "no sharp edge that stands alone" if problem.settings.method == "edges" else "too little texture"
@@ -139,10 +142,34 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
     return [Cause("unclear", 1.0, str(unclear)), *causes]
 
 
+def _contradiction(problem: Problem, estimate: Estimate, explained: float) -> Cause:
+    """The cause where views are textured, but agree at no depth searched on most of the texture."""
+    lowest, highest = estimate.searched or (problem.search.lowest, problem.search.highest)
+    far = "infinity" if lowest <= 0 else f"{1 / lowest:.3g} m"
+    text = (
+        f"the views contradict each other at {1 - explained:.0%} of the places with texture, whatever the distance "
+        f"from {1 / highest:.3g} m to {far}: change near and far if things lie outside that range; else check "
+        "the f-numbers and focus distances, and leave out glass, reflections and overexposed parts (crop or mask)"
+    )
+    return Cause("contradiction", 1.0, text)
+
+
 BESIDE_EDGES = 0.99
 """Evidence of compression, at most, beside that of hard edges: it ranks after them."""
 
-ORDER = ("scenes", "displacement", "optics", "jpeg", "range", "noise", "texture", "edges", "saturation", "blur")
+ORDER = (
+    "scenes",
+    "displacement",
+    "optics",
+    "jpeg",
+    "range",
+    "noise",
+    "texture",
+    "contradiction",
+    "edges",
+    "saturation",
+    "blur",
+)
 """Causes by name: of several that are clear the first also explains what the later ones show."""
 
 
