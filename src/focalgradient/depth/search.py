@@ -178,6 +178,11 @@ class Search:
         """Pixels of blur radius per dioptre in the widest view."""
         return float(self.pixels.max())
 
+    @property
+    def levels_per_pixel(self) -> float:
+        """Levels to a pixel of blur radius in the widest view."""
+        return 1 / (self.slope * self.spacing)
+
     def radius(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
         """Blur radius in pixels in the most blurred view, at `vergence`."""
         return np.max([p * np.abs(f - vergence) for p, f in zip(self.pixels, self.focus, strict=True)], axis=0)

@@ -73,14 +73,13 @@ def fit_models(
     weight = views.usable.astype(np.float32)
     read, taus = [], []
     for search, shape in models:
-        blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
         equalised = equalise(views.images, search.blurs(shape), noise_sd, window=window)
         nodes = equalised.read(weight, noise)
         beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
         nodes = equalised.refine(nodes, beside, weight, noise)
         images = equalised.evaluate_images(nodes)[1]
         informative = nodes.unambiguous & nodes.inside & (nodes.texture >= 1)
-        split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, noise, informative)
+        split = split_band_test(equalised, nodes, images, weight, search, noise, informative)
         read.append(nodes)
         taus.append(split.tau)
     use = np.all([(nodes.support > 0.5) & (nodes.texture >= 1) for nodes in read], axis=0)

@@ -49,6 +49,9 @@ __all__ = [
     "assumed_sd",
     "comparing_filters",
     "equalise",
+    "scene_power",
+    "step_of",
+    "view_spectra",
 ]
 
 LEAST_NOISE = 1e-4
@@ -144,7 +147,7 @@ class Equalised:
 
     def in_windows(self, window: float) -> Equalised:
         """The same comparison, averaged in windows of another size, at nodes of their own."""
-        return replace(self, window=window, step=_step(window))
+        return replace(self, window=window, step=step_of(window))
 
     def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
@@ -429,12 +432,12 @@ def equalise(
         residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
     return Equalised(
-        residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius, blurs.even), blurs.limited
+        residuals, step_of(window), window, change, EvenCoordinate.of(blurs.radius, blurs.even), blurs.limited
     )
 
 
-def _step(window: float) -> int:
-    """Pixels from one node to the next."""
+def step_of(window: float) -> int:
+    """Pixels from one node to the next, for a window of `window` pixels."""
     return max(1, round(window / numerics.NODES))
 
 

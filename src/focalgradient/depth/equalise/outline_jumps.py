@@ -23,6 +23,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
+from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.parallel import share_rows
 
@@ -84,8 +85,8 @@ SMOOTH = 1.5
 class SmallJumps:
     """What lies about small jumps, H x W each."""
 
-    inside: NDArray[np.bool_]  # in reach of one
-    near: NDArray[np.bool_]  # the near side
+    is_inside: NDArray[np.bool_]  # in reach of one
+    is_near: NDArray[np.bool_]  # whether a pixel lies on the near side
     distance: FloatArray  # pixels from the nearest outline
     level: FloatArray  # of the surface on each pixel's side
     rise: FloatArray  # levels from the far surface to the near one
@@ -94,34 +95,31 @@ class SmallJumps:
 def find_small_jumps(
     equalised: Equalised,
     nodes: Nodes,
-    good: NDArray[np.bool_],
-    radii: FloatArray,
-    levels_per_pixel: float,
+    is_reliable: NDArray[np.bool_],
+    given: Conditions,
     images: Sequence[Image],
 ) -> SmallJumps | None:
-    """Small jumps among `good` nodes (h x w); None where there are none.
+    """Small jumps among reliable nodes; None where there are none.
 
     Parameters
     ----------
     equalised, nodes
         The views, compared at every level; and depth as windows give it.
-    good
+    is_reliable
         h x w: nodes whose depth counts.
-    radii
-        Each view's blur radius in pixels at each level.
-    levels_per_pixel
-        Levels to a pixel of blur radius.
+    given
+        Each view's blur at the candidate levels.
     images
         The views themselves, H x W each.
     """
-    shape, reach = images[0].shape, equalised.reach(nodes, radii)
-    far, near, between = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
+    shape, reach = images[0].shape, equalised.reach(nodes, given.radii)
+    far, near, between = _surfaces(nodes.level, nodes.sd, is_reliable, reach, LEAST * given.levels_per_pixel)
     blur = reach * equalised.step - equalised.window
     found = (near > far) & ((blur >= LEAST_BLUR) | (blur < IN_FOCUS))
     if not found.any():
         return None
     apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
-    inside = equalised.to_blocks(apart <= reach[tuple(index)], shape)
+    is_inside = equalised.to_blocks(apart <= reach[tuple(index)], shape)
     share = ndimage.gaussian_filter(found.astype(float), SMOOTH)
     there = share > 1e-6  # beyond, the nearest of what is there
     nearest = ndimage.distance_transform_edt(~there, return_distances=False, return_indices=True)
@@ -135,50 +133,46 @@ def find_small_jumps(
             nodes.level,
         )
     )
-    side = level > middle
+    is_near = level > middle
     border = np.zeros(shape, np.bool_)
     for axis in (0, 1):
         first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
-        changes = (side[first] != side[second]) & inside[first] & inside[second]
+        changes = (is_near[first] != is_near[second]) & is_inside[first] & is_inside[second]
         border[first] |= changes
         border[second] |= changes
     if not border.any():
         return None
     distance, nearest = ndimage.distance_transform_edt(~border, return_indices=True)
     distance += 0.5
-    blurs = blurs_at(np.maximum(level, high), radii)
-    moved = moved_to_edges(np.where(side, distance, -distance), border, images, blurs)[tuple(nearest)]
-    inward = np.where(side, distance, -distance) - moved
-    side, distance = inward > 0, np.abs(inward)
-    inside &= distance <= equalised.step * equalised.to_pixels(reach, nodes.sd, shape)
+    blurs = blurs_at(np.maximum(level, high), given.radii)
+    moved = moved_to_edges(np.where(is_near, distance, -distance), border, images, blurs)[tuple(nearest)]
+    inward = np.where(is_near, distance, -distance) - moved
+    is_near, distance = inward > 0, np.abs(inward)
+    is_inside &= distance <= equalised.step * equalised.to_pixels(reach, nodes.sd, shape)
     return SmallJumps(
-        inside, side, distance, np.where(side, np.maximum(level, high), np.minimum(level, low)), high - low
+        is_inside, is_near, distance, np.where(is_near, np.maximum(level, high), np.minimum(level, low)), high - low
     )
 
 
 def small_jumps(
-    equalised: Equalised, nodes: Nodes, good: NDArray[np.bool_], radii: FloatArray, levels_per_pixel: float
+    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions
 ) -> NDArray[np.bool_]:
     """Nodes (h x w) at which depth alone shows a jump. Arguments are those of `find_small_jumps`."""
-    reach = equalised.reach(nodes, radii)
-    far, near, _ = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
+    reach = equalised.reach(nodes, given.radii)
+    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, LEAST * given.levels_per_pixel)
     return np.asarray(near > far)
 
 
 def between_surfaces(
-    equalised: Equalised,
-    nodes: Nodes,
-    good: NDArray[np.bool_],
-    radii: FloatArray,
-    levels_per_pixel: float,
+    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions
 ) -> tuple[NDArray[np.bool_], FloatArray]:
     """Nodes at which windows give what lies between two surfaces, and its variance about them in levels squared.
 
     h x w each, for views whose outlines are not found: depth that belongs to neither surface is no depth, and farther
     from the jump it may still be part of the rise. Arguments are those of `find_small_jumps`.
     """
-    reach = equalised.reach(nodes, radii)
-    far, near, _ = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
+    reach = equalised.reach(nodes, given.radii)
+    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, LEAST * given.levels_per_pixel)
     found = near > far
     if not found.any():
         return found, np.zeros(found.shape)
@@ -188,7 +182,7 @@ def between_surfaces(
 
 
 def _surfaces(
-    level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], reach: FloatArray, least: float
+    level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], reach: FloatArray, least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Levels of the far and the near surface at each node (h x w) in a small jump, and that at the outline; else 0.
 
@@ -205,24 +199,24 @@ def _surfaces(
     [False, False]
     """
     found = np.zeros((3, *level.shape))
-    known = np.where(good, 1 / (sd**2 + LEAST_SD**2), 0.0)
-    share_rows(len(level), lambda first, last: _find(level, known, reach, least, first, last, found))
+    information = np.where(is_reliable, 1 / (sd**2 + LEAST_SD**2), 0.0)
+    share_rows(len(level), lambda first, last: _find(level, information, reach, least, first, last, found))
     return found[0], found[1], found[2]
 
 
 @njit(nogil=True, cache=True)
-def _find(level, known, reach, least, first, last, found):  # type: ignore[no-untyped-def]
+def _find(level, information, reach, least, first, last, found):  # type: ignore[no-untyped-def]
     a, b = np.empty((4, 5)), np.empty((4, 5))
     for i in range(first, last):
         for j in range(level.shape[1]):
-            if known[i, j] == 0:
+            if information[i, j] == 0:
                 continue
             most = 0.0
             for direction in range(DIRECTIONS):
                 down, right = np.sin(np.pi * direction / DIRECTIONS), np.cos(np.pi * direction / DIRECTIONS)
-                if _rises_little(level, known, reach[i, j], i, j, down, right, least / 2):
+                if _rises_little(level, information, reach[i, j], i, j, down, right, least / 2):
                     continue
-                count, weights, low, high = _sides(level, known, reach[i, j], i, j, down, right)
+                count, weights, low, high = _sides(level, information, reach[i, j], i, j, down, right)
                 apart = APART if reach[i, j] >= 2 * APART else 1
                 if count < max(5, FEWEST * (reach[i, j] / apart) ** 2):
                     continue
@@ -230,7 +224,7 @@ def _find(level, known, reach, least, first, last, found):  # type: ignore[no-un
                 sure = abs(rise) / np.sqrt((1 / weights[0] + 1 / weights[1]) / 2)
                 if sure < SURE or min(-low / rise, high / rise) < BETWEEN:
                     continue
-                _equations(level, known, reach[i, j], i, j, down, right, a)
+                _equations(level, information, reach[i, j], i, j, down, right, a)
                 for p in range(4):
                     for q in range(5):
                         b[p, q] = a[p, q]  # as b[:] = a, which takes numba five seconds to compile
@@ -248,7 +242,7 @@ def _find(level, known, reach, least, first, last, found):  # type: ignore[no-un
 
 
 @njit(nogil=True, cache=True)
-def _rises_little(level, known, reach, i, j, down, right, least):  # type: ignore[no-untyped-def]
+def _rises_little(level, information, reach, i, j, down, right, least):  # type: ignore[no-untyped-def]
     """Whether one known node on either side of a node shows hardly a difference of depth."""
     rows, columns = level.shape
     far = (1 + FARTHEST) / 2 * reach
@@ -256,11 +250,11 @@ def _rises_little(level, known, reach, i, j, down, right, least):  # type: ignor
     p, q = round(i - far * down), round(j - far * right)
     if not (0 <= k < rows and 0 <= m < columns and 0 <= p < rows and 0 <= q < columns):
         return False
-    return known[k, m] > 0 and known[p, q] > 0 and abs(level[k, m] - level[p, q]) < least
+    return information[k, m] > 0 and information[p, q] > 0 and abs(level[k, m] - level[p, q]) < least
 
 
 @njit(nogil=True, cache=True)
-def _sides(level, known, reach, i, j, down, right):  # type: ignore[no-untyped-def]
+def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-untyped-def]
     """Nodes on the side of a node that has fewer, the mean weight on either, and how far their mean lies from it."""
     rows, columns = level.shape
     far, here = FARTHEST * reach, level[i, j]
@@ -274,9 +268,9 @@ def _sides(level, known, reach, i, j, down, right):  # type: ignore[no-untyped-d
         for m in range(left, end, apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             away = abs(along)
-            if known[k, m] == 0 or away < reach or away > far or abs(across) > ACROSS * reach:
+            if information[k, m] == 0 or away < reach or away > far or abs(across) > ACROSS * reach:
                 continue
-            weight, off = known[k, m], known[k, m] * (level[k, m] - here)
+            weight, off = information[k, m], information[k, m] * (level[k, m] - here)
             if along > 0:
                 count1 += 1
                 weight1 += weight
@@ -291,7 +285,7 @@ def _sides(level, known, reach, i, j, down, right):  # type: ignore[no-untyped-d
 
 
 @njit(nogil=True, cache=True)
-def _equations(level, known, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
+def _equations(level, information, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
     """Normal equations (4 x 5) of a plane with a jump through the nodes on either side of a node."""
     rows, columns = level.shape
     far, term = FARTHEST * reach, np.empty(4)
@@ -300,9 +294,9 @@ def _equations(level, known, reach, i, j, down, right, a):  # type: ignore[no-un
     for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
         for m in range(j - min(j, int(far)) // apart * apart, min(columns, j + int(far) + 1), apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
-            if known[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > ACROSS * reach:
+            if information[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > ACROSS * reach:
                 continue
-            weight = known[k, m]
+            weight = information[k, m]
             term[0], term[1], term[2], term[3] = 1.0, along, across, 0.5 if along > 0 else -0.5
             for p in range(4):
                 for q in range(4):

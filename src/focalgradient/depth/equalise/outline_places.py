@@ -15,7 +15,7 @@ from focalgradient.depth.equalise.outline_edges import FARTHEST, blurs_at, moved
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.validity import BLUR_ERROR
 
-__all__ = ["CLEAR", "GAP", "Located", "few_large", "locate", "squared_residual", "zone_reach"]
+__all__ = ["CLEAR", "Conditions", "Located", "few_large", "locate", "squared_residual"]
 
 ONSET = 0.9
 """Share of the reach of blur and filters (`_reach`) within which residuals are larger than noise."""
@@ -49,9 +49,28 @@ GAP = 0.5
 """Difference of blur radius, in pixels of the widest view, from which depth jumps."""
 
 
-def zone_reach(radii: FloatArray, window: float) -> int:
-    """Pixels from a jump within which depth may be due to it."""
-    return int(2 * radii.max() + 3 * window)
+@dataclass(frozen=True, slots=True, eq=False)
+class Conditions:
+    """Blur of the views at each candidate level, their noise, and the error of the blur model."""
+
+    radii: FloatArray  # n x L: each view's blur radius in pixels
+    levels_per_pixel: float  # levels to a pixel of blur radius
+    noise: float = 1.0  # noise variance in units of the one assumed
+    model_error: float = 0.0  # as a share of the blur radius: what it explains is no jump
+
+    @property
+    def gap(self) -> float:
+        """Levels by which depth differs at a jump."""
+        return GAP * self.levels_per_pixel
+
+    def blur(self, level: FloatArray) -> FloatArray:
+        """Blur radius in pixels in the most blurred view at each `level`."""
+        widest = self.radii.max(axis=0)
+        return np.interp(level, np.arange(len(widest)), widest)
+
+    def zone_reach(self, window: float) -> int:
+        """Pixels from a jump within which depth may be due to it."""
+        return int(2 * self.radii.max() + 3 * window)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,101 +79,100 @@ class Located:
 
     zone: surfaces.Zone
     planes: FloatArray
-    near: NDArray[np.bool_]  # H x W: the near side
+    is_near: NDArray[np.bool_]  # H x W: whether a pixel lies on the near side
     distance: FloatArray  # pixels from the nearest outline
     place_sd: FloatArray  # standard deviation in pixels of the nearest outline's place
     reach: FloatArray  # how far residuals reach from the outline on each pixel's side
-    clean: NDArray[np.bool_]  # what the surface on each pixel's side explains
+    is_explained: NDArray[np.bool_]  # H x W: by the surface on the pixel's side
 
     @property
-    def free(self) -> NDArray[np.bool_]:
+    def is_unoccluded(self) -> NDArray[np.bool_]:
         """H x W: pixels that outlines do not reach."""
-        return ~self.zone.inside | (self.distance > CLEAR * self.reach)
+        return ~self.zone.is_inside | (self.distance > CLEAR * self.reach)
 
 
 def locate(
     equalised: Equalised,
     nodes: Nodes,
     jump_sd: FloatArray,
-    good: NDArray[np.bool_],
-    known: NDArray[np.bool_],
-    radii: FloatArray,
-    levels_per_pixel: float,
-    noise: float,
+    is_reliable: NDArray[np.bool_],
+    is_settled: NDArray[np.bool_],
+    given: Conditions,
     images: Sequence[Image],
 ) -> Located | None:
-    """Outlines between the surfaces that are continued from `good` nodes (h x w); None where there are none.
+    """Outlines between the surfaces that are continued from reliable nodes (h x w); None where there are none.
 
-    No outline runs through what is `known` (H x W) from windows.
+    No outline runs through pixels that are settled (H x W): windows give their depth.
     """
-    planes = surfaces.planes(nodes.level, nodes.sd, good, GAP * levels_per_pixel)
-    pairs = surfaces.pairs(planes, jump_sd, good, GAP * levels_per_pixel)
+    planes = surfaces.planes(nodes.level, nodes.sd, is_reliable, given.gap)
+    pairs = surfaces.pairs(planes, jump_sd, is_reliable, given.gap)
     if pairs is None:
         return None
-    zone = surfaces.spread(pairs, planes, nodes.sd, equalised.step, known.shape, zone_reach(radii, equalised.window))
+    reach = given.zone_reach(equalised.window)
+    zone = surfaces.spread(pairs, planes, nodes.sd, equalised.step, is_settled.shape, reach)
     near, far = (
-        squared_residual(equalised, level, sd, radii, levels_per_pixel, noise)
+        squared_residual(equalised, level, sd, given)
         for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
     )
-    clean_near, clean_far = few_large(near), few_large(far)
+    is_explained_by_near, is_explained_by_far = few_large(near), few_large(far)
     # Where both surfaces explain the views, the better one does, if it is clearly better.
     better = ndimage.gaussian_filter(np.clip(far - near, -LARGE, LARGE), BROAD)
-    only_near = _without_specks(clean_near & (better > BETTER) & zone.inside)
-    only_far = _without_specks(clean_far & (better < -BETTER) & zone.inside)
-    if not (only_near.any() and only_far.any()):
+    is_only_near = _without_specks(is_explained_by_near & (better > BETTER) & zone.is_inside)
+    is_only_far = _without_specks(is_explained_by_far & (better < -BETTER) & zone.is_inside)
+    if not (is_only_near.any() and is_only_far.any()):
         return None
     del near, far, better  # each as large as the tile
-    reach_near, reach_far = _reach(*(blurs_at(level, radii) for level in (zone.near, zone.far)))
-    to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
+    reach_near, reach_far = _reach(*(blurs_at(level, given.radii) for level in (zone.near, zone.far)))
+    to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (is_only_near, is_only_far))
     inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
-    side = _at_edges(inward > 0, zone, known, images, blurs_at(zone.near, radii))
-    distance, nearest = _distance(side, zone, known)
+    is_near = _at_edges(inward > 0, zone, is_settled, images, blurs_at(zone.near, given.radii))
+    distance, nearest = _distance(is_near, zone, is_settled)
     undecided = to_near + to_far - ONSET * (reach_near + reach_far)
     return Located(
         zone,
         planes,
-        side,
+        is_near,
         distance,
         np.hypot(OUTLINE_SD, UNDECIDED * undecided)[nearest],
-        np.where(side, reach_near, reach_far),
-        np.where(side, clean_near, clean_far),
+        np.where(is_near, reach_near, reach_far),
+        np.where(is_near, is_explained_by_near, is_explained_by_far),
     )
 
 
 def _at_edges(
-    near: NDArray[np.bool_],
+    is_near: NDArray[np.bool_],
     zone: surfaces.Zone,
-    known: NDArray[np.bool_],
+    is_settled: NDArray[np.bool_],
     images: Sequence[Image],
     blur: FloatArray,
 ) -> NDArray[np.bool_]:
     """The `near` side (H x W) with its outlines moved to where the views have edges."""
-    distance, nearest = _distance(near, zone, known)
-    inward = np.where(near, distance, -distance) if np.isfinite(distance).all() else np.where(near, 1e3, -1e3)
+    distance, nearest = _distance(is_near, zone, is_settled)
+    inward = np.where(is_near, distance, -distance) if np.isfinite(distance).all() else np.where(is_near, 1e3, -1e3)
     moved = moved_to_edges(inward, distance < 1, images, blur)[nearest]
-    return np.where(distance < FARTHEST + 1, inward > moved, near)
+    return np.where(distance < FARTHEST + 1, inward > moved, is_near)
 
 
 def _distance(
-    near: NDArray[np.bool_], zone: surfaces.Zone, known: NDArray[np.bool_]
+    is_near: NDArray[np.bool_], zone: surfaces.Zone, is_settled: NDArray[np.bool_]
 ) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
     """Pixels from the nearest outline, a border of the `near` side (H x W) between the surfaces of one jump; its place.
 
-    No outline runs through what is `known` (H x W) from windows.
+    No outline runs through what is `is_settled` (H x W) from windows.
     Where three surfaces meet, the middle one is on the far side of one outline and on the near side of another.
     """
-    own, other = np.where(near, zone.near, zone.far), np.where(near, zone.far, zone.near)
-    beside = np.zeros(near.shape, np.bool_)
+    own, other = np.where(is_near, zone.near, zone.far), np.where(is_near, zone.far, zone.near)
+    beside = np.zeros(is_near.shape, np.bool_)
     for axis in (0, 1):
         first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
-        border = (near[first] != near[second]) & zone.inside[first] & zone.inside[second]
-        border &= ~(known[first] & known[second])
+        border = (is_near[first] != is_near[second]) & zone.is_inside[first] & zone.is_inside[second]
+        border &= ~(is_settled[first] & is_settled[second])
         for one, two in ((first, second), (second, first)):
             border &= np.abs(own[two] - other[one]) < np.abs(own[two] - own[one])
         beside[first] |= border
         beside[second] |= border
     if not beside.any():
-        return np.full(near.shape, np.inf), tuple(np.indices(near.shape))
+        return np.full(is_near.shape, np.inf), tuple(np.indices(is_near.shape))
     distance, nearest = ndimage.distance_transform_edt(~beside, return_indices=True)
     return distance + 0.5, tuple(nearest)
 
@@ -172,9 +190,7 @@ def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
 
 
-def squared_residual(
-    equalised: Equalised, level: FloatArray, sd: FloatArray, radii: FloatArray, levels_per_pixel: float, noise: float
-) -> FloatArray:
+def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, given: Conditions) -> FloatArray:
     """Squared residual at `level` (H x W, known to `sd`) over what noise, that, and the blur's own error leave."""
     level = np.clip(level, 0, equalised.levels - 1)
     left, slope = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.float32)
@@ -183,8 +199,8 @@ def squared_residual(
         left += value**2
         slope += derivative**2
     place = np.arange(equalised.levels)
-    expected = noise * np.interp(level, place, sum(residual.noise for residual in equalised.residuals))
-    error = BLUR_ERROR * levels_per_pixel * np.interp(level, place, radii.max(axis=0))
+    expected = given.noise * np.interp(level, place, sum(residual.noise for residual in equalised.residuals))
+    error = BLUR_ERROR * given.levels_per_pixel * given.blur(level)
     return left / (expected + slope * (sd**2 + error**2))
 
 

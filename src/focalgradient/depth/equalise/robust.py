@@ -14,14 +14,16 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes
+from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import Image
 from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth
 from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR
 
-__all__ = ["Part", "Robust", "read_again", "robust_depth"]
+__all__ = ["Inliers", "Likelihood", "Part", "Refined", "model_error", "refine", "refine_without", "reject_outliers"]
 
 CHECK_SIDE = 5
 """Side in pixels of the squares in which the views' agreement is tested."""
@@ -38,8 +40,8 @@ REACH = 1.2
 walls, planes and steps with a lamp beyond the frame, or without one, 95 to 98 % of the rim lies within two sd with 1.0,
 1.2, 1.5 and 2.0."""
 
-ROUNDS = 6
-"""Times that contradicting pixels are looked for, at most."""
+MAX_REJECTIONS = 6
+"""Maximum number of outlier-rejection iterations."""
 
 SETTLED = 2e-3
 """Share of the pixels that changes in a round, below which the search for contradicting pixels ends."""
@@ -52,8 +54,7 @@ class Part:
     views: RegisteredViews
     inward: NDArray[Any]  # H x W: pixels to the border of the whole frame
     false_alarm: float
-    blur: FloatArray  # L: the largest blur radius in pixels at each level
-    levels_per_pixel: float
+    search: Search
     compressed: bool = False  # whether noise rises with contrast, as compression makes it
 
     def of(self, tile: Tile) -> Part:
@@ -70,76 +71,116 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Robust:
-    """Depth as estimated without contradicting pixels."""
+class Likelihood:
+    """Cost of every candidate (minus twice the log likelihood), and the depth of least cost."""
+
+    energy: Image  # L x h x w: squared residuals, summed over each node's block
+    is_summed: NDArray[np.bool_]  # H x W: the pixels that they are summed over
+    scale: float  # noise variance in units of the one assumed
+    nodes: Nodes
+
+    @classmethod
+    def of(cls, equalised: Equalised, is_used: NDArray[np.bool_], scale: float) -> Likelihood:
+        """Sum the residuals over the pixels of `is_used` (H x W)."""
+        weight = is_used.astype(np.float32)
+        energy = equalised.energy(weight)
+        return cls(energy, is_used, scale, equalised.minima(*equalised.averages(energy, weight), scale))
+
+    def over(self, equalised: Equalised, is_used: NDArray[np.bool_]) -> Likelihood:
+        """The same over other pixels; `energy` is changed in place."""
+        weight = is_used.astype(np.float32)
+        equalised.sum_again(self.energy, weight, self.is_summed ^ is_used)
+        nodes = equalised.minima(*equalised.averages(self.energy, weight), self.scale)
+        return replace(self, is_summed=is_used, nodes=nodes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inliers:
+    """Pixels whose views agree at some depth, and the likelihood of windows over these alone."""
+
+    likelihood: Likelihood  # over the inliers, but for a share `SETTLED` at most
+    is_consistent: NDArray[np.bool_]  # H x W: whether a pixel's views agree
+    is_within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
+
+    @property
+    def is_inlier(self) -> NDArray[np.bool_]:
+        """H x W: consistent, and out of reach of light from beyond the frame."""
+        return self.is_consistent & self.is_within
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refined:
+    """Depth of a part of the frame by local planes through its inliers."""
 
     nodes: Nodes
-    agrees: NDArray[np.bool_]  # H x W: whether a pixel's views agree
-    scale: float  # noise variance in units of the one assumed
-    used: NDArray[np.bool_]  # H x W: pixels that depth rests on
-    energy: Image  # L x h x w: their squared residuals, summed over each node's block
-    within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
-    textured: OwnTexture
+    inliers: Inliers
+    texture: OwnTexture
     images: list[tuple[Image, Image]]  # each comparison's residual at depth in the first windows, and its derivative
 
 
-def robust_depth(
-    equalised: Equalised, part: Part, used: NDArray[np.bool_], energy: Image, scale: float, growth: Growth = SMOOTH
-) -> Robust:
-    """Depth from pixels that do not contradict each other.
+def reject_outliers(equalised: Equalised, part: Part, found: Likelihood) -> tuple[Inliers, ResidualStatistics]:
+    """Reject pixels whose views contradict each other at the depth found, and find depth without them, in turn.
 
-    Parameters
-    ----------
-    equalised, part
-        The views, compared at every level, and what is known of them.
-    used, energy
-        Pixels to begin with (H x W), and their squared residuals summed over each node's block (L x h x w); changed.
-    scale
-        Noise variance in units of the one assumed.
-    growth
-        How planes grow.
+    Also returns what each pixel leaves at the depth by which it was judged. `found` is changed.
     """
-    tolerance = BLUR_ERROR * part.blur * part.levels_per_pixel
-    usable, shape = part.views.usable, part.views.shape
+    blur = part.search.radius(part.search.vergences)  # L
+    tolerance = BLUR_ERROR * blur * part.search.levels_per_pixel
+    is_usable, shape = part.views.usable, part.views.shape
     # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
     rim = part.rim(equalised)
     middle = (slice(rim, -rim), slice(rim, -rim))
-    weight = used.astype(np.float32)
-    nodes = equalised.minima(*equalised.averages(energy, weight), scale)
-    for _ in range(ROUNDS):
-        local, before = equalised.evaluate(nodes), used
-        agreement = equalised.agreement(local, scale, CHECK_SIDE, part.false_alarm, tolerance)
-        agrees = usable & np.pad(agreement[middle], rim, mode="edge")
-        reach = REACH * np.interp(local.level, np.arange(equalised.levels), part.blur)
-        within = usable & (part.inward >= np.clip(reach, rim, min(shape) / 6))
-        used = agrees & within
-        weight, changed = used.astype(np.float32), before ^ used
-        if changed.mean() < SETTLED:
+    for _ in range(MAX_REJECTIONS):
+        local = equalised.evaluate(found.nodes)
+        agreement = equalised.agreement(local, found.scale, CHECK_SIDE, part.false_alarm, tolerance)
+        is_consistent = is_usable & np.pad(agreement[middle], rim, mode="edge")
+        reach = REACH * np.interp(local.level, np.arange(equalised.levels), blur)
+        is_within = is_usable & (part.inward >= np.clip(reach, rim, min(shape) / 6))
+        if (found.is_summed ^ (is_consistent & is_within)).mean() < SETTLED:
             break
-        equalised.sum_again(energy, weight, changed)
-        nodes = equalised.minima(*equalised.averages(energy, weight), scale)
-    first = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, local), weight, scale, growth.first)
-    first = replace(first, sd=nodes.sd)
+        found = found.over(equalised, is_consistent & is_within)
+    return Inliers(found, is_consistent, is_within), local
+
+
+def refine(
+    equalised: Equalised, part: Part, inliers: Inliers, local: ResidualStatistics, growth: Growth = SMOOTH
+) -> Refined:
+    """Refine depth by local planes in windows of `growth`, and find where it rests on texture.
+
+    `local` is what `reject_outliers` returns beside the inliers.
+    """
+    nodes, scale, weight = inliers.likelihood.nodes, inliers.likelihood.scale, inliers.is_inlier.astype(np.float32)
+    local = equalised.evaluate_to_refine(nodes, local)
+    first = replace(equalised.refine(nodes, local, weight, scale, growth.first), sd=nodes.sd)
     local, images = equalised.evaluate_images(first)
     nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, scale, growth)
     nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
-    summed = before if changed.mean() < SETTLED else used
-    textured = own_texture(equalised, local, weight, scale, part.compressed)
-    return Robust(nodes, agrees, scale, summed, energy, within, textured, images)
+    return Refined(nodes, inliers, own_texture(equalised, local, weight, scale, part.compressed), images)
 
 
-def read_again(
-    robust: Robust, equalised: Equalised, tile: Tile, kept: NDArray[np.bool_]
+def model_error(equalised: Equalised, part: Part, refined: Refined) -> SplitBand:
+    """Error of the blur model, by the split-band test of a part of the frame.
+
+    The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are left
+    out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
+    """
+    inliers, nodes = refined.inliers, refined.nodes
+    kept, weight = inliers.is_within.astype(np.float32), inliers.is_inlier.astype(np.float32)
+    images = [(kept * value, kept * derivative) for value, derivative in refined.images]
+    scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
+    return split_band_test(equalised, nodes, images, weight, part.search, scale, is_informative)
+
+
+def refine_without(
+    found: Likelihood, equalised: Equalised, tile: Tile, is_kept: NDArray[np.bool_]
 ) -> tuple[Nodes, NDArray[np.bool_]]:
-    """Depth at a tile's nodes from its pixels of `kept` (H x W) alone, and the nodes where it rests on signal."""
-    before = robust.used[tile.outer]
-    weight, energy = (before & kept).astype(np.float32), robust.energy[:, *tile.outer_nodes(equalised.step)].copy()
-    equalised.sum_again(energy, weight, before & ~kept)
-    nodes = equalised.minima(*equalised.averages(energy, weight), robust.scale)
+    """Depth at a tile's nodes from its pixels of `is_kept` (H x W) alone, and the nodes where it rests on signal."""
+    is_used, scale = found.is_summed[tile.outer] & is_kept, found.scale
+    energy = found.energy[:, *tile.outer_nodes(equalised.step)].copy()
+    nodes = Likelihood(energy, found.is_summed[tile.outer], scale, found.nodes).over(equalised, is_used).nodes
     sd = nodes.sd
     for growth in (HELD_APART.first, HELD_APART):
         beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
-        nodes = equalised.refine(replace(nodes, sd=sd), beside, weight, robust.scale, growth)
+        nodes = equalised.refine(replace(nodes, sd=sd), beside, is_used.astype(np.float32), scale, growth)
     return nodes, informative_nodes(nodes)
 
 

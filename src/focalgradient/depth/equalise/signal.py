@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
+from focalgradient.depth.equalise.wavebands import BandGains
+from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import Image
 
 __all__ = [
+    "AROUND",
     "EXPLAINED",
     "NEARLY_NOTHING",
+    "Signal",
     "among_outside",
     "indicating_nodes",
     "informative_nodes",
@@ -29,6 +35,14 @@ MISFIT = 4.0
 EXPLAINED = 0.5
 """Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
 power: of views nearly without noise the strongest contrasts contradict every model, outlines first."""
+
+EXPLAINED_COLOURED = 0.75
+"""Share of the places with texture whose views must agree for anything to be claimed of textures in several colours,
+whose wavebands differ: walls whose depth is wrong by a dioptre, or by 1.5 sd, have 0.57 and 0.60 of a photograph and of
+random colours, those that are right mostly more than 0.85 (`benchmarks/coloured_walls.py`)."""
+
+AROUND = 4.0
+"""Windows about a place over which it is judged whether depth there lies outside the range searched: a choice."""
 
 BARE = 0.3
 """Share of the frame with texture below which it may be edges on blank surfaces: a choice (printed squares: 0.07 to
@@ -72,6 +86,52 @@ NEARLY_NOTHING = 0.01
 
 SUPPORT = 0.1
 """Share of a window that must be usable."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal:
+    """Where a frame's depth rests on signal, and whether anything is claimed."""
+
+    one_waveband: bool  # whether all views are in one
+    is_informative: NDArray[np.bool_]  # h x w: depth rests on signal
+    is_textured: NDArray[np.bool_]  # h x w: there is texture
+    explained: float  # share of the places with texture that are informative
+    blank: float | None  # what is left of views without signal (`left_on_blank`)
+    is_trusted: bool  # whether depth is claimed anywhere
+
+    @classmethod
+    def of(cls, problem: Problem, nodes: Nodes, gains: BandGains | None, step: int) -> Signal:
+        """Judge a frame by its `nodes`, `step` pixels apart, and by what wavebands share (None: all are in one)."""
+        one_waveband, settings = gains is None, problem.settings
+        is_informative = informative_nodes(nodes, one_waveband)
+        if one_waveband:
+            is_informative &= ~among_outside(nodes, AROUND * settings.window / step)
+        is_textured = (nodes.texture >= 1) & (nodes.support > 0.5)
+        explained = float(is_informative[is_textured].mean()) if is_textured.any() else 0.0
+        # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves
+        # nothing. Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may
+        # differ.
+        least = EXPLAINED if gains is None or not gains.coloured else EXPLAINED_COLOURED
+        is_explained = gains is None or (gains.comparable and explained >= least)
+        # What a user gives as noise may be more than there is.
+        images = [view.image for view in problem.views]
+        blank = left_on_blank(nodes, is_informative, images) if one_waveband and settings.noise is None else None
+        return cls(one_waveband, is_informative, is_textured, explained, blank, is_explained and blank is None)
+
+    def misfit(self, nodes: Nodes) -> float:
+        """Median of what is left of the views over the noise, where there is texture, if anywhere."""
+        return float(np.median(nodes.misfit[self.is_textured] if self.is_textured.any() else nodes.misfit))
+
+    def rejection(
+        self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: NDArray[np.bool_]
+    ) -> dict[str, Any]:
+        """Why next to nothing is valid (H x W), though the views show texture; empty where that is not so."""
+        any_texture = bool(self.is_textured.any())
+        if is_valid.mean() >= NEARLY_NOTHING or not (any_texture or self.blank is not None):
+            return {}
+        outside = float(outside_range(nodes)[self.is_textured].mean()) if any_texture else 0.0
+        why = why_rejected(nodes, self.explained, tau, not self.one_waveband, self.blank, searched)
+        return {"rejected": why, "share_outside_range": outside}
 
 
 def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:

@@ -23,6 +23,7 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
 from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
+from focalgradient.depth.search import Search
 
 __all__ = ["UNLIKE", "SplitBand", "split_band_test"]
 
@@ -91,12 +92,11 @@ def split_band_test(
     nodes: Nodes,
     at_pixels: Sequence[tuple[Image, Image]],
     weight: Image,
-    blur: FloatArray,
-    levels_per_pixel: float,
+    search: Search,
     noise: float,
-    trusted: NDArray[np.bool_],
+    is_trusted: NDArray[np.bool_],
 ) -> SplitBand:
-    """Compare depth from coarse detail with depth from fine detail at the nodes that are `trusted`.
+    """Compare depth from coarse detail with depth from fine detail at the nodes of `is_trusted`.
 
     Parameters
     ----------
@@ -108,24 +108,22 @@ def split_band_test(
         For each comparison, the residual image at the level read around each pixel, and its derivative by level.
     weight
         H x W, 0 or 1: the pixels that are used.
-    blur
-        Largest blur radius in pixels at each level.
-    levels_per_pixel
-        Levels to a pixel of blur radius.
+    search
+        The candidate levels.
     noise
         Noise variance in units of the one assumed.
-    trusted
+    is_trusted
         h x w: nodes whose depth is to be claimed.
     """
     place = np.arange(equalised.levels)
-    blurs = np.interp(nodes.level, place, blur)
-    use = trusted & (nodes.support > 0.5)
+    blurs = np.interp(nodes.level, place, search.radius(search.vergences))
+    use = is_trusted & (nodes.support > 0.5)
     if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
         use = nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
     if use.sum() < LEAST_NODES:
         return SplitBand(0.0, (), (), (), (), int(use.sum()))
     radius = max(LEAST_RADIUS, float(np.median(blurs[use])))
-    share = np.maximum(LEAST_BLUR, blurs[use]) * levels_per_pixel  # an error of the whole blur, in levels
+    share = np.maximum(LEAST_BLUR, blurs[use]) * search.levels_per_pixel  # an error of the whole blur, in levels
     widening = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
     spectra = _spectra(at_pixels)
     rows, columns, _ = _surround(weight.shape)

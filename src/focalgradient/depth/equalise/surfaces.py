@@ -62,42 +62,42 @@ FITS = 1.0
 class Zone:
     """The near and the far surface about jumps of depth, in levels; H x W each."""
 
-    inside: NDArray[np.bool_]  # in reach of a jump
+    is_inside: NDArray[np.bool_]  # in reach of a jump
     near: FloatArray
     near_sd: FloatArray
     far: FloatArray
     far_sd: FloatArray
 
 
-def planes(level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: float) -> FloatArray:
-    """Planes through `good` nodes (h x w) and those about them on one surface.
+def planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> FloatArray:
+    """Planes through reliable nodes (h x w) and those about them on one surface.
 
     Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. A plane is
-    laid through ever wider windows while it goes on to fit. Returns 4 x h x w, 0 where a node is not good: value, slope
-    down, slope right (by node), and the nodes over which it is continued for its variance to double.
+    laid through ever wider windows while it goes on to fit. Returns 4 x h x w, 0 where a node is not reliable: value,
+    slope down, slope right (by node), and the nodes over which it is continued for its variance to double.
     """
     found = np.zeros((4, *level.shape))
     # A node's weight, and the window's: worked out once, as every node is in some hundred windows.
-    known = np.where(good, 1 / (sd**2 + LEAST_SD**2), 0.0)
+    information = np.where(is_reliable, 1 / (sd**2 + LEAST_SD**2), 0.0)
     widths = WIDTH * 2 ** np.arange(round(np.log2(WIDEST / WIDTH)) + 1)
     side = np.arange(int(REACH * WIDEST / WIDTH) + 1.0)
     window = np.exp(-(side[:, None] ** 2 + side**2) / (2 * widths[:, None, None] ** 2))
-    share_rows(len(level), lambda first, last: _planes(level, sd, known, window, gap / 2, first, last, found))
+    share_rows(len(level), lambda first, last: _planes(level, sd, information, window, gap / 2, first, last, found))
     return found
 
 
 @njit(nogil=True, cache=True)
-def _planes(level, sd, known, window, off, first, last, found):  # type: ignore[no-untyped-def]
+def _planes(level, sd, information, window, off, first, last, found):  # type: ignore[no-untyped-def]
     for i in range(first, last):
         for j in range(level.shape[1]):
-            if known[i, j] == 0:
+            if information[i, j] == 0:
                 continue
-            plane, _, _ = _plane(level, sd, known, window[0], 1.5, 1, i, j, (level[i, j], 0.0, 0.0), off)
-            plane, _, _ = _plane(level, sd, known, window[0], REACH, 1, i, j, plane, off)
+            plane, _, _ = _plane(level, sd, information, window[0], 1.5, 1, i, j, (level[i, j], 0.0, 0.0), off)
+            plane, _, _ = _plane(level, sd, information, window[0], REACH, 1, i, j, plane, off)
             width = WIDTH
             for wider in window[1:]:
                 reach = REACH * 2 * width / WIDTH
-                new, squares, total = _plane(level, sd, known, wider, reach, APART, i, j, plane, off)
+                new, squares, total = _plane(level, sd, information, wider, reach, APART, i, j, plane, off)
                 if squares > FITS * total or (new[0] - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2):
                     break
                 plane, width = new, 2 * width
@@ -105,7 +105,7 @@ def _planes(level, sd, known, window, off, first, last, found):  # type: ignore[
 
 
 @njit(nogil=True, cache=True)
-def _plane(level, sd, known, window, reach, apart, i, j, plane, off):  # type: ignore[no-untyped-def]
+def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # type: ignore[no-untyped-def]
     """A plane through nodes about one that lie near `plane`, what is left of their squares, and their weight."""
     rows, columns = level.shape
     value, down, right = plane
@@ -118,8 +118,8 @@ def _plane(level, sd, known, window, reach, apart, i, j, plane, off):  # type: i
         for m in range(j - min(j, wide) // apart * apart, min(columns, j + wide + 1), apart):
             x = float(m - j)
             on = abs(level[k, m] - value - down * y - right * x) <= off + 3 * sd[k, m]
-            share = window[abs(k - i), abs(m - j)] if on and known[k, m] > 0 else 0.0
-            weight, rise = share * known[k, m], level[k, m] - here
+            share = window[abs(k - i), abs(m - j)] if on and information[k, m] > 0 else 0.0
+            weight, rise = share * information[k, m], level[k, m] - here
             total += share
             one += weight
             y1 += weight * y
@@ -158,7 +158,7 @@ def _solved(a, b):  # type: ignore[no-untyped-def]
 
 
 def curvature_variance(
-    level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], reach: FloatArray, gap: float
+    level: FloatArray, sd: FloatArray, is_informative: NDArray[np.bool_], reach: FloatArray, gap: float
 ) -> FloatArray:
     """Variance of depth about its plane as far as blur and window reach, over what noise explains; h x w, 0 on planes.
 
@@ -167,7 +167,7 @@ def curvature_variance(
 
     Parameters
     ----------
-    level, sd, good
+    level, sd, is_informative
         h x w: depth at nodes in levels, its standard deviation, and whether it counts.
     reach
         h x w: how far blur and window reach, in nodes.
@@ -176,16 +176,16 @@ def curvature_variance(
     """
     variance = np.zeros(level.shape)
     width = CURVED * reach
-    share_rows(len(level), lambda first, last: _curvature(level, sd, good, width, gap, first, last, variance))
+    share_rows(len(level), lambda first, last: _curvature(level, sd, is_informative, width, gap, first, last, variance))
     return np.asarray(ndimage.maximum_filter(variance, 2 * STRAIGHT + 1))
 
 
 @njit(nogil=True, cache=True)
-def _curvature(level, sd, good, width, gap, first, last, variance):  # type: ignore[no-untyped-def]
+def _curvature(level, sd, is_informative, width, gap, first, last, variance):  # type: ignore[no-untyped-def]
     rows, columns = level.shape
     for i in range(first, last):
         for j in range(columns):
-            if not good[i, j]:
+            if not is_informative[i, j]:
                 continue
             reach, narrow = int(2 * width[i, j]), -1 / (2 * width[i, j] ** 2)
             squares = total = noise = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
@@ -195,7 +195,7 @@ def _curvature(level, sd, good, width, gap, first, last, variance):  # type: ign
                 wide = int(np.sqrt(reach * reach - y * y))
                 for m in range(j - min(j, wide) // apart * apart, min(columns, j + wide + 1), apart):
                     x, off = float(m - j), level[k, m] - level[i, j]
-                    if not good[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
+                    if not is_informative[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
                         continue
                     weight = np.exp((y * y + x * x) * narrow) / (sd[k, m] ** 2 + EVEN_SD**2)
                     total += weight
@@ -217,18 +217,18 @@ def _curvature(level, sd, good, width, gap, first, last, variance):  # type: ign
                 variance[i, j] = (left - noise) / total
 
 
-def pairs(planes: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: float) -> NDArray[np.intp] | None:
-    """Nodes at which depth jumps, each with the good nodes of the near and the far surface; None where there are none.
+def pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> NDArray[np.intp] | None:
+    """Nodes at which depth jumps, each with the reliable nodes of the near and the far surface; None without any.
 
     Returns h x w x 4: row and column of the node that the near surface is continued from, and of the far surface's; -1
-    where depth does not jump: where the nearest good nodes of neighbours differ by less than `gap`, or as their planes
-    slope.
+    where depth does not jump: where the nearest reliable nodes of neighbours differ by less than `gap`, or as their
+    planes slope.
     """
-    if not good.any():
+    if not is_reliable.any():
         return None
-    nearest = ndimage.distance_transform_edt(~good, return_distances=False, return_indices=True)
-    place = np.indices(good.shape)
-    found = np.full((*good.shape, 4), -1)
+    nearest = ndimage.distance_transform_edt(~is_reliable, return_distances=False, return_indices=True)
+    place = np.indices(is_reliable.shape)
+    found = np.full((*is_reliable.shape, 4), -1)
     for axis in (0, 1):
         for shift, border in ((-1, -1), (1, 0)):
             other = np.roll(nearest, shift, axis=axis + 1)
@@ -267,31 +267,31 @@ def spread(
 
 def continued(
     zone: Zone,
-    near: NDArray[np.bool_],
+    is_near: NDArray[np.bool_],
     planes: FloatArray,
     nodes: Nodes,
     node_sd: FloatArray,
-    good: NDArray[np.bool_],
+    is_reliable: NDArray[np.bool_],
     step: int,
     gap: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Level of the surface on each pixel's side, and its sd: continued from the nearest good node of that surface.
+    """Level of the surface on each pixel's side, and its sd: continued from the nearest reliable node of that surface.
 
-    `near` (H x W) is the side of each pixel. The surface is that of the zone to within `gap`.
+    `is_near` (H x W) is the side of each pixel. The surface is that of the zone to within `gap`.
     """
-    shape = near.shape
-    level, sd = np.where(near, zone.near, zone.far), np.where(near, zone.near_sd, zone.far_sd)
+    shape = is_near.shape
+    level, sd = np.where(is_near, zone.near, zone.far), np.where(is_near, zone.near_sd, zone.far_sd)
     middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in shape))
-    same = good & (np.abs(nodes.level - level[middle]) < gap)
+    same = is_reliable & (np.abs(nodes.level - level[middle]) < gap)
     place = _places(shape, step)
     for side in (True, False):
-        some = same & (near[middle] == side)
+        some = same & (is_near[middle] == side)
         if not some.any():
             continue
         index = ndimage.distance_transform_edt(~some, return_distances=False, return_indices=True)
         own = tuple(repeat_blocks(part, step, shape) for part in index)
         value = _value(planes, own, place)
-        use = (near == side) & (np.abs(value - level) < gap)
+        use = (is_near == side) & (np.abs(value - level) < gap)
         level[use], sd[use] = value[use], _sd(planes, node_sd, own, place)[use]
     return level, sd
 

@@ -97,7 +97,7 @@ def rests_on_texture(
 class OwnTexture:
     """Where depth rests on texture at the pixel itself, H x W each."""
 
-    present: NDArray[np.bool_]
+    is_present: NDArray[np.bool_]
     other_surface: Image  # probability that a pixel belongs to a surface without texture, beside that which is seen
 
 

@@ -1,0 +1,155 @@
+"""Noise of a frame's views, and the views whitened: residuals with noise of one variance, tile by tile.
+
+What is common to all tiles (each view's noise, the law by which it rises, the power of the scene) is estimated once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power, step_of
+from focalgradient.depth.equalise.robust import Part
+from focalgradient.depth.equalise.tiles import Tile, tiles
+from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
+from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
+from focalgradient.depth.estimate import Problem
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
+from focalgradient.depth.search import Blurs
+
+__all__ = ["FrameNoise", "Whitening", "estimate_noise"]
+
+COMMON = 1024
+"""Side in pixels of the part of a large frame from which is estimated what all its tiles have in common."""
+
+BANDS_SIDE = 256
+"""Side in pixels of the part of the views in which is estimated what wavebands share: chosen by hand."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameNoise:
+    """Noise of registered views, and what views in different wavebands share."""
+
+    sd: list[float]  # of each view
+    raisable: float | None  # factor by which its variance may still be raised; None where noise is given
+    gains: BandGains | None = None  # None: all views are in one waveband
+
+    @property
+    def shared(self) -> SharedPower | None:
+        """Texture that wavebands share; None: all views are in one waveband."""
+        return None if self.gains is None else self.gains.shared
+
+
+def estimate_noise(problem: Problem, blurs: Blurs) -> FrameNoise:
+    """Estimate the noise of each registered view, where it is not given, and what wavebands share."""
+    settings, registered, wavebands = problem.settings, problem.registered, problem.search.wavebands
+    given = settings.given_noise(len(problem.views))
+    if len(set(wavebands)) == 1:
+        return FrameNoise(*noise_from_residuals(registered, blurs, settings.window, given))
+    known = None if given is None else noise_from_residuals(registered, blurs, settings.window, given)[0]
+    part = registered.most_textured_crop(BANDS_SIDE)
+    mixtures = [one.mixture for one in problem.search.stated]
+    expected = None
+    if mixtures[0] is not None:  # then all are
+        stated = np.array([(one.gain / mixtures[0].gain, one.gain_sd) for one in mixtures if one is not None])
+        expected = stated[:, 0], stated[:, 1]
+    gains = estimate_band_gains(wavebands, part, blurs, settings.window, known, expected)
+    return FrameNoise(gains.noise_sd, LENIENCE**2, gains)
+
+
+@dataclass(slots=True, eq=False)
+class Whitening:
+    """How the tiles of a frame are whitened."""
+
+    problem: Problem
+    blurs: Blurs
+    shared: SharedPower | None
+    noise_sd: list[float]  # of each view, as assumed
+    scale: float  # noise variance in units of the one assumed
+    law: NoiseLaw | None  # by which noise rises with brightness and contrast
+    power: FloatArray | None  # of the sharp scene; None: that of the tile
+    tiles: Sequence[Tile]
+    whole: Equalised | None  # the frame, where it is one tile: whitened already
+
+    @classmethod
+    def of(cls, problem: Problem, blurs: Blurs, noise: FrameNoise) -> Whitening:
+        """Estimate what all tiles share, from the most textured part of a large frame."""
+        registered, settings, shared, noise_sd = problem.registered, problem.settings, noise.shared, noise.sd
+        step = step_of(settings.window)
+        parts = list(tiles(registered.shape, step))
+        is_large = len(parts) > 1
+        crop, inward = registered, parts[0].inward(registered.shape)
+        if is_large:
+            crop = registered.most_textured_crop(COMMON)
+            inward = np.full(crop.shape, max(registered.shape))
+        part = Part(crop, inward, settings.false_alarm, problem.search)
+        at = None if noise.raisable is None else brightness_of_noise(registered)
+        for again in (False, True):
+            power = scene_power(crop.images, noise_sd, blurs.frequencies) if is_large else None
+            first = equalise(
+                crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
+            )
+            law, nodes = _even_out(first, part, at, shared is None)
+            if again or noise.raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
+                break
+            # Compression's errors have the spectrum of neither view's noise, by which these were distinguished: all
+            # are treated alike.
+            noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
+        scale = 1.0 if noise.raisable is None else min(noise.raisable, first.noise_found(nodes))
+        if not is_large:
+            return cls(problem, blurs, shared, noise_sd, scale, law, power, parts, first)
+        parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
+        noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
+        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, parts, None)
+
+    @property
+    def noise_found(self) -> list[float]:
+        """Standard deviation of each registered view's noise."""
+        return [math.sqrt(self.scale) * sd for sd in self.noise_sd]
+
+    def of_tile(self, tile: Tile) -> tuple[Part, Equalised]:
+        """A tile's views with what is known of them, and the same whitened at every candidate level."""
+        settings, registered = self.problem.settings, self.problem.registered
+        if len(self.tiles) > 1:
+            number = self.tiles.index(tile)
+            share, words = number / len(self.tiles), f"equalising blur, tile {number + 1} of {len(self.tiles)}"
+            settings.progress(0.4 + 0.5 * share, words)
+        compressed = self.law is not None and self.law.by_contrast > 0
+        views = registered if self.whole is not None else tile.of(registered)
+        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, compressed)
+        if self.whole is not None:
+            whole, self.whole = self.whole, None
+            return part, whole
+        equalised = equalise(
+            views.images,
+            self.blurs,
+            self.noise_sd,
+            window=settings.window,
+            shared=self.shared,
+            power=self.power,
+            shares=views.shares,
+        )
+        if self.law is not None:
+            equalised.divide(uneven_noise(self.law, views))
+        return part, equalised
+
+
+def _even_out(
+    equalised: Equalised, part: Part, brightness: float | None, one_waveband: bool
+) -> tuple[NoiseLaw | None, Nodes]:
+    """Make noise even where it rises with brightness or contrast (`even_out`): its law, and the nodes.
+
+    Photons of different wavebands, with textures of their own, are not compared.
+    """
+    weight = part.usable(equalised).astype(np.float32)
+
+    def read(_: bool) -> Nodes:
+        mean, support = equalised.averages(equalised.energy(weight), weight)
+        return equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
+
+    # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
+    return even_out(equalised, read, part.views, brightness, 2) if one_waveband else (None, read(False))
