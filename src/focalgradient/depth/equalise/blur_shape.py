@@ -21,7 +21,7 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.psf import Blend, Disc, Gaussian, Psf
 
-__all__ = ["Fit", "fit_models", "fit_shapes", "judge_shape", "others_than"]
+__all__ = ["Fit", "fit_models", "judge_shape", "others_than"]
 
 SIDE = 384
 """Side in pixels of the part of the views in which shapes are compared."""
@@ -47,39 +47,22 @@ class Fit:
     tau: float  # model error by the split-band test
 
 
-def fit_shapes(
-    search: Search,
-    views: RegisteredViews,
-    shapes: Sequence[Psf],
-    noise_sd: Sequence[float],
-    window: float,
-    noise: float = 1.0,
-) -> list[Fit]:
-    """How well each of the `shapes` explains `views`, at the same places and for the same noise.
-
-    `noise` is the noise variance in units of that of `noise_sd`.
-    """
-    return fit_models([(search, shape) for shape in shapes], views, noise_sd, window, noise)
-
-
 def fit_models(
     models: Sequence[tuple[Search, Psf]],
     views: RegisteredViews,
     noise_sd: Sequence[float],
     window: float,
-    noise: float = 1.0,
 ) -> list[Fit]:
-    """The same for optics, by the search that they make, each with a shape of blur."""
+    """Return how well each model (a search and a shape of blur) explains `views`, at the same places."""
     weight = views.usable.astype(np.float32)
     read, taus = [], []
     for search, shape in models:
         equalised = equalise(views.images, search.blurs(shape), noise_sd, window=window)
-        nodes = equalised.read(weight, noise)
+        nodes = equalised.read(weight)
         beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
-        nodes = equalised.refine(nodes, beside, weight, noise)
+        nodes = equalised.refine(nodes, beside, weight)
         images = equalised.evaluate_images(nodes)[1]
-        informative = nodes.unambiguous & nodes.inside & (nodes.texture >= 1)
-        split = split_band_test(equalised, nodes, images, weight, search, noise, informative)
+        split = split_band_test(equalised, nodes, images, weight, search, 1.0, nodes.is_textured)
         read.append(nodes)
         taus.append(split.tau)
     use = np.all([(nodes.support > 0.5) & (nodes.texture >= 1) for nodes in read], axis=0)
@@ -88,7 +71,7 @@ def fit_models(
 
 
 def judge_shape(
-    split: SplitBand, problem: Problem, shape: Psf, noise_sd: Sequence[float], noise: float
+    split: SplitBand, problem: Problem, shape: Psf, noise_sd: Sequence[float]
 ) -> tuple[dict[str, dict[str, float]], list[str], bool]:
     """How well each shape of blur fits, where coarse and fine detail disagree by `shape`, and the warning of it.
 
@@ -97,14 +80,8 @@ def judge_shape(
     if split.tau < DOUBTFUL:
         return {}, [], False
     shapes = [shape, *others_than(shape)]
-    fits = fit_shapes(
-        problem.search,
-        problem.registered.most_textured_crop(SIDE),
-        shapes,
-        noise_sd,
-        problem.settings.window,
-        noise,
-    )
+    models, part = [(problem.search, one) for one in shapes], problem.registered.most_textured_crop(SIDE)
+    fits = fit_models(models, part, noise_sd, problem.settings.window)
     best = min(range(len(shapes)), key=lambda number: fits[number].misfit)
     # The shape that leaves least may yet err more in depth: then neither is right.
     is_better = fits[best].misfit < BETTER * fits[0].misfit and fits[best].tau < fits[0].tau

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate, ndimage, optimize, special, stats
+from scipy import integrate, ndimage, special, stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import whitened_filters
@@ -103,6 +103,11 @@ class Nodes:
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
     curved_by_depth: NDArray[np.bool_]  # the residual's change by depth, and not what is left, curves the cost
+
+    @property
+    def is_textured(self) -> NDArray[np.bool_]:
+        """Nodes that show more texture than noise, and alone fit within the range searched."""
+        return self.unambiguous & self.inside & (self.texture >= 1)
 
     def part(self, rows: slice, columns: slice) -> Nodes:
         """The nodes of these rows and columns."""
@@ -288,38 +293,6 @@ class Equalised:
         first, last = self.even.value[[0, -1]]
         below, above = self.limited
         return np.asarray((below & (value < first - BEYOND * sd)) | (above & (value > last + BEYOND * sd)))
-
-    def noise_by_view(self, local: ResidualStatistics, taper: Image | None = None, together: int = 1) -> FloatArray:
-        """Noise variance of each view, and of each waveband's independent texture, in units of the ones assumed.
-
-        It is estimated from what equalising leaves of the images, weighted by a `taper` over the frame. Where a view is
-        much blurred the residual's fine detail is that view's own noise, its coarse detail both views': the spectrum of
-        what is left shows whose the noise is. The noises of the first views, `together`, are given one factor.
-        """
-        level = local.level
-        share = np.bincount(np.rint(level).astype(np.intp).ravel(), minlength=self.levels) / level.size
-        if taper is None:
-            taper = np.outer(*(np.hanning(n) for n in level.shape)).astype(np.float32)
-        found, shaped = [], []
-        for residual in self.residuals:
-            left = Spectra.of([residual.at(level)[0] * taper], 0)
-            counts, power = left.measure_and_power()
-            some = counts > 0
-            found.append(power[0, some] / np.mean(taper**2))
-            shaped.append(np.einsum("nlf,l->fn", residual.gains[:, :, some], share))
-        powers, model = np.concatenate(found), np.concatenate(shaped)
-        model = np.concatenate([model[:, :together].sum(axis=1, keepdims=True), model[:, together:]], axis=1)
-        variance = np.full(model.shape[1], np.median(powers / np.maximum(model.sum(axis=1), 1e-9)))
-        count = len(variance)
-        for _ in range(4):
-            # Power is known to a share of itself; what the spectrum leaves open goes by equal parts.
-            weight = 1 / (model @ variance + 0.02 * variance.mean())
-            alike = (np.eye(count) - 1 / count) * 2 / variance.mean()
-            variance, _ = optimize.nnls(
-                np.vstack([model * weight[:, None], alike]), np.concatenate([powers * weight, np.zeros(count)])
-            )
-            variance = np.clip(variance, 0.01 * variance.max(), None)
-        return variance
 
     def beside_jumps(self, nodes: Nodes) -> Nodes:
         """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.

@@ -62,7 +62,7 @@ def check_model(
     if not problem.registered.warnings and any_valid:
         by_slip, is_better = texts, False
         if shape is not None and not by_slip:
-            shapes, texts, is_better = judge_shape(split, problem, shape, noise_sd, 1.0)
+            shapes, texts, is_better = judge_shape(split, problem, shape, noise_sd)
         larger = [alternative.text] if alternative is not None and alternative.change >= DOUBTFUL else []
         if by_slip:
             texts = [*by_slip, *larger]

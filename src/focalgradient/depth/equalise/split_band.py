@@ -119,7 +119,7 @@ def split_band_test(
     blurs = np.interp(nodes.level, place, search.radius(search.vergences))
     use = is_trusted & (nodes.support > 0.5)
     if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
-        use = nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
+        use = nodes.is_textured & (nodes.support > 0.1)
     if use.sum() < LEAST_NODES:
         return SplitBand(0.0, (), (), (), (), int(use.sum()))
     radius = max(LEAST_RADIUS, float(np.median(blurs[use])))

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage, optimize
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import noise_passed
@@ -179,7 +179,7 @@ def estimate_band_gains(
         usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
         weight = weight * equalised.to_blocks(nodes.misfit <= CONTRADICTS * usual, part.shape)
         taper = ndimage.gaussian_filter(weight, window / 2)
-        found = equalised.noise_by_view(equalised.evaluate(nodes), taper, together=len(sd))
+        found = _noise_by_source(equalised, equalised.evaluate(nodes).level, taper, len(sd))
         own = np.concatenate([[0.0], np.clip(LITTLE * found[1:], 1e-6, 2)])
         if noise_sd is None:
             sd = np.clip(sd * np.sqrt(found[0]), least, most)
@@ -193,12 +193,39 @@ def estimate_band_gains(
     return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power, coloured * local_sd, coloured)
 
 
+def _noise_by_source(equalised: Equalised, level: Image, taper: Image, views: int) -> FloatArray:
+    """Noise variance of the views (one factor for all), and of each waveband's independent texture, over those assumed.
+
+    It is estimated from the spectrum of what equalising leaves at each pixel's `level`, weighted by a `taper` (H x W).
+    Where a view is much blurred the residual's fine detail is that view's own noise, its coarse detail all views'.
+    """
+    share = np.bincount(np.rint(level).astype(np.intp).ravel(), minlength=equalised.levels) / level.size
+    found, shaped = [], []
+    for residual in equalised.residuals:
+        counts, power = Spectra.of([residual.at(level)[0] * taper], 0).measure_and_power()
+        some = counts > 0
+        found.append(power[0, some] / np.mean(taper**2))
+        shaped.append(np.einsum("nlf,l->fn", residual.gains[:, :, some], share))
+    powers, model = np.concatenate(found), np.concatenate(shaped)
+    model = np.concatenate([model[:, :views].sum(axis=1, keepdims=True), model[:, views:]], axis=1)
+    count = model.shape[1]
+    variance = np.full(count, np.median(powers / np.maximum(model.sum(axis=1), 1e-9)))
+    for _ in range(4):
+        # Power is known to a share of itself; what the spectrum leaves open goes by equal parts.
+        weight = 1 / (model @ variance + 0.02 * variance.mean())
+        alike = (np.eye(count) - 1 / count) * 2 / variance.mean()
+        rows = np.vstack([model * weight[:, None], alike])
+        variance, _ = optimize.nnls(rows, np.concatenate([powers * weight, np.zeros(count)]))
+        variance = np.clip(variance, 0.01 * variance.max(), None)
+    return variance
+
+
 def _contrast_at(blurs: Blurs, nodes: Nodes, view: int) -> float:
     """Contrast in a view that the blurs state for the depth of the nodes: their geometric mean; 1 where none does."""
     if blurs.contrast is None:
         return 1.0
     at = np.interp(nodes.level, np.arange(blurs.contrast.shape[1]), np.log(blurs.contrast[view]))
-    weight = (nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)).astype(float)
+    weight = (nodes.is_textured & (nodes.support > 0.1)).astype(float)
     return float(np.exp(np.average(at, weights=weight))) if weight.any() else 1.0
 
 
@@ -255,7 +282,7 @@ def _gain_change(
     sums[4] -= np.interp(level, places, there_is * by_gain).astype(np.float32)
     blocks = np.stack([numerics.block_sum(weight * image, equalised.step) for image in sums]).astype(np.float32)
     wide = equalised.window / equalised.step
-    valid = nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
+    valid = nodes.is_textured & (nodes.support > 0.1)
     slope, both, size, depth, pull = numerics.gather(blocks, wide).astype(float) * valid
     lever = both / np.maximum(slope, 1e-9)
     known = np.where(valid, np.maximum(size - lever * both, 0), 0).ravel()
