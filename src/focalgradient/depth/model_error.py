@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DOUBTFUL", "LARGEST_TAU", "LEAST_BLUR", "LEAST_NODES", "random_effects"]
+__all__ = ["DOUBTFUL", "LARGEST_TAU", "LEAST_BLUR", "LEAST_NODES", "TRIMMED", "random_effects"]
 
 LEAST_BLUR = 0.5
 """Blur radius in pixels below which a model error counts as a share of this: small blur is the pixels' own."""

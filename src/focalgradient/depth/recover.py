@@ -6,6 +6,8 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,51 +69,18 @@ class Method:
     """What the method builds on; none: it takes any blur. None: it has no model of the blur."""
 
 
-# Imported when called, for `import focalgradient` to stay light.
-
-
-def _equalise() -> Estimator:
-    from focalgradient.depth.equalise.estimate import estimate
-
-    return Estimator(estimate)
-
-
-def _halves() -> Estimator:
-    from focalgradient.depth.dual_pixel.estimate import estimate
-
-    return Estimator(estimate)
-
-
-def _spectra() -> Estimator:
-    from focalgradient.depth.spectra.estimate import estimate
-
-    return Estimator(estimate)
-
-
-def _ratio() -> Estimator:
-    from focalgradient.depth.ratio.estimate import check, estimate
-
-    return Estimator(estimate, check)
-
-
-def _edges() -> Estimator:
-    from focalgradient.depth.edges.estimate import estimate
-
-    return Estimator(estimate)
-
-
-def _autofocus() -> Estimator:
-    from focalgradient.depth.autofocus.estimate import check, estimate
-
-    return Estimator(estimate, check)
+def _loaded(method: str) -> Estimator:
+    """Import a method's folder when it is called, for `import focalgradient` to stay light."""
+    module = import_module(f"focalgradient.depth.{method}.estimate")
+    return Estimator(module.estimate, getattr(module, "check", _any))
 
 
 METHODS: dict[MethodName, Method] = {
-    "equalise": Method(_equalise),
-    "spectra": Method(_spectra, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "ratio": Method(_ratio, most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "edges": Method(_edges, least=1, needs=(Capability.EDGE_RESPONSE,)),
-    "autofocus": Method(_autofocus, least=3, needs=None),
+    "equalise": Method(partial(_loaded, "equalise")),
+    "spectra": Method(partial(_loaded, "spectra"), needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "ratio": Method(partial(_loaded, "ratio"), most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "edges": Method(partial(_loaded, "edges"), least=1, needs=(Capability.EDGE_RESPONSE,)),
+    "autofocus": Method(partial(_loaded, "autofocus"), least=3, needs=None),
 }
 
 
@@ -276,7 +245,7 @@ def recover_depth(
     optics = [view.optics for view in views]
     settings = settings.resolved(optics)
     check_blur(method, settings.psf)
-    estimator = METHODS[method].load() if halves_of(views) is None else _halves()
+    estimator = METHODS[method].load() if halves_of(views) is None else _loaded("dual_pixel")
     estimator.check(views)
     search = Search.over(optics, views[0].pixel_angle, near, far, settings.psf)
     say(0.0, "registering the views")

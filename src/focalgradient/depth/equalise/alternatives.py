@@ -11,20 +11,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
+from focalgradient.depth.equalise.blur_shape import judge_shape
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
+from focalgradient.depth.equalise.optics_check import judge_optics
+from focalgradient.depth.equalise.split_band import SplitBand
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import RADII, FloatArray
-from focalgradient.depth.model_error import LEAST_BLUR
+from focalgradient.depth.model_error import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAST_NODES, TRIMMED
 from focalgradient.depth.noise import NOISE_SIDE
 from focalgradient.depth.search import Blurs
-from focalgradient.psf import Annulus
+from focalgradient.psf import Annulus, Disc, Psf
 
-__all__ = ["Alternative", "judge_alternatives"]
+__all__ = ["Alternative", "ModelChecks", "check_model", "error_with", "judge_alternatives"]
 
 OBSTRUCTED = (0.35, 0.5)
 """Diameters of an annulus's hole, over that of its rim: mirror lenses have about these."""
@@ -44,12 +48,6 @@ on a wall that two foci blur alike, even 3.4 is clear by its standard error; vie
 SHARE = 0.75
 """Quantile, over the frame, of what depth would change by as a share of the blur, that is added to the model error."""
 
-TRIMMED = 0.05
-"""Share of the nodes, those that differ most either way, that is left out: occlusion boundaries."""
-
-LEAST_NODES = 30
-"""Nodes below which nothing can be said."""
-
 
 @dataclass(frozen=True, slots=True)
 class Alternative:
@@ -68,11 +66,11 @@ class Alternative:
         )
 
 
-def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], discs: bool) -> Alternative | None:
-    """The alternative that explains the views clearly better than `blurs` do, if one does.
-
-    `discs` is whether the blur asked for is a disc, so that a ring is an alternative.
-    """
+def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]) -> Alternative | None:
+    """The alternative that explains views in one waveband clearly better than `blurs` do, if one does."""
+    # A displacement, which the user is warned about, looks like other blur.
+    if problem.registered.warnings or blurs.frequencies.down is not None or blurs.parts:
+        return None
     part = problem.registered.most_textured_crop(NOISE_SIDE)
     rim = min(NOISE_SIDE, *part.shape) // 12
     inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=rim)
@@ -93,7 +91,7 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
     pixels = np.abs(np.gradient(blurs.radius, axis=1)).max()  # of blur to a level
     windows = use.sum() * equalised.step**2 / equalised.window_size()
     best = None
-    for cause, models in _alternatives(blurs, discs):
+    for cause, models in _alternatives(blurs, isinstance(problem.settings.psf, Disc)):
         before = 0.0
         for model in models:  # ever stronger, while that explains more
             cost, other, _ = costs(model)
@@ -142,3 +140,51 @@ def _annulus(own: Blurs, hole: float) -> Blurs:
     """Annuli in place of discs, whose holes have `hole` times their diameter."""
     ring = Annulus(hole).transfer(RADII, own.radius[:, :, None])
     return replace(own, transfer=ring.astype(own.transfer.dtype))
+
+
+@dataclass(frozen=True, slots=True)
+class ModelChecks:
+    """What alternative models of the views show."""
+
+    details: dict[str, Any] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+
+def error_with(split: SplitBand, alternative: Alternative | None) -> float:
+    """Model error as a share of the blur radius: by the split-band test, or what an alternative would change."""
+    return split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
+
+
+def check_model(
+    problem: Problem,
+    noise_sd: Sequence[float],
+    split: SplitBand,
+    alternative: Alternative | None,
+    misfit: float,
+    explained: float,
+    any_valid: bool,
+) -> ModelChecks:
+    """Compare the stated optics, and the shape of blur, with others, for views in one waveband.
+
+    `misfit` is the frame's median misfit, `explained` the share of its texture that the model explains.
+    """
+    shape = problem.settings.psf if isinstance(problem.settings.psf, Psf) else None
+    shapes: dict[str, dict[str, float]] = {}
+    slips: dict[str, float] = {}
+    texts: list[str] = []
+    if shape is not None:
+        slips, texts = judge_optics(problem, shape, misfit, explained, split.tau)
+    # A displacement, which the user is warned about, looks like blur of another shape.
+    if not problem.registered.warnings and any_valid:
+        by_slip, is_better = texts, False
+        if shape is not None and not by_slip:
+            shapes, texts, is_better = judge_shape(split, problem, shape, noise_sd)
+        larger = [alternative.text] if alternative is not None and alternative.change >= DOUBTFUL else []
+        if by_slip:
+            texts = [*by_slip, *larger]
+        elif not is_better:
+            texts = split.warnings() or larger or texts
+    details = {"fit_by_shape": shapes, "fit_by_optics": slips}
+    if alternative is not None:
+        details["likelier"] = asdict(alternative)
+    return ModelChecks({name: found for name, found in details.items() if found}, texts)

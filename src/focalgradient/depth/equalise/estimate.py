@@ -6,11 +6,10 @@ from dataclasses import asdict
 
 import numpy as np
 
+from focalgradient.depth.equalise.alternatives import ModelChecks, check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.curves import curves
-from focalgradient.depth.equalise.frame import Frame, depth_at_nodes
-from focalgradient.depth.equalise.model_checks import ModelChecks, check_model, error_with, likelier_model
+from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import find_outlines
-from focalgradient.depth.equalise.pixels import depth_at_pixels
 from focalgradient.depth.equalise.robust import Likelihood, model_error, refine, reject_outliers
 from focalgradient.depth.equalise.signal import Signal
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
@@ -48,7 +47,7 @@ def estimate(problem: Problem) -> Estimate:
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found
     depth = depth_at_nodes(frame, grid, blurs, search.levels_per_pixel, noise.gains, settings.outlines)
-    alternative = likelier_model(problem, blurs, noise_sd) if one_waveband else None
+    alternative = judge_alternatives(problem, blurs, noise_sd) if one_waveband else None
     tau = error_with(depth.split, alternative)
     signal = Signal.of(problem, depth.nodes, noise.gains, grid.step)
     pixels = depth_at_pixels(problem, grid, frame, depth, signal, tau, whitening.law)

@@ -1,31 +1,63 @@
-"""Depth of a whole frame at nodes, joined from its tiles; and what it is uncertain by near jumps of depth."""
+"""Depth of a whole frame: joined from its tiles at nodes, then carried to pixels, with its uncertainty and validity."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance
+from focalgradient.depth.equalise.residuals import BAND
 from focalgradient.depth.equalise.robust import Refined
-from focalgradient.depth.equalise.signal import informative_nodes
+from focalgradient.depth.equalise.signal import AROUND, Signal, informative_nodes
 from focalgradient.depth.equalise.split_band import SplitBand
 from focalgradient.depth.equalise.texture import OwnTexture
 from focalgradient.depth.equalise.tiles import Tile, join_nodes, join_splits
 from focalgradient.depth.equalise.wavebands import BandGains, common_error
+from focalgradient.depth.equalise.whitening import uneven_noise
+from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.model_error import LEAST_BLUR
-from focalgradient.depth.search import Blurs
+from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
+from focalgradient.depth.noise import NoiseLaw
+from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Blurs, Search
+from focalgradient.depth.validity import blur_is_known
+from focalgradient.optics import capabilities
 
-__all__ = ["Frame", "NodeDepth", "depth_at_nodes"]
+__all__ = ["Frame", "NodeDepth", "PixelDepth", "depth_at_nodes", "depth_at_pixels"]
 
 FILTER_REACH = 2.0
 """Distance over which filters carry one surface over another in different wavebands, in radii of blur: chosen by
 hand."""
+
+ERRS = 1.03
+"""Median of what is left of the views, over the noise's power, from which the model errs: right models leave 0.99 to
+1.01."""
+
+COHERENT = 0.1
+"""Amplitude of that part of the model's error which looks like a difference of depth, alike over a window, over that of
+the part which is left: with it 94 to 99 % of depth on natural texture in JPEG of quality 90 and 95 lies within two sd;
+quality 75, with 73 %, would need 0.2 (`benchmarks/stored_photographs.py`)."""
+
+COMPRESSED = 0.3
+"""The same for noise that rises with contrast: in five rooms in JPEG of quality 75, 92 % of depth lies within two sd
+with it, 79 % with 0.1; and 89 % in ten that were left out of the choice (`benchmarks/rooms.py`)."""
+
+TENTH, BLUR_BESIDE = 0.1, 0.15
+"""Share of its distance, or blur radius in pixels, to which a surface must be known near an outline for depth to be
+claimed: the greater holds. Between outlines closer together than windows are wide, surfaces are less known."""
+
+OTHER_SURFACE = 0.2
+"""Standard deviation of the vergence of a surface without texture about that of the textured one beside it, over the
+frame's median vergence: in rooms, depth where texture ends errs by 0.18 of itself in the root mean square, and by 0.12
+where it does not."""
 
 
 @dataclass(slots=True, eq=False)
@@ -106,3 +138,151 @@ def depth_at_nodes(
     frame.is_consistent &= ~equalised.to_blocks(is_between, shape)
     moved = np.interp(nodes.level, np.arange(equalised.levels), common_error(gains, blurs))
     return NodeDepth(replace(nodes, sd=np.hypot(nodes.sd, moved)), split, variance + added)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PixelDepth:
+    """Depth at each pixel, H x W each."""
+
+    vergence: NDArray[np.float32]  # D
+    vergence_sd: NDArray[np.float32]  # D
+    is_valid: NDArray[np.bool_]
+
+
+def depth_at_pixels(
+    problem: Problem,
+    equalised: Equalised,
+    frame: Frame,
+    depth: NodeDepth,
+    signal: Signal,
+    tau: float,
+    law: NoiseLaw | None,
+) -> PixelDepth:
+    """Carry depth from nodes to pixels, take that near outlines from these, and decide what is valid.
+
+    `tau` is the model error as a share of the blur radius, `law` that by which noise rises.
+    """
+    search, registered, step = problem.search, problem.registered, equalised.step
+    shape, is_informative = registered.shape, signal.is_informative
+    coherent = np.zeros(depth.nodes.level.shape)
+    if signal.one_waveband:
+        coherent = _coherent_error(equalised, depth.nodes, is_informative, _by_contrast(law, registered, step))
+    vergence, sd, is_known = _interpolated(equalised, depth, coherent, search, tau, shape, signal.one_waveband)
+    is_valid = signal.is_trusted & is_known & frame.is_consistent & equalised.to_blocks(is_informative, shape)
+    if frame.outlines is not None and signal.is_trusted:
+        at = frame.outlines.is_replaced
+        vergence[at], sd[at], is_near_valid = _near_outlines(frame.outlines, coherent, step, search, tau)
+        # Both sides of an outline are continued from places about it: some must rest on signal.
+        reach = 2 * math.ceil(AROUND * problem.settings.window / step) + 1
+        is_about = ndimage.maximum_filter(is_informative & signal.is_textured, reach)
+        is_valid[at] = (is_near_valid & registered.usable & equalised.to_blocks(is_about, shape))[at]
+    if signal.one_waveband:
+        is_valid &= frame.texture.is_present
+        if is_valid.any():
+            apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
+            sd = np.hypot(sd, apart * np.sqrt(frame.texture.other_surface))
+    mixture = capabilities(problem.views[0].optics).mixture
+    if mixture is not None:
+        sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))
+    return PixelDepth(vergence, sd, is_valid)
+
+
+def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -> FloatArray:
+    """Share of the noise's variance that rises with contrast, at nodes of `step` pixels (h x w)."""
+    if law is None:
+        return np.zeros([-(-n // step) for n in registered.shape])
+    image = 1 - (uneven_noise(replace(law, by_contrast=0.0), registered) / uneven_noise(law, registered)) ** 2
+    return block_sum(image, step) / block_sum(np.ones_like(image), step)
+
+
+def _coherent_error(
+    equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_], by_contrast: FloatArray
+) -> FloatArray:
+    """Standard deviation of depth from what the model's error leaves of the views beyond noise, in levels (h x w).
+
+    Compression, for one, takes away weak fine detail, alike over whole windows. Of that only what does not look like a
+    difference of depth is left of the views, as more than noise or as noise `by_contrast` (share of the variance, h x
+    w); the rest is taken to be a share of it. Where nodes are not informative the nearest that are stand for them.
+    """
+    none = np.zeros(nodes.level.shape)
+    if not is_informative.any() or (np.median(nodes.misfit[is_informative]) < ERRS and not by_contrast.any()):
+        return none
+    place = np.arange(equalised.levels)
+    noise, slope = (sum(getattr(r, name) for r in equalised.residuals) for name in ("noise", "noise_slope"))
+    # The derivative's power is the texture times what noise adds to the variance of the score.
+    power = np.maximum(nodes.texture, 1) * np.interp(nodes.level, place, slope)
+    beyond = COHERENT**2 * np.maximum(nodes.misfit - 1, 0) + COMPRESSED**2 * by_contrast
+    error = np.sqrt(beyond * np.interp(nodes.level, place, noise) / power)
+    nearest = ndimage.distance_transform_edt(~is_informative, return_distances=False, return_indices=True)
+    return np.asarray(error[tuple(nearest)], float)
+
+
+def _model_sd(coherent: FloatArray, radius: FloatArray, search: Search, tau: float) -> FloatArray:
+    """Standard deviation of vergence from the model's error: `tau` of the blur, or what is `coherent` (in levels).
+
+    Both measure one error, and the larger counts.
+    """
+    return np.maximum(coherent * search.spacing, tau * np.maximum(LEAST_BLUR, radius) / search.slope)
+
+
+def _model_holds(radius: FloatArray, tau: float) -> NDArray[np.bool_]:
+    """Where a model that errs by `tau` of the blur leaves its `radius` (pixels) known."""
+    return blur_is_known(tau * np.maximum(LEAST_BLUR, radius), radius, LARGEST_TAU)
+
+
+def _interpolated(
+    equalised: Equalised,
+    depth: NodeDepth,
+    coherent: FloatArray,
+    search: Search,
+    tau: float,
+    shape: tuple[int, int],
+    one_waveband: bool,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
+
+    The model's error (`coherent`: h x w, levels), and the variance near jumps, are part of the sd, but make no pixel
+    invalid.
+    """
+    nodes, step = depth.nodes, equalised.step
+    height, width = shape
+    vergence, vergence_sd = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    is_known = np.empty(shape, np.bool_)
+    rows = step * max(1, BAND // (step * width))
+    for top in range(0, height, rows):  # by bands, for large frames
+        first, last = max(0, top // step - 1), -(-min(height, top + rows) // step) + 1
+        part = slice(first, last)
+        size = (min(height, last * step) - first * step, width)
+        cut = slice(top - first * step, min(height, top + rows) - first * step)
+        level, sd, more, error = (
+            equalised.to_pixels(v[part], nodes.sd[part], size)[cut]
+            for v in (nodes.level, nodes.sd, depth.jump_variance, coherent)
+        )
+        band = slice(top, top + rows)
+        vergence[band] = search.lowest + level * search.spacing
+        radius = search.radius(vergence[band].astype(float))
+        is_known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
+        if one_waveband:  # of others coarse and fine detail may differ
+            is_known[band] &= _model_holds(radius, tau)
+        sd = np.sqrt(sd**2 + more)
+        vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, tau))
+    return vergence, vergence_sd, is_known
+
+
+def _near_outlines(
+    ends: Outlines, coherent: FloatArray, step: int, search: Search, tau: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    """Vergence and its sd where outlines replace what windows give, and (H x W) whether it is valid.
+
+    A pixel's side of the outline is part of the sd, but makes no pixel invalid.
+    """
+    at = ends.is_replaced
+    vergence = search.lowest + np.clip(ends.level[at], 0, search.levels - 1) * search.spacing
+    radius = search.radius(vergence.astype(float))
+    sd = np.hypot(ends.sd[at], ends.side_sd[at]) * search.spacing
+    is_valid = ends.is_valid.copy()
+    own_sd = ends.sd[at] * search.spacing
+    is_valid[at] &= blur_is_known(own_sd * search.slope, radius) & _model_holds(radius, tau)
+    is_valid[at] &= own_sd <= np.maximum(TENTH * vergence, BLUR_BESIDE / search.slope)
+    y, x = np.nonzero(at)
+    return vergence, np.hypot(sd, _model_sd(coherent[y // step, x // step], radius, search, tau)), is_valid

@@ -1,6 +1,11 @@
 """Noise of a frame's views, and the views whitened: residuals with noise of one variance, tile by tile.
 
 What is common to all tiles (each view's noise, the law by which it rises, the power of the scene) is estimated once.
+
+Noise may rise with brightness, as that of photons does, and with contrast, as the errors of compression do. Where the
+views agree, what is left of them is noise, so that its power in dark and in bright places, and in flat places and those
+with contrast, gives the law. The residuals of each pixel are then divided by its own noise, and all that follows takes
+noise to be even.
 """
 
 from __future__ import annotations
@@ -10,24 +15,43 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power, step_of
 from focalgradient.depth.equalise.robust import Part
 from focalgradient.depth.equalise.tiles import Tile, tiles
-from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.estimate import Problem
-from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
+from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.noise import LENIENCE, NOISE_SIDE, NoiseLaw, noise_from_residuals, noise_law
+from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 
-__all__ = ["FrameNoise", "Whitening", "estimate_noise"]
+__all__ = ["FrameNoise", "Whitening", "estimate_noise", "uneven_noise"]
 
 COMMON = 1024
 """Side in pixels of the part of a large frame from which is estimated what all its tiles have in common."""
 
 BANDS_SIDE = 256
 """Side in pixels of the part of the views in which is estimated what wavebands share: chosen by hand."""
+
+
+SMOOTH = 2.0
+"""Standard deviation in pixels of the Gaussian that takes the noise off the views where noise goes by brightness."""
+
+ABOUT = 3.0
+"""Standard deviation in pixels of the Gaussian window in which an image's contrast is taken: blocks of JPEG are 8 wide,
+and its errors stay within them."""
+
+LAW_ROUNDS = 4
+"""Times that the law is looked for, at most."""
+
+SETTLED = 0.02
+"""Change of its share below which it is found."""
+
+CHANGE = 0.1
+"""Change of what contrast adds, as a share of it, below which the law is found."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +111,7 @@ class Whitening:
             crop = registered.most_textured_crop(COMMON)
             inward = np.full(crop.shape, max(registered.shape))
         part = Part(crop, inward, settings.false_alarm, problem.search)
-        at = None if noise.raisable is None else brightness_of_noise(registered)
+        at = None if noise.raisable is None else _brightness_of_noise(registered)
         for again in (False, True):
             power = scene_power(crop.images, noise_sd, blurs.frequencies) if is_large else None
             first = equalise(
@@ -138,18 +162,69 @@ class Whitening:
         return part, equalised
 
 
-def _even_out(
-    equalised: Equalised, part: Part, brightness: float | None, one_waveband: bool
-) -> tuple[NoiseLaw | None, Nodes]:
-    """Make noise even where it rises with brightness or contrast (`even_out`): its law, and the nodes.
+def _brightness(views: RegisteredViews) -> Image:
+    """Brightness of registered views, without their noise (H x W)."""
+    mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
+    return np.asarray(ndimage.gaussian_filter(mean, SMOOTH), np.float32)
 
-    Photons of different wavebands, with textures of their own, are not compared.
+
+def _brightness_of_noise(registered: RegisteredViews) -> float:
+    """Mean brightness of the part in which noise is estimated."""
+    part = registered.most_textured_crop(NOISE_SIDE)
+    return float(np.mean([image[part.usable].mean() for image in part.images])) if part.usable.any() else 0.0
+
+
+def _local_contrast(views: RegisteredViews) -> Image:
+    """Variance of registered views about each pixel, without white noise's part; their mean (H x W)."""
+    total = np.zeros(views.shape, np.float32)
+    for image in views.images:
+        mean = ndimage.gaussian_filter(image, ABOUT)
+        total += ndimage.gaussian_filter((image - mean) ** 2, ABOUT)
+    return np.asarray(total / len(views.images), np.float32)
+
+
+def uneven_noise(law: NoiseLaw, views: RegisteredViews) -> Image:
+    """Noise of each pixel (H x W), over that which is estimated for the views."""
+    return np.sqrt(law.variance(_brightness(views), _local_contrast(views))).astype(np.float32)
+
+
+def _even_out(equalised: Equalised, part: Part, at: float | None, one_waveband: bool) -> tuple[NoiseLaw | None, Nodes]:
+    """Make noise even, in place, where it rises with brightness or contrast: the law, or None; and depth at nodes.
+
+    At brightness `at` noise is as assumed. None: noise is given, and alike in bright and in dark places. Photons of
+    different wavebands, with textures of their own, are not compared.
     """
-    weight = part.usable(equalised).astype(np.float32)
+    weight, views, step = part.usable(equalised).astype(np.float32), part.views, equalised.step
 
-    def read(_: bool) -> Nodes:
+    def read() -> Nodes:  # every other node
         mean, support = equalised.averages(equalised.energy(weight), weight)
         return equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
 
-    # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
-    return even_out(equalised, read, part.views, brightness, 2) if one_waveband else (None, read(False))
+    def at_nodes(image: Image) -> FloatArray:
+        mean = block_sum(image, step) / block_sum(np.ones_like(image), step)
+        return np.asarray(mean[::2, ::2], float)
+
+    nodes, law = read(), None
+    if not one_waveband:
+        return None, nodes
+    image, contrast = _brightness(views), _local_contrast(views)
+    bright, varied, divided = at_nodes(image), at_nodes(contrast), np.ones_like(image)
+    brightness = float(image.mean()) if at is None else at
+    for _ in range(LAW_ROUNDS):
+        # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both.
+        variance = nodes.misfit * (1 if law is None else law.variance(bright, varied))
+        some = nodes.support > 0.5
+        is_textured = some & (nodes.texture >= 1)
+        some = is_textured if is_textured.mean() > 0.02 else some
+        found = noise_law(variance[some], bright[some], varied[some], brightness, level_known=at is None)
+        if found is None or (law is not None and _alike(found, law)):
+            break
+        noise_sd = np.sqrt(found.variance(image, contrast)).astype(np.float32)
+        equalised.divide(noise_sd / divided)
+        law, divided, nodes = found, noise_sd, read()
+    return law, nodes
+
+
+def _alike(one: NoiseLaw, other: NoiseLaw) -> bool:
+    change = abs(one.by_contrast - other.by_contrast)
+    return abs(one.share - other.share) < SETTLED and change <= CHANGE * other.by_contrast
