@@ -31,12 +31,13 @@ from focalgradient.psf import Annulus, Disc, Psf
 __all__ = ["Alternative", "ModelChecks", "check_model", "error_with", "judge_alternatives"]
 
 OBSTRUCTED = (0.35, 0.5)
-"""Diameters of an annulus's hole, over that of its rim: mirror lenses have about these."""
+"""Diameter of an annulus's hole over that of its rim, from weak to strong: mirror lenses have about these."""
 
 SOFTER = (0.25, 0.4, 0.6, 0.9)
-"""Standard deviations in pixels of the Gaussian by which a view is softer than its optics make it."""
+"""Standard deviations in pixels of the Gaussian by which a view is softer than its optics make it, each about 1.5 times
+the one before: chosen by hand."""
 
-CLEARLY = 3.5
+CLEARLY_SDS = 3.5
 """Mean difference of the log likelihoods, over its standard error, from which an alternative is taken: 60 right models
 (walls and slants, two and three views, noise of .004 to .03, equal and not) gave at most 2.5, rings for discs 4 to
 37."""
@@ -100,12 +101,12 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
             kept = gained[(gained >= low) & (gained <= high)]
             mean = float(kept.mean())
             clarity = mean / float(kept.std() + 1e-9) * math.sqrt((1 - 2 * TRIMMED) * windows)
-            if clarity < CLEARLY or mean <= max(before, WORTHWHILE):
+            if clarity < CLEARLY_SDS or mean <= max(before, WORTHWHILE):
                 break
             before = mean
             change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
             found = Alternative(cause, clarity, float(np.quantile(change, SHARE)))
-            surely = mean * (1 - CLEARLY / clarity)  # the lower bound of what is gained
+            surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of what is gained
             if best is None or surely > best[0]:
                 best = surely, found
     return None if best is None else best[1]

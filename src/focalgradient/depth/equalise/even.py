@@ -26,11 +26,11 @@ CHANGING = 0.2
 """Rate of change, over that of larger blur, from which residuals are fitted by: at 0.4 the fourth power of blur, which
 a straight line leaves out, put depth off by 2 standard deviations at the focus (walls at 3 m, noise 0.3 %)."""
 
-LEAST = 1e-3
-"""Rate of change at least, for the coordinate to have an inverse."""
+MIN_RATE = 1e-3
+"""Least rate of change of the coordinate, over that of large blur, for it to have an inverse: chosen by hand."""
 
-FINE = 16
-"""Places at which the coordinate is kept, to a level."""
+PLACES_PER_LEVEL = 16
+"""Number of places per level at which the coordinate is kept; linear in between. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,14 +53,14 @@ class EvenCoordinate:
         >>> coordinate.at(np.array([0.0, 5, 10, 20])).round(2).tolist()
         [0.0, 1.25, 5.0, 15.0]
         """
-        place = np.linspace(0, radius.shape[1] - 1, FINE * (radius.shape[1] - 1) + 1)
+        place = np.linspace(0, radius.shape[1] - 1, PLACES_PER_LEVEL * (radius.shape[1] - 1) + 1)
         if not even:
             return cls(place, place, np.ones_like(place))
         radius = np.stack([np.interp(place, np.arange(radius.shape[1]), one) for one in radius])
         squares, blur = (np.gradient(values, place, axis=1) for values in (radius**2, radius))
         change = np.abs(squares[:, None] - squares[None]).max(axis=(0, 1))
         usual = max(min(2 * SMALL_BLUR * np.abs(blur).max(), change.max()), 1e-12)
-        rate = np.clip(change / usual, LEAST, 1.0)
+        rate = np.clip(change / usual, MIN_RATE, 1.0)
         return cls(place, integrate.cumulative_trapezoid(rate, place, initial=0), rate)
 
     def at(self, level: NDArray[np.floating]) -> FloatArray:

@@ -54,14 +54,15 @@ __all__ = [
     "view_spectra",
 ]
 
-LEAST_NOISE = 1e-4
-"""Noise variance, over the one assumed, that is found at least: of views without noise a parabola may lie below 0."""
+MIN_NOISE_VARIANCE = 1e-4
+"""Least noise variance that is found, over the one assumed: of views without noise a parabola may lie below 0."""
 
-JUMP = 0.5
-"""Share of the local variance of depth about its plane that is added to its variance: a choice."""
+SCATTER_SHARE = 0.5
+"""Share of the local variance of depth about its plane that is added to depth's variance: chosen by hand."""
 
-BEYOND = 2.0
-"""Standard deviations beyond an end of the range searched from which a plane of depth leaves it: a choice."""
+RANGE_SDS = 2.0
+"""Distance beyond an end of the range searched, in standard deviations, from which a plane of depth leaves it: a test
+at 2.5 %."""
 
 Filters = tuple[list[NDArray[Any]], NDArray[Any]]
 """Filters (n x L x F) of each comparison, and the amplitude of wavebands' independent textures, m x n x L x F."""
@@ -222,7 +223,7 @@ class Equalised:
             if some.mean() > 0.02:
                 grid = np.geomspace(1, 1e5, 64)
                 by_chance = np.interp(freedom[some], grid, stats.chi2.ppf(0.25, grid) / grid)
-                return max(LEAST_NOISE, float(np.quantile(nodes.misfit[some] / by_chance, 0.25)))
+                return max(MIN_NOISE_VARIANCE, float(np.quantile(nodes.misfit[some] / by_chance, 0.25)))
         return 1.0
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
@@ -292,18 +293,18 @@ class Equalised:
         """Whether a `value` of the even coordinate lies beyond an end of the range where depth may lie beyond it."""
         first, last = self.even.value[[0, -1]]
         below, above = self.limited
-        return np.asarray((below & (value < first - BEYOND * sd)) | (above & (value > last + BEYOND * sd)))
+        return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
 
     def beside_jumps(self, nodes: Nodes) -> Nodes:
         """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
 
         Adds to it the scatter of depth about its local plane, in the window asked for.
         """
-        return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * self.scatter(nodes)))
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(nodes)))
 
     def farther_from_jumps(self, nodes: Nodes, reach: float) -> FloatArray:
         """Variance beside a jump that `beside_jumps` leaves out, of filters that `reach` so far, in pixels (h x w)."""
-        return np.maximum(JUMP * (self.scatter(nodes, reach) - self.scatter(nodes)), 0)
+        return np.maximum(SCATTER_SHARE * (self.scatter(nodes, reach) - self.scatter(nodes)), 0)
 
     def scatter(self, nodes: Nodes, reach: float = 0.0) -> FloatArray:
         """Variance of depth about its local plane in the window asked for, in levels squared (h x w).

@@ -29,22 +29,23 @@ from focalgradient.psf import Psf
 
 __all__ = ["judge_optics", "likelier_slip"]
 
-BETTER = 0.85
+LIKELIER = 0.85
 """Residual power of the likelier optics, over that of the stated optics with the likeliest shape of blur, below which
-they are named."""
+they are named: chosen by hand; `benchmarks/depth_slips.py` counts hits and false alarms."""
 
 EXPLAINS = (0.9, 2.0)
 """Residual power over the noise's between which optics explain the views. More is left where nothing fits (displaced
 views, printed squares); less where the blur of a slip is so large that hardly anything is compared."""
 
 STATED = "as stated"
-"""Name of the stated optics among the slips, with the shape of blur that fits them best."""
+"""Name of the stated optics, with the shape of blur that fits them best, among the slips: as messages state it."""
 
 FACTORS = (0.5, math.sqrt(0.5), math.sqrt(2), 2.0)
 """Factors by which an f-number may be off: one and two stops either way."""
 
 COMPARED = 2
-"""Slips, those that leave least for the noise of the stated optics, for which noise is estimated anew."""
+"""Number of slips, those that leave least for the noise of the stated optics, for which noise is estimated anew: chosen
+by hand, for time."""
 
 SUSPECT = 1.06
 """Median misfit from which slips are looked for: right optics with the right shape of blur leave 0.99 to 1.04."""
@@ -110,7 +111,7 @@ def likelier_slip(left: Mapping[str, float]) -> str | None:
     True
     """
     best = min(left, key=lambda name: left[name])
-    fits = EXPLAINS[0] <= left[best] <= min(EXPLAINS[1], BETTER * left[STATED])
+    fits = EXPLAINS[0] <= left[best] <= min(EXPLAINS[1], LIKELIER * left[STATED])
     return best if fits and best != STATED else None
 
 

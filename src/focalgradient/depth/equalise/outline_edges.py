@@ -19,26 +19,28 @@ from focalgradient.depth.filters import FloatArray, Image
 
 __all__ = ["blurs_at", "moved_to_edges"]
 
-FARTHEST = 10
-"""Pixels to either side where edges are looked for."""
+EDGE_SEARCH = 10
+"""Distance in pixels to either side of an outline within which edges are looked for: about three `PRIOR_SD`."""
 
-BEFORE = 3.0
-"""Standard deviation, in pixels, of an outline's place before edges are looked at."""
+PRIOR_SD = 3.0
+"""Prior standard deviation of an outline's place, in pixels: residuals give it to a few. Chosen on `MADE_WITH`."""
 
-TRUST = 4.0
-"""Rise of the log likelihood for contrast across the outline as large as is common about it."""
+CONTRAST_GAIN = 4.0
+"""Log likelihood gained by contrast across the outline that equals the common contrast about it. Chosen on
+`MADE_WITH`."""
 
-FINE = 1.0
-"""Standard deviation in pixels of the window in which contrast is taken."""
+GRADIENT_SD = 1.0
+"""Standard deviation in pixels of the Gaussian whose gradient is the contrast. Chosen on `MADE_WITH`."""
 
-ABOUT = 8.0
-"""The same of the window in which it is common."""
+COMMON_SD = 8.0
+"""Standard deviation in pixels of the window over which contrast is common: that of the default window. Chosen on
+`MADE_WITH`."""
 
-ALONG = 6.0
-"""The same of the window along the outline in which contrast is averaged."""
+ALONG_SD = 6.0
+"""Standard deviation in pixels of the window along an outline in which contrast is averaged. Chosen on `MADE_WITH`."""
 
-NORMAL = 4.0
-"""The same of the window in which an outline's direction is taken."""
+NORMAL_SD = 4.0
+"""Standard deviation in pixels of the window in which an outline's direction is taken. Chosen on `MADE_WITH`."""
 
 
 def blurs_at(level: FloatArray, radii: FloatArray) -> FloatArray:
@@ -78,9 +80,9 @@ def moved_to_edges(
     if not at[0].size:
         return moved
     place = np.stack(at, axis=1)
-    reach = FARTHEST + 4 * NORMAL
+    reach = EDGE_SEARCH + 4 * NORMAL_SD
     # Of single precision, for memory: as large as a tile.
-    down, right = np.gradient(ndimage.gaussian_filter(np.clip(inward, -reach, reach).astype(np.float32), NORMAL))
+    down, right = np.gradient(ndimage.gaussian_filter(np.clip(inward, -reach, reach).astype(np.float32), NORMAL_SD))
     size = np.hypot(down, right) + np.float32(1e-9)
     down, right = down / size, right / size
     sharpest = blur.argmin(axis=0)
@@ -88,14 +90,16 @@ def moved_to_edges(
     for number, image in enumerate(images):
         if (sharpest == number).any():
             contrast = np.where(sharpest == number, _contrast(image, down, right), contrast)
-    shift = np.arange(-FARTHEST, FARTHEST + 1)
+    shift = np.arange(-EDGE_SEARCH, EDGE_SEARCH + 1)
     step = shift - inward[at][:, None]  # from the pixel, of what is counted from the border
     normal = np.stack([down[at], right[at]])
     found = ndimage.map_coordinates(contrast, np.stack(at)[:, :, None] + normal[:, :, None] * step, order=1)
     tree = cKDTree(place)
-    weight = tree.sparse_distance_matrix(tree, 2 * ALONG, output_type="coo_matrix").tocsr()
-    weight.data = np.exp(-(weight.data**2) / (2 * ALONG**2))
-    posterior = TRUST * ((weight @ found + found) / (np.asarray(weight.sum(axis=1)) + 1)) - (shift / BEFORE) ** 2 / 2
+    weight = tree.sparse_distance_matrix(tree, 2 * ALONG_SD, output_type="coo_matrix").tocsr()
+    weight.data = np.exp(-(weight.data**2) / (2 * ALONG_SD**2))
+    posterior = (
+        CONTRAST_GAIN * ((weight @ found + found) / (np.asarray(weight.sum(axis=1)) + 1)) - (shift / PRIOR_SD) ** 2 / 2
+    )
     posterior = np.exp(posterior - posterior.max(axis=1, keepdims=True))
     moved[at] = posterior @ shift / posterior.sum(axis=1)
     return moved
@@ -103,7 +107,7 @@ def moved_to_edges(
 
 def _contrast(image: Image, down: Image, right: Image) -> Image:
     """Slope of an image across the direction (`down`, `right`), over what is common about it; H x W."""
-    slopes = np.gradient(ndimage.gaussian_filter(image.astype(np.float32), FINE))
-    common = np.sqrt(ndimage.gaussian_filter(slopes[0] ** 2 + slopes[1] ** 2, ABOUT))
+    slopes = np.gradient(ndimage.gaussian_filter(image.astype(np.float32), GRADIENT_SD))
+    common = np.sqrt(ndimage.gaussian_filter(slopes[0] ** 2 + slopes[1] ** 2, COMMON_SD))
     least = np.float32(1e-9 * np.abs(image).max())
     return np.asarray(np.abs(slopes[0] * down + slopes[1] * right) / np.maximum(common, least))

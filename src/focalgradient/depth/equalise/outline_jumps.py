@@ -24,43 +24,39 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
 from focalgradient.depth.equalise.outline_places import Conditions
+from focalgradient.depth.equalise.surfaces import APART, JUMP_SDS, LEAST_SD
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.parallel import share_rows
 
 __all__ = ["SmallJumps", "between_surfaces", "find_small_jumps", "small_jumps"]
 
 DIRECTIONS = 8
-"""Directions in which jumps are looked for."""
+"""Number of directions, 22.5 degrees apart, in which jumps are looked for: chosen by hand."""
 
-FARTHEST, ACROSS = 2.2, 0.8
-"""How far to either side, and across, depth is looked at, over how far window and blur reach."""
+SIDE_LENGTH, SIDE_WIDTH = 2.2, 0.8
+"""Distance up to which depth is looked at to either side, and half the width of that strip, over the reach of window
+and blur. Chosen on `MADE_WITH` and `CONTROLS`."""
 
 BETWEEN = 0.2
-"""Share of the rise that a node's depth must lie from the mean on either side of it, to lie in between."""
-
-SURE = 6.0
-"""Standard deviations of a node's depth by which depth must rise from one side to the other."""
+"""Least distance of a node's depth from the mean of either side, as a share of the rise, for the node to lie between
+them. Chosen on `MADE_WITH` and `CONTROLS`."""
 
 MOSTLY = 0.7
 """Share of that rise that must be the jump, and not the plane's slope. With 0.5 the spheres have the same depth, and
 79 % of a photograph (`analysis/motorcycle.py`) is claimed with a median error of .70 %, with this 80 % and .68 %."""
 
-APART = 2
-"""Nodes from one to the next that are looked at, where window and blur reach over twice as many."""
+SMALL_MIN_JUMP = 0.2
+"""Least difference of blur radius, in pixels of the widest view, at a small jump. Chosen on `MADE_WITH` and
+`CONTROLS`."""
 
-LEAST = 0.2
-"""Difference of blur radius, in pixels of the widest view, from which a difference is a jump."""
+SIDE_SLOPE_SD = 0.4
+"""Prior standard deviation of the slope of the surfaces on either side of a jump, in levels per node. Chosen on
+`MADE_WITH` and `CONTROLS`."""
 
-LEAST_SD = 0.2
-"""Standard deviation in levels below which nodes weigh alike."""
+MIN_COVERAGE = 1.0
+"""Least number of nodes on either side, over the square of the reach of window and blur: half of all that there are."""
 
-STEEP = 0.4
-"""Prior standard deviation of the slope of the surfaces that a jump lies between, in levels per node."""
-
-FEWEST = 1.0
-"""Nodes that must be there on either side, over the square of how far window and blur reach: half of them all."""
-
-LEAST_BLUR = 3.5
+SMALL_MIN_BLUR = 3.5
 """Blur radius in pixels from which small jumps are looked for: below it, clutter and curved surfaces are taken for
 them. With 4 pixels 81.5 % of a photograph (`analysis/motorcycle.py`) is claimed, with a median error of .65 %, with
 this 80.8 % and .66 %; of what is claimed near outlines of spheres seen with two foci, 8.9 and 7.7 % is off by more than
@@ -77,8 +73,8 @@ BESIDE, PART = 1.5, 0.5
 part: of two wavebands of an eye that sees a step or spheres (`benchmarks/eye_at_outlines.py`, seed 0), 7, 11 and 12 %
 of what was claimed lay beyond 5 standard deviations without this, 0, 0.3 and 3 % with it."""
 
-SMOOTH = 1.5
-"""Standard deviation in nodes by which the two surfaces are smoothed along an outline."""
+SURFACE_SMOOTHING = 1.5
+"""Standard deviation in nodes of the Gaussian that smooths the two surfaces along an outline. Chosen on `MADE_WITH`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,21 +109,21 @@ def find_small_jumps(
         The views themselves, H x W each.
     """
     shape, reach = images[0].shape, equalised.reach(nodes, given.radii)
-    far, near, between = _surfaces(nodes.level, nodes.sd, is_reliable, reach, LEAST * given.levels_per_pixel)
+    far, near, between = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)
     blur = reach * equalised.step - equalised.window
-    found = (near > far) & ((blur >= LEAST_BLUR) | (blur < IN_FOCUS))
+    found = (near > far) & ((blur >= SMALL_MIN_BLUR) | (blur < IN_FOCUS))
     if not found.any():
         return None
     apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
     is_inside = equalised.to_blocks(apart <= reach[tuple(index)], shape)
-    share = ndimage.gaussian_filter(found.astype(float), SMOOTH)
+    share = ndimage.gaussian_filter(found.astype(float), SURFACE_SMOOTHING)
     there = share > 1e-6  # beyond, the nearest of what is there
     nearest = ndimage.distance_transform_edt(~there, return_distances=False, return_indices=True)
     low, high, middle, level = (
         equalised.to_pixels(values, nodes.sd, shape)
         for values in (
             *(
-                (ndimage.gaussian_filter(v, SMOOTH) / np.maximum(share, 1e-6))[tuple(nearest)]
+                (ndimage.gaussian_filter(v, SURFACE_SMOOTHING) / np.maximum(share, 1e-6))[tuple(nearest)]
                 for v in (far, near, between)
             ),
             nodes.level,
@@ -159,7 +155,7 @@ def small_jumps(
 ) -> NDArray[np.bool_]:
     """Nodes (h x w) at which depth alone shows a jump. Arguments are those of `find_small_jumps`."""
     reach = equalised.reach(nodes, given.radii)
-    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, LEAST * given.levels_per_pixel)
+    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)
     return np.asarray(near > far)
 
 
@@ -172,7 +168,7 @@ def between_surfaces(
     from the jump it may still be part of the rise. Arguments are those of `find_small_jumps`.
     """
     reach = equalised.reach(nodes, given.radii)
-    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, LEAST * given.levels_per_pixel)
+    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)
     found = near > far
     if not found.any():
         return found, np.zeros(found.shape)
@@ -218,11 +214,11 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
                     continue
                 count, weights, low, high = _sides(level, information, reach[i, j], i, j, down, right)
                 apart = APART if reach[i, j] >= 2 * APART else 1
-                if count < max(5, FEWEST * (reach[i, j] / apart) ** 2):
+                if count < max(5, MIN_COVERAGE * (reach[i, j] / apart) ** 2):
                     continue
                 rise = high - low
                 sure = abs(rise) / np.sqrt((1 / weights[0] + 1 / weights[1]) / 2)
-                if sure < SURE or min(-low / rise, high / rise) < BETWEEN:
+                if sure < JUMP_SDS or min(-low / rise, high / rise) < BETWEEN:
                     continue
                 _equations(level, information, reach[i, j], i, j, down, right, a)
                 for p in range(4):
@@ -233,7 +229,7 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
                     continue
                 most = sure * jump / rise  # of the direction in which most of the rise is a jump
                 if jump / rise > MOSTLY and abs(jump) >= least:
-                    middle, jump = _solved(b, STEEP)
+                    middle, jump = _solved(b, SIDE_SLOPE_SD)
                     found[0, i, j] = level[i, j] + middle - abs(jump) / 2
                     found[1, i, j] = level[i, j] + middle + abs(jump) / 2
                     # Windows give the mean of both sides, weighted by their information.
@@ -245,7 +241,7 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
 def _rises_little(level, information, reach, i, j, down, right, least):  # type: ignore[no-untyped-def]
     """Whether one known node on either side of a node shows hardly a difference of depth."""
     rows, columns = level.shape
-    far = (1 + FARTHEST) / 2 * reach
+    far = (1 + SIDE_LENGTH) / 2 * reach
     k, m = round(i + far * down), round(j + far * right)
     p, q = round(i - far * down), round(j - far * right)
     if not (0 <= k < rows and 0 <= m < columns and 0 <= p < rows and 0 <= q < columns):
@@ -257,18 +253,18 @@ def _rises_little(level, information, reach, i, j, down, right, least):  # type:
 def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-untyped-def]
     """Nodes on the side of a node that has fewer, the mean weight on either, and how far their mean lies from it."""
     rows, columns = level.shape
-    far, here = FARTHEST * reach, level[i, j]
+    far, here = SIDE_LENGTH * reach, level[i, j]
     count0 = count1 = weight0 = weight1 = off0 = off1 = 0.0
     apart = APART if reach >= 2 * APART else 1
     for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
         left, end = max(0, j - int(far)), min(columns, j + int(far) + 1)
         if down > 1e-6:  # what lies across is a strip, and little of the square
-            middle, half = j + (k - i) * right / down, ACROSS * reach / down + 1
+            middle, half = j + (k - i) * right / down, SIDE_WIDTH * reach / down + 1
             left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
         for m in range(left, end, apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             away = abs(along)
-            if information[k, m] == 0 or away < reach or away > far or abs(across) > ACROSS * reach:
+            if information[k, m] == 0 or away < reach or away > far or abs(across) > SIDE_WIDTH * reach:
                 continue
             weight, off = information[k, m], information[k, m] * (level[k, m] - here)
             if along > 0:
@@ -288,13 +284,13 @@ def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-unt
 def _equations(level, information, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
     """Normal equations (4 x 5) of a plane with a jump through the nodes on either side of a node."""
     rows, columns = level.shape
-    far, term = FARTHEST * reach, np.empty(4)
+    far, term = SIDE_LENGTH * reach, np.empty(4)
     a[:] = 0
     apart = APART if reach >= 2 * APART else 1
     for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
         for m in range(j - min(j, int(far)) // apart * apart, min(columns, j + int(far) + 1), apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
-            if information[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > ACROSS * reach:
+            if information[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > SIDE_WIDTH * reach:
                 continue
             weight = information[k, m]
             term[0], term[1], term[2], term[3] = 1.0, along, across, 0.5 if along > 0 else -0.5

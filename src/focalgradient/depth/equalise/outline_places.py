@@ -11,42 +11,46 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_edges import FARTHEST, blurs_at, moved_to_edges
+from focalgradient.depth.equalise.outline_edges import EDGE_SEARCH, blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.validity import BLUR_ERROR
 
-__all__ = ["CLEAR", "Conditions", "Located", "few_large", "locate", "squared_residual"]
+__all__ = ["CLEAR_REACHES", "Conditions", "Located", "few_large", "locate", "squared_residual"]
 
 ONSET = 0.9
-"""Share of the reach of blur and filters (`_reach`) within which residuals are larger than noise."""
+"""Share of the reach of blur and filters (`_reach`) within which residuals exceed noise. Chosen on `MADE_WITH`."""
 
-LARGE = 4.0
-"""Squared residual, over what is expected, that is large: of noise alone one in twenty is."""
+LARGE_RESIDUAL = 4.0
+"""Squared residual over its expectation that counts as large: of noise alone 4.6 % are (chi-square of one degree)."""
 
-PATCH, MOST = 1.5, 0.22
-"""Standard deviation in pixels of the window in which large residuals are counted, and the share that is too many."""
+COUNT_SD, MAX_LARGE = 1.5, 0.22
+"""Standard deviation in pixels of the window in which large residuals are counted; and their share above which a
+surface does not explain the views there, about five times that of noise. Chosen on `MADE_WITH`."""
 
-BETTER, BROAD = 0.3, 3.0
-"""Mean difference of residuals that decides between surfaces, and standard deviation in pixels of its window."""
+DECISIVE, DECISION_SD = 0.3, 3.0
+"""Mean difference of the surfaces' squared residuals that decides between them; and standard deviation in pixels of the
+window of that mean. Chosen on `MADE_WITH`."""
 
-SPECK = 20
-"""Pixels up to which a patch that one surface explains is put down to chance."""
+MIN_PATCH = 20
+"""Area in pixels up to which a patch that one surface explains is put down to chance: about that of the window of
+`COUNT_SD` (14). Chosen on `MADE_WITH`."""
 
-SMOOTH = 1.5
-"""Standard deviation in pixels by which an outline is smoothed."""
+OUTLINE_SMOOTHING = 1.5
+"""Standard deviation in pixels of the Gaussian that smooths an outline. Chosen on `MADE_WITH`."""
 
-CLEAR = 1.25
-"""Reaches from an outline from which pixels are used when depth is estimated again, without what outlines reach."""
+CLEAR_REACHES = 1.25
+"""Distance from an outline, in reaches of blur and filters (`_reach`), beyond which pixels are unoccluded: used again
+when depth is estimated anew. Chosen on `MADE_WITH`."""
 
 OUTLINE_SD = 2.0
-"""Standard deviation in pixels of an outline's place, moved to an edge."""
+"""Standard deviation in pixels of an outline's place once it is moved to an edge. Chosen on `MADE_WITH`."""
 
 UNDECIDED = 0.4
-"""Share, of what the band between the two surfaces is wider or narrower than blur explains, that the outline's place is
-uncertain by: where it is narrower, both surfaces explain the views."""
+"""Standard deviation of an outline's place, over the excess of the band between the surfaces beyond what blur explains
+(narrower where both surfaces explain the views). Chosen on `MADE_WITH`."""
 
-GAP = 0.5
-"""Difference of blur radius, in pixels of the widest view, from which depth jumps."""
+MIN_JUMP = 0.5
+"""Least difference of blur radius, in pixels of the widest view, at a large jump of depth. Chosen on `MADE_WITH`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +65,7 @@ class Conditions:
     @property
     def gap(self) -> float:
         """Levels by which depth differs at a jump."""
-        return GAP * self.levels_per_pixel
+        return MIN_JUMP * self.levels_per_pixel
 
     def blur(self, level: FloatArray) -> FloatArray:
         """Blur radius in pixels in the most blurred view at each `level`."""
@@ -88,7 +92,7 @@ class Located:
     @property
     def is_unoccluded(self) -> NDArray[np.bool_]:
         """H x W: pixels that outlines do not reach."""
-        return ~self.zone.is_inside | (self.distance > CLEAR * self.reach)
+        return ~self.zone.is_inside | (self.distance > CLEAR_REACHES * self.reach)
 
 
 def locate(
@@ -116,15 +120,17 @@ def locate(
     )
     is_explained_by_near, is_explained_by_far = few_large(near), few_large(far)
     # Where both surfaces explain the views, the better one does, if it is clearly better.
-    better = ndimage.gaussian_filter(np.clip(far - near, -LARGE, LARGE), BROAD)
-    is_only_near = _without_specks(is_explained_by_near & (better > BETTER) & zone.is_inside)
-    is_only_far = _without_specks(is_explained_by_far & (better < -BETTER) & zone.is_inside)
+    better = ndimage.gaussian_filter(np.clip(far - near, -LARGE_RESIDUAL, LARGE_RESIDUAL), DECISION_SD)
+    is_only_near = _without_specks(is_explained_by_near & (better > DECISIVE) & zone.is_inside)
+    is_only_far = _without_specks(is_explained_by_far & (better < -DECISIVE) & zone.is_inside)
     if not (is_only_near.any() and is_only_far.any()):
         return None
     del near, far, better  # each as large as the tile
     reach_near, reach_far = _reach(*(blurs_at(level, given.radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (is_only_near, is_only_far))
-    inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
+    inward = ndimage.gaussian_filter(
+        ((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, OUTLINE_SMOOTHING
+    )
     is_near = _at_edges(inward > 0, zone, is_settled, images, blurs_at(zone.near, given.radii))
     distance, nearest = _distance(is_near, zone, is_settled)
     undecided = to_near + to_far - ONSET * (reach_near + reach_far)
@@ -150,7 +156,7 @@ def _at_edges(
     distance, nearest = _distance(is_near, zone, is_settled)
     inward = np.where(is_near, distance, -distance) if np.isfinite(distance).all() else np.where(is_near, 1e3, -1e3)
     moved = moved_to_edges(inward, distance < 1, images, blur)[nearest]
-    return np.where(distance < FARTHEST + 1, inward > moved, is_near)
+    return np.where(distance < EDGE_SEARCH + 1, inward > moved, is_near)
 
 
 def _distance(
@@ -206,12 +212,12 @@ def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, gi
 
 def few_large(residual: FloatArray) -> NDArray[np.bool_]:
     """Whether few of the squared residuals about a pixel are large."""
-    large = (residual > LARGE).astype(np.float32)
-    return np.asarray(ndimage.gaussian_filter(large, PATCH) < MOST)
+    large = (residual > LARGE_RESIDUAL).astype(np.float32)
+    return np.asarray(ndimage.gaussian_filter(large, COUNT_SD) < MAX_LARGE)
 
 
 def _without_specks(part: NDArray[np.bool_]) -> NDArray[np.bool_]:
     label, count = ndimage.label(part)
     size = np.bincount(label.ravel(), minlength=count + 1)
     size[0] = 0
-    return np.asarray((size > SPECK)[label])
+    return np.asarray((size > MIN_PATCH)[label])

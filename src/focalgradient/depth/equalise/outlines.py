@@ -35,7 +35,7 @@ from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import find_small_jumps, small_jumps
 from focalgradient.depth.equalise.outline_places import (
-    CLEAR,
+    CLEAR_REACHES,
     Conditions,
     Located,
     few_large,
@@ -57,49 +57,56 @@ FINER, LEAST_WINDOW = 0.625, 2.0
 pixels. Near outlines of eight scenes of spheres (seeds 5, 6, 8, 11 and 12) 12.1 % of what is claimed is off by more
 than 10 % with windows of the settings' size, 10.0 % with 0.75 of it, 8.7 % with this, and 9.0 % with 0.5."""
 
-SAME = 0.75
-"""Difference of blur radius, in pixels, up to which depths may belong to one curved surface."""
+SAME_SURFACE = 0.75
+"""Largest difference of blur radius, in pixels of the widest view, between depths that may belong to one curved
+surface: 1.5 `MIN_JUMP`. Chosen on `MADE_WITH`."""
 
-EXPLAINED = 0.9
-"""Share of a node's pixels that its depth must explain for a surface to be continued from there."""
+MIN_EXPLAINED = 0.9
+"""Least share of a node's pixels that its depth must explain for a surface to be continued from it. Chosen on
+`MADE_WITH`."""
 
-AGREE = 2.0
-"""Standard deviations of their difference up to which depth read again agrees with what it was at first."""
+AGREE_SDS = 2.0
+"""Difference, in its standard deviations, up to which depth estimated anew agrees with the first: a test at 5 %."""
 
-AWAY = 1.0
-"""Windows beyond these pixels from which depth that windows gave at first stays."""
+KEPT_WINDOWS = 1.0
+"""Distance from a boundary, in windows beyond `CLEAR_REACHES`, from which the first-pass estimate is kept. Chosen on
+`MADE_WITH`."""
 
-FEW = 2
-"""Nodes clear of outlines up to which a side is continued from all of its nodes."""
+MIN_CLEAR_NODES = 2
+"""Number of unoccluded nodes per side up to which a side is continued from all of its nodes. Chosen on `MADE_WITH`."""
 
-SMALL_SD = 4.0
-"""The same where only depth shows the jump."""
+SMALL_OUTLINE_SD = 4.0
+"""Localisation standard deviation, in pixels, of boundaries that only depth reveals: twice `OUTLINE_SD`. Chosen on
+`MADE_WITH`."""
 
-CHANGED = 0.3
-"""Share of depth's change beside a small jump that is its standard deviation."""
+CHANGE_SD = 0.3
+"""Standard deviation of depth beside a small jump, over what treating the jump changes it by. Chosen on `MADE_WITH`."""
 
 REJECTED = 1.5
-"""Pixels to either side of an outline where no depth is claimed."""
+"""Distance in pixels to either side of an outline within which no depth is claimed: below `OUTLINE_SD`. Chosen on
+`MADE_WITH`."""
 
 HALF = 0.5
-"""Share of the pixels that a surface must explain beside an outline for it to be continued to there; and of a node's
-pixels that must be clear of outlines."""
+"""Share of the pixels that a surface must explain beside an outline to be continued to there; and of a node's pixels
+that must be unoccluded, or consistent: a majority."""
 
 SLACK = 3.0
-"""Pixels beyond the reach of an outline where a contradiction may still be due to it."""
+"""Distance in pixels beyond the reach of an outline within which a contradiction may be due to it: 1.5 `OUTLINE_SD`.
+Chosen on `MADE_WITH`."""
 
-WIDE = 4.0
-"""Windows within which pixels contribute to a node's depth, as windows grow: beyond 2.2 of the widest of 1.7."""
+GROWN_WINDOWS = 4.0
+"""Windows within which pixels contribute to a node's depth: 2.2 of the widest of `numerics.SMOOTH`, 1.7, rounded up."""
 
-BEYOND = 2.0
-"""Windows beyond the reach of an outline in which windows may give no depth because of it."""
+REPLACED_WINDOWS = 2.0
+"""Distance beyond the reach of an outline, in windows, within which windows may give no depth because of it: a window
+has 95 % of its weight within two. Chosen on `MADE_WITH`."""
 
-BROAD = 3
-"""Nodes across which views must contradict each other for an outline to be looked for there: on blank paper and steep
-planes they do so in one or two."""
+MIN_CONTRADICTION = 3
+"""Width in nodes across which views must contradict each other for an outline to be looked for: on blank paper and
+steep planes they do so in one or two."""
 
-OVER = 2.0
-"""Windows from an outline in which they carry depth of either side over it."""
+CARRIED_WINDOWS = 2.0
+"""Distance from an outline, in windows, over which these carry depth of either side across it: 95 % of their weight."""
 
 
 Value = TypeVar("Value", bound=np.generic)
@@ -182,7 +189,7 @@ def _outlines_of_tile(
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
     is_explained = few_large(squared_residual(equalised, level, sd, given)) & inliers.is_consistent
     is_reliable = is_informative & blur_is_known(nodes.sd / given.levels_per_pixel, 0.0)
-    is_reliable &= _share(is_explained, step) >= EXPLAINED
+    is_reliable &= _share(is_explained, step) >= MIN_EXPLAINED
     jump_sd = _jump_sd(nodes, given)
     is_valid = inliers.is_consistent & equalised.to_blocks(is_informative, shape)
     small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, given, images)
@@ -209,7 +216,7 @@ def _outlines_of_tile(
         return ends
     # Beside outlines, what these windows give takes the place of what wider ones carry over them.
     curved = nodes.sd**2 + curvature_variance(equalised, nodes, is_informative, given)
-    is_beside = ndimage.distance_transform_edt(ends.side == 0) <= given.blur(level) + OVER * wider
+    is_beside = ndimage.distance_transform_edt(ends.side == 0) <= given.blur(level) + CARRIED_WINDOWS * wider
     is_beside &= ~ends.is_replaced
     ends.is_replaced[is_beside] = True
     ends.level[is_beside] = level[is_beside]
@@ -229,7 +236,9 @@ def _may_jump(
     planes = surfaces.planes(nodes.level, nodes.sd, is_informative, given.gap)
     jumps = surfaces.pairs(planes, sd, is_informative, given.gap)
     may_jump = small_jumps(equalised, replace(nodes, sd=sd), is_informative, given)
-    may_jump |= ndimage.binary_opening(_share(is_consistent, equalised.step) < HALF, np.ones((BROAD, BROAD), np.bool_))
+    may_jump |= ndimage.binary_opening(
+        _share(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
+    )
     return may_jump if jumps is None else may_jump | (jumps[..., 0] >= 0)
 
 
@@ -241,7 +250,7 @@ def _jump_sd(nodes: Nodes, given: Conditions) -> FloatArray:
 
 def _overlap(equalised: Equalised) -> int:
     """Pixels beyond a tile's core from which depth in it is worked out."""
-    return equalised.step * surfaces.FARTHEST + round(WIDE * equalised.window)
+    return equalised.step * surfaces.PLANE_SPAN + round(GROWN_WINDOWS * equalised.window)
 
 
 def _find_large(
@@ -276,7 +285,7 @@ def _find_large(
     is_kept = ~is_inside | _if_few(is_new, is_reliable, located, step)
     # Where the two agree (Hausman's test), depth from all pixels is the more certain one.
     added = np.sqrt(np.maximum(again.sd**2 - nodes.sd**2, 0))
-    is_kept |= is_reliable & is_new & (np.abs(again.level - nodes.level) <= AGREE * added)
+    is_kept |= is_reliable & is_new & (np.abs(again.level - nodes.level) <= AGREE_SDS * added)
     level, sd = (np.where(is_kept, *pair) for pair in ((nodes.level, again.level), (nodes.sd, again.sd)))
     nodes, is_settled = replace(nodes, level=level, sd=sd), is_reliable
     is_reliable = is_new | (is_kept & is_reliable)
@@ -305,8 +314,8 @@ def _continued(
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
     is_own = equalised.to_blocks(is_clear, shape) & ((np.abs(level - own) < gap) | (distance > located.reach))
     own, own_sd = np.where(is_own, level, own), np.where(is_own, sd, own_sd)
-    is_replaced = zone.is_inside & (distance <= located.reach + BEYOND * equalised.window)
-    is_replaced &= ~(is_own & (distance > CLEAR * located.reach + AWAY * equalised.window))
+    is_replaced = zone.is_inside & (distance <= located.reach + REPLACED_WINDOWS * equalised.window)
+    is_replaced &= ~(is_own & (distance > CLEAR_REACHES * located.reach + KEPT_WINDOWS * equalised.window))
     return Outlines(
         _sides(distance < 1, is_near),
         is_replaced,
@@ -336,8 +345,8 @@ def _small(
         jumps.is_inside,
         jumps.is_inside & is_valid & (jumps.distance >= REJECTED),
         jumps.level.astype(np.float32),
-        np.hypot(sd, CHANGED * (jumps.level - level)).astype(np.float32),
-        _side_sd(jumps.distance, SMALL_SD, jumps.rise),
+        np.hypot(sd, CHANGE_SD * (jumps.level - level)).astype(np.float32),
+        _side_sd(jumps.distance, SMALL_OUTLINE_SD, jumps.rise),
     )
 
 
@@ -356,7 +365,7 @@ def curvature_variance(
     equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_], given: Conditions
 ) -> FloatArray:
     """Variance of depth at `nodes`, in levels squared, where it is not plane as far as blur and window reach."""
-    reach, same = equalised.reach(nodes, given.radii), SAME * given.levels_per_pixel
+    reach, same = equalised.reach(nodes, given.radii), SAME_SURFACE * given.levels_per_pixel
     return surfaces.curvature_variance(nodes.level, nodes.sd, is_informative, reach, same)
 
 
@@ -387,7 +396,7 @@ def _if_few(
     for side in (is_near & is_inside, ~is_near & is_inside):
         part = _at_nodes(ndimage.label(side)[0], step)
         count = np.bincount(part[is_clear], minlength=int(part.max()) + 1)
-        found |= is_reliable & (part > 0) & (count[part] <= FEW)
+        found |= is_reliable & (part > 0) & (count[part] <= MIN_CLEAR_NODES)
     return found
 
 

@@ -24,11 +24,11 @@ __all__ = ["BandPower", "band_power"]
 EDGES: FloatArray = np.array([0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])
 """Edges of the bands in cycles per pixel: below them windows hold too few periods, above them nothing is compared."""
 
-GROUPS = 6
-"""Groups of nodes of similar depth, at most."""
+MAX_GROUPS = 6
+"""Maximum number of groups of nodes of similar depth: chosen by hand."""
 
-LEAST_NODES = 16
-"""Nodes in a group, at least: a choice."""
+GROUP_NODES = 16
+"""Least number of nodes in a group: its quartile then rests on four. Chosen by hand."""
 
 LEAST_FREEDOM = 1.0
 """Degrees of freedom of a window's power in a band below which the band is left out: the lower quartile by chance, by
@@ -37,21 +37,24 @@ which the power is corrected, goes to 0."""
 QUARTER = 0.25
 """Quantile of the nodes' power that is compared: what contradicts the model can only add to it."""
 
-LEAST_GAIN = 0.02
-"""Power gain of a band, over the largest, below which it is not compared: little but rounding and leakage is in it."""
+MIN_GAIN = 0.02
+"""Least power gain of a band, over the largest, at which it is compared: below, little but rounding and leakage is in
+it. Chosen by hand."""
 
-ADDS = 0.1
-"""Relative excess of power beyond which a band counts less: model error adds to power, noise does not take from it."""
+EXCESS_SCALE = 0.1
+"""Relative excess of power beyond which a band counts less: model error adds to power, noise does not take from it.
+Chosen by hand."""
 
 WORSE = 30.0
 """Ratio of mean squares (an F statistic) above which the views' noises differ: equal noise gives
 -6 to 21 on walls, slants, steps and spheres, a ratio of 1.5 between standard deviations 15 to 240, of 3 from 70 on."""
 
-ALIKE = 0.05
-"""Weight of the prior that all noise is alike, in bands: decides where the bands leave a view's noise open."""
+EQUAL_NOISE_PRIOR = 0.05
+"""Weight of the prior that all views have equal noise, in bands: decides only where the bands leave a view's noise
+open. Chosen by hand."""
 
-ITERATIONS, LEAST = 8, 1e-3
-"""Iterations of reweighting; and the least variance that is found, over the largest."""
+ITERATIONS, MIN_VARIANCE = 8, 1e-3
+"""Number of reweighting iterations; and least variance that is found, over the largest. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,18 +90,22 @@ class BandPower:
         The factors are `most` at most.
         """
         gains, count = self.gains @ basis, basis.shape[1]
-        prior = ALIKE * (np.eye(count) - 1 / count)
+        prior = EQUAL_NOISE_PRIOR * (np.eye(count) - 1 / count)
         factor = np.full(count, float(np.median(self.power / gains.sum(axis=1))))
         for _ in range(ITERATIONS):
             expected = gains @ factor
-            weight = 1 / (expected * (1 + np.maximum(self.power / expected - 1, 0) / ADDS))
+            weight = 1 / (expected * (1 + np.maximum(self.power / expected - 1, 0) / EXCESS_SCALE))
             rows, power = gains * weight[:, None], self.power * weight
             rows = np.vstack([rows, prior / factor.mean()])
             found = optimize.lsq_linear(rows, np.concatenate([power, np.zeros(count)]), (0, most))
-            factor = np.maximum(found.x, LEAST * found.x.max() + 1e-12)
+            factor = np.maximum(found.x, MIN_VARIANCE * found.x.max() + 1e-12)
         excess = self.power / (gains @ factor) - 1
         # The loss whose minimum this is: quadratic below, as the logarithm's above.
-        loss = np.where(excess > 0, ADDS**2 * 2 * (excess / ADDS - np.log1p(np.maximum(excess, 0) / ADDS)), excess**2)
+        loss = np.where(
+            excess > 0,
+            EXCESS_SCALE**2 * 2 * (excess / EXCESS_SCALE - np.log1p(np.maximum(excess, 0) / EXCESS_SCALE)),
+            excess**2,
+        )
         return basis @ factor, float(loss.sum())
 
 
@@ -111,7 +118,7 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
     textured = some & (nodes.texture >= 1)
     some = textured if textured.mean() > 0.02 else some
     level = nodes.level[some]
-    count = int(np.clip(some.sum() // LEAST_NODES, 1, GROUPS))
+    count = int(np.clip(some.sum() // GROUP_NODES, 1, MAX_GROUPS))
     limits = np.quantile(level, np.linspace(0, 1, count + 1)[1:-1]) if level.size else np.zeros(0)
     group = np.searchsorted(limits, level)
     size = equalised.window_size() * nodes.support[some]
@@ -146,6 +153,6 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
                 gains.append(each)
     power, gain = np.array(powers), np.array(gains).reshape(len(powers), -1)
     total = gain.sum(axis=1) if len(power) else power
-    kept = total > LEAST_GAIN * total.max(initial=0.0)
+    kept = total > MIN_GAIN * total.max(initial=0.0)
     # Every band counts alike, whatever the filters let through of it.
     return BandPower(power[kept] / total[kept], gain[kept] / total[kept, None])

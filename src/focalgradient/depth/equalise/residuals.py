@@ -16,13 +16,13 @@ from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, Image, S
 __all__ = ["Residuals", "mixed_residuals"]
 
 BAND = 4_000_000
-"""Pixels of residual images that are held at a time."""
+"""Number of pixels that are worked out at a time: 16 MB, for memory."""
 
-MOST = 128
-"""Filtered images that are held at most: 1 GB of them at 1920 x 1080 pixels."""
+MAX_IMAGES = 128
+"""Maximum number of filtered images held: 1 GB of them at 1920 x 1080 pixels."""
 
-TOLERANCE = 1e-4
-"""Energy, in units of the noise variance, by which a low-rank family may err."""
+RANK_TOLERANCE = 1e-4
+"""Energy, in units of the noise variance, by which a low-rank family of filters may err: nothing beside noise of 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Residuals:
         filters: NDArray[Any],
         own: NDArray[Any] | None = None,
         frequencies: Frequencies = ROUND,
-        tolerance: float = TOLERANCE,
+        tolerance: float = RANK_TOLERANCE,
         variance: FloatArray | None = None,
     ) -> Residuals:
         """Filter whole images by `filters` (n x L x F), given at the `frequencies`.
@@ -66,9 +66,9 @@ class Residuals:
         rows = rows.view(rows.real.dtype).reshape(levels, -1)
         left, energy = _directions(rows, frequencies, 2 if filters.dtype.kind == "c" else 1)
         left_over = np.cumsum((left**2 * energy)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
-        rank = min(MOST, levels, max(1, int(np.searchsorted(-left_over, -tolerance))))
+        rank = min(MAX_IMAGES, levels, max(1, int(np.searchsorted(-left_over, -tolerance))))
         # A product of images costs about a fiftieth of filtering one.
-        if levels <= MOST and rank + rank**2 / 100 > levels:
+        if levels <= MAX_IMAGES and rank + rank**2 / 100 > levels:
             images = spectra.stack(filters.transpose(1, 0, 2), frequencies)
             coefficients = None
         else:
@@ -138,7 +138,7 @@ def mixed_residuals(parts: Sequence[Residuals], shares: NDArray[np.floating]) ->
     weights = shares.astype(np.float32)
     mean = weights.mean(axis=(1, 2)).astype(float)
     known = [part.coefficients for part in parts if part.coefficients is not None]
-    if len(known) == len(parts) and sum(part.images.shape[0] for part in parts) <= MOST:
+    if len(known) == len(parts) and sum(part.images.shape[0] for part in parts) <= MAX_IMAGES:
         images = np.concatenate([weight * part.images for weight, part in zip(weights, parts, strict=True)])
         coefficients: FloatArray | None = np.concatenate(known, axis=1)
     else:  # an image a level

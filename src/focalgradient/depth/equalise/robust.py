@@ -26,25 +26,26 @@ from focalgradient.depth.validity import BLUR_ERROR
 __all__ = ["Inliers", "Likelihood", "Part", "Refined", "model_error", "refine", "refine_without", "reject_outliers"]
 
 CHECK_SIDE = 5
-"""Side in pixels of the squares in which the views' agreement is tested."""
+"""Side in pixels of the squares in which the views' agreement is tested: much smaller than windows. Chosen by hand."""
 
 ERRS = 1.1
 """Median of what is left of the views, over the noise's power, from which more than noise is left: right models leave
 0.99 to 1.01, JPEG of quality 90 about 1.5."""
 
-SPECK = 3
-"""Nodes across which depth must rest on texture for any of them to count: as far as two sd of a window reach."""
+SPECK_NODES = 3
+"""Width in nodes over which depth must rest on texture for any of them to count: two standard deviations of a
+window."""
 
-REACH = 1.2
-"""How far into the frame the light from beyond it is felt, in radii of blur: filters reach little beyond one. On
-walls, planes and steps with a lamp beyond the frame, or without one, 95 to 98 % of the rim lies within two sd with 1.0,
-1.2, 1.5 and 2.0."""
+RIM_REACH = 1.2
+"""Distance over which light from beyond the frame reaches into it, in radii of blur: filters reach little beyond one.
+On walls, planes and steps with a lamp beyond the frame, or without one, 95 to 98 % of the rim lies within two sd with
+1.0, 1.2, 1.5 and 2.0."""
 
 MAX_REJECTIONS = 6
-"""Maximum number of outlier-rejection iterations."""
+"""Maximum number of outlier-rejection iterations: chosen by hand."""
 
-SETTLED = 2e-3
-"""Share of the pixels that changes in a round, below which the search for contradicting pixels ends."""
+REJECTION_SETTLED = 2e-3
+"""Share of the pixels that changes in an iteration, below which outlier rejection ends. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +99,7 @@ class Likelihood:
 class Inliers:
     """Pixels whose views agree at some depth, and the likelihood of windows over these alone."""
 
-    likelihood: Likelihood  # over the inliers, but for a share `SETTLED` at most
+    likelihood: Likelihood  # over the inliers, but for a share `REJECTION_SETTLED` at most
     is_consistent: NDArray[np.bool_]  # H x W: whether a pixel's views agree
     is_within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
 
@@ -133,9 +134,9 @@ def reject_outliers(equalised: Equalised, part: Part, found: Likelihood) -> tupl
         local = equalised.evaluate(found.nodes)
         agreement = equalised.agreement(local, found.scale, CHECK_SIDE, part.false_alarm, tolerance)
         is_consistent = is_usable & np.pad(agreement[middle], rim, mode="edge")
-        reach = REACH * np.interp(local.level, np.arange(equalised.levels), blur)
+        reach = RIM_REACH * np.interp(local.level, np.arange(equalised.levels), blur)
         is_within = is_usable & (part.inward >= np.clip(reach, rim, min(shape) / 6))
-        if (found.is_summed ^ (is_consistent & is_within)).mean() < SETTLED:
+        if (found.is_summed ^ (is_consistent & is_within)).mean() < REJECTION_SETTLED:
             break
         found = found.over(equalised, is_consistent & is_within)
     return Inliers(found, is_consistent, is_within), local
@@ -194,5 +195,5 @@ def _with_texture_of_its_own(
     if not found.any() or np.median(nodes.misfit[found]) < ERRS:
         return nodes
     # Windows overlap, so that texture shows in several nodes side by side; compression of blank paper, in one or two.
-    specks = found & ~ndimage.binary_opening(found, np.ones((SPECK, SPECK), np.bool_))
+    specks = found & ~ndimage.binary_opening(found, np.ones((SPECK_NODES, SPECK_NODES), np.bool_))
     return replace(nodes, texture=np.where(specks, 0, nodes.texture))

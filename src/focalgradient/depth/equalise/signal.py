@@ -30,7 +30,8 @@ __all__ = [
 ]
 
 MISFIT = 4.0
-"""Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
+"""Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed: residuals
+of twice the noise. Chosen by hand."""
 
 EXPLAINED = 0.5
 """Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
@@ -51,17 +52,18 @@ BARE = 0.3
 UNEVEN = 8.0
 """Largest factor that unevenness of the residual asks of texture: a choice."""
 
-LESS = 0.5
+LESS_THAN_NOISE = 0.5
 """Median of what is left of the views where depth seems to rest on signal, over the noise estimated, below which that
 is no signal: 0.05 to 0.45 on blank paper in JPEG of quality 60 to 80, whose compression leaves some blocks flat and
 others not; 0.9 and more where there is texture."""
 
-BLOCK, BLOCKS = 8, 1.5
-"""Pixels to a block of JPEG; and the mean step between neighbours of two blocks, over that within them, from which a
-view shows them: 1.9 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in scenes stored without loss."""
+JPEG_BLOCK, STEP_AT_BLOCKS = 8, 1.5
+"""Side in pixels of a block of JPEG (its standard); and the mean step between neighbours of two blocks, over that
+within them, from which a view shows them: 1.9 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in scenes
+stored without loss."""
 
 LINES = 256
-"""Rows or columns along which blocks are looked for, for large frames."""
+"""Number of rows or columns along which the blocks of JPEG are looked for in large frames: enough for their mean."""
 
 BLANK, MORE = 0.25, 2.0
 """Share of the nodes with signal below which a frame is mostly blank, and median of what is left of all of it, over the
@@ -70,7 +72,7 @@ noise estimated, above which that is not its noise. Blank paper in JPEG of quali
 
 BY_CHANCE = 1.5
 """Times the noise's power that may be left of the views before the model is said to err: chance, and noise that the
-estimate misses."""
+estimate misses. Chosen by hand."""
 
 OVER_ERROR = 20.0
 """Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
@@ -84,8 +86,8 @@ which, in the whole frame, the range is named as the cause: a choice."""
 NEARLY_NOTHING = 0.01
 """Share of valid pixels below which a map shows nothing: a choice."""
 
-SUPPORT = 0.1
-"""Share of a window that must be usable."""
+MIN_SUPPORT = 0.1
+"""Least share of a window that must be usable: chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,7 +154,7 @@ def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool
     if one_waveband:
         textured &= ~_contradicts(nodes)
     located = nodes.unambiguous & nodes.inside & nodes.curved_by_depth
-    return located & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
+    return located & textured & (nodes.support >= MIN_SUPPORT) & (nodes.misfit < MISFIT)
 
 
 def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
@@ -189,9 +191,9 @@ def show_blocks(images: Sequence[Image]) -> bool:
         for lines in (image, image.T):
             some = lines[:, :: max(1, lines.shape[1] // LINES)]
             step = np.abs(np.diff(some, axis=0)).mean(axis=1)
-            by_place = step[: len(step) // BLOCK * BLOCK].reshape(-1, BLOCK).mean(axis=0)
+            by_place = step[: len(step) // JPEG_BLOCK * JPEG_BLOCK].reshape(-1, JPEG_BLOCK).mean(axis=0)
             edge, *within = np.sort(by_place)[::-1]
-            if edge > BLOCKS * np.median(within):
+            if edge > STEP_AT_BLOCKS * np.median(within):
                 return True
     return False
 
@@ -207,7 +209,7 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
     if not (seen & informative).any():
         return None
     there, all_over = (float(np.median(nodes.misfit[some])) for some in (seen & informative, seen))
-    if there < LESS and show_blocks(images):
+    if there < LESS_THAN_NOISE and show_blocks(images):
         return there
     return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
 

@@ -30,11 +30,12 @@ __all__ = ["UNLIKE", "SplitBand", "split_band_test"]
 CUTS = (0.25, 0.35)
 """Frequencies at which the band is split, in cycles per blur radius: chosen on 70 rendered pairs; one alone misses."""
 
-DIRECTIONS = (0.0, np.pi / 4)
+SPLIT_DIRECTIONS = (0.0, np.pi / 4)
 """Directions (rad) about which detail is split from that across: one at 22.5 degrees from both shows in either."""
 
-STEEP = 3.0
-"""Steepness with which the halves of a split by direction part, in amplitude over the cosine of twice the angle."""
+PARTING = 3.0
+"""Steepness with which the halves of a split by direction part, in amplitude over the cosine of twice the angle. Chosen
+by hand."""
 
 UNLIKE = 0.03
 """Difference of depth by direction, as a share of the blur radius, from which a user is warned: right models of walls,
@@ -44,7 +45,7 @@ LEAST_RADIUS = 0.8
 """Blur radius in pixels below which the cuts move no further: beyond them would lie aliased detail only."""
 
 SURROUND = 24
-"""Pixels of mirrored surround about the frame, for the filters not to wrap."""
+"""Width in pixels of the mirrored surround, for the filters not to wrap: chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,7 @@ def split_band_test(
     for cut in CUTS:
         coarse = _low_pass(RADII**2, cut / radius)
         splits.append((_low_pass(squared, cut / radius), (coarse, 1 - coarse)))
-    splits += [(_along(angle - one), (np.full(RADII.shape, ALONG),) * 2) for one in DIRECTIONS]
+    splits += [(_along(angle - one), (np.full(RADII.shape, ALONG_RMS),) * 2) for one in SPLIT_DIRECTIONS]
     taus, differences = [], []
     for gain, passed in splits:
         low, low_variance, high, high_variance = _halves(
@@ -211,8 +212,8 @@ def _low_pass(squared: NDArray[Any], cut: float) -> NDArray[Any]:
 
 def _along(angle: NDArray[np.float64]) -> Image:
     """Amplitude of the half along a direction, at frequencies of this `angle` (rad) to it: 1/2 at 45 degrees."""
-    return ((1 + np.clip(STEEP * np.cos(2 * angle), -1, 1)) / 2).astype(np.float32)
+    return ((1 + np.clip(PARTING * np.cos(2 * angle), -1, 1)) / 2).astype(np.float32)
 
 
-ALONG = float(np.sqrt(np.mean(_along(np.linspace(0, np.pi, 1440, endpoint=False)) ** 2)))
-"""Root mean square of that amplitude over all directions."""
+ALONG_RMS = float(np.sqrt(np.mean(_along(np.linspace(0, np.pi, 1440, endpoint=False)) ** 2)))
+"""Root mean square of the amplitude of the half along a direction over all directions, computed."""

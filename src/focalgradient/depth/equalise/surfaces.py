@@ -16,46 +16,51 @@ from focalgradient.parallel import share_rows
 
 __all__ = ["Zone", "continued", "curvature_variance", "pairs", "planes", "spread"]
 
-REACH = 4
-"""Nodes to each side through which a node's plane is laid."""
+PLANE_REACH = 4
+"""Distance in nodes up to which a node's plane is fitted in the first window: two `PLANE_SD`."""
 
-WIDTH = 2.0
-"""Standard deviation, in nodes, of their weights."""
+PLANE_SD = 2.0
+"""Standard deviation in nodes of the first window in which a node's plane is fitted. Chosen on `MADE_WITH` of
+`benchmarks/depth_at_outlines.py`."""
 
 APART = 2
-"""Nodes from one to the next in wider windows: neighbours have most of their windows in common."""
+"""Step in nodes of the fits in wider windows: neighbours share most of their windows. Depth with outlines took a fifth
+less time than with every node."""
 
-STEEP = 1.0
-"""Prior standard deviation of a plane's slope, in levels per node."""
+PLANE_SLOPE_SD = 1.0
+"""Prior standard deviation of a plane's slope, in levels per node. Chosen on `MADE_WITH`."""
 
 LEAST_SD = 0.2
-"""Standard deviation in levels below which nodes weigh alike."""
+"""Standard deviation, in levels, that is added to that of every node: below it nodes weigh alike. Chosen
+by hand."""
 
-EVEN_SD = 0.7
-"""The same, where depth's departure from a plane is taken."""
+CURVATURE_LEAST_SD = 0.7
+"""The same, in levels, in the measure of how far depth departs from a plane. Chosen on `MADE_WITH`."""
 
-SURE = 6.0
-"""Standard deviations by which depths must differ to jump."""
+JUMP_SDS = 6.0
+"""Difference of depth at a jump, in its standard deviations, at least: of a megapixel some 300 000 places and
+directions are looked at. Chosen on `MADE_WITH` and `CONTROLS`."""
 
-WIDEST = 8.0
-"""Widest standard deviation of these weights, in nodes: windows double while a plane fits."""
+WIDEST_PLANE_SD = 8.0
+"""Standard deviation in nodes of the widest window in which a plane is fitted: windows double while it fits. Chosen on
+`MADE_WITH`."""
 
-CURVED = 1.5
-"""Standard deviation of the window in which depth's departure from a plane is taken, over that of what blur and window
-reach together."""
+CURVATURE_WINDOW = 1.5
+"""Standard deviation of the window in which depth's departure from a plane is taken, over the reach of blur and window.
+Chosen on `MADE_WITH`."""
 
 STRAIGHT = 2
-"""Nodes to either side from which the greatest departure is taken: the middle of a blurred jump is straight."""
+"""Distance in nodes within which the greatest departure from a plane counts: the middle of a blurred jump is straight.
+Chosen on `MADE_WITH`."""
 
-CLEARLY = 2.0
-"""Variance about that plane, over what noise explains, from which a surface is clearly not plane: painted planes stay
-below it."""
+CURVED_RATIO = 2.0
+"""Variance about a plane, over what noise explains, from which a surface is not plane: painted planes stay below it."""
 
-FARTHEST = round(REACH * WIDEST / WIDTH)
-"""Nodes that a plane reaches over at most."""
+PLANE_SPAN = round(PLANE_REACH * WIDEST_PLANE_SD / PLANE_SD)
+"""Distance in nodes over which a plane extends at most: `PLANE_REACH` in the widest window."""
 
 FITS = 1.0
-"""Mean square of nodes' distance from a plane, over their variance, up to which it fits."""
+"""Mean square of nodes' distance from a plane, over their variance, up to which it fits: the expectation of noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,8 +84,8 @@ def planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], ga
     found = np.zeros((4, *level.shape))
     # A node's weight, and the window's: worked out once, as every node is in some hundred windows.
     information = np.where(is_reliable, 1 / (sd**2 + LEAST_SD**2), 0.0)
-    widths = WIDTH * 2 ** np.arange(round(np.log2(WIDEST / WIDTH)) + 1)
-    side = np.arange(int(REACH * WIDEST / WIDTH) + 1.0)
+    widths = PLANE_SD * 2 ** np.arange(round(np.log2(WIDEST_PLANE_SD / PLANE_SD)) + 1)
+    side = np.arange(int(PLANE_REACH * WIDEST_PLANE_SD / PLANE_SD) + 1.0)
     window = np.exp(-(side[:, None] ** 2 + side**2) / (2 * widths[:, None, None] ** 2))
     share_rows(len(level), lambda first, last: _planes(level, sd, information, window, gap / 2, first, last, found))
     return found
@@ -93,10 +98,10 @@ def _planes(level, sd, information, window, off, first, last, found):  # type: i
             if information[i, j] == 0:
                 continue
             plane, _, _ = _plane(level, sd, information, window[0], 1.5, 1, i, j, (level[i, j], 0.0, 0.0), off)
-            plane, _, _ = _plane(level, sd, information, window[0], REACH, 1, i, j, plane, off)
-            width = WIDTH
+            plane, _, _ = _plane(level, sd, information, window[0], PLANE_REACH, 1, i, j, plane, off)
+            width = PLANE_SD
             for wider in window[1:]:
-                reach = REACH * 2 * width / WIDTH
+                reach = PLANE_REACH * 2 * width / PLANE_SD
                 new, squares, total = _plane(level, sd, information, wider, reach, APART, i, j, plane, off)
                 if squares > FITS * total or (new[0] - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2):
                     break
@@ -131,7 +136,7 @@ def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # t
             ry += weight * rise * y
             rx += weight * rise * x
             squares += weight * rise * rise
-    a = np.array([[one, y1, x1], [y1, yy + STEEP**-2, yx], [x1, yx, xx + STEEP**-2]])
+    a = np.array([[one, y1, x1], [y1, yy + PLANE_SLOPE_SD**-2, yx], [x1, yx, xx + PLANE_SLOPE_SD**-2]])
     b = np.array([r1, ry, rx])
     fitted = _solved(a, b)
     squares -= fitted[0] * b[0] + fitted[1] * b[1] + fitted[2] * b[2]
@@ -175,7 +180,7 @@ def curvature_variance(
         Levels from which a difference is a jump: nodes beyond it are on another surface.
     """
     variance = np.zeros(level.shape)
-    width = CURVED * reach
+    width = CURVATURE_WINDOW * reach
     share_rows(len(level), lambda first, last: _curvature(level, sd, is_informative, width, gap, first, last, variance))
     return np.asarray(ndimage.maximum_filter(variance, 2 * STRAIGHT + 1))
 
@@ -197,7 +202,7 @@ def _curvature(level, sd, is_informative, width, gap, first, last, variance):  #
                     x, off = float(m - j), level[k, m] - level[i, j]
                     if not is_informative[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
                         continue
-                    weight = np.exp((y * y + x * x) * narrow) / (sd[k, m] ** 2 + EVEN_SD**2)
+                    weight = np.exp((y * y + x * x) * narrow) / (sd[k, m] ** 2 + CURVATURE_LEAST_SD**2)
                     total += weight
                     y1 += weight * y
                     x1 += weight * x
@@ -213,7 +218,7 @@ def _curvature(level, sd, is_informative, width, gap, first, last, variance):  #
             a = np.array([[total, y1, x1], [y1, yy + 1e-3, yx], [x1, yx, xx + 1e-3]])
             fitted = _solved(a, np.array([r1, ry, rx]))
             left = squares - fitted[0] * r1 - fitted[1] * ry - fitted[2] * rx
-            if left > CLEARLY * noise:
+            if left > CURVED_RATIO * noise:
                 variance[i, j] = (left - noise) / total
 
 
@@ -235,7 +240,7 @@ def pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], ga
             one, two = (_value(planes, tuple(nodes), place) for nodes in (nearest, other))
             mine, yours = tuple(nearest), tuple(other)
             plain = planes[0][mine] - planes[0][yours]
-            least = np.maximum(gap, SURE * np.hypot(sd[mine], sd[yours]))
+            least = np.maximum(gap, JUMP_SDS * np.hypot(sd[mine], sd[yours]))
             # Both by the nodes' own levels and by their planes here: what a slope explains is no jump.
             jump = (np.minimum(np.abs(one - two), np.abs(plain)) > least) & ((one > two) == (plain > 0))
             jump[(slice(None),) * axis + (border,)] = False

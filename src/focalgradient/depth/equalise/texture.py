@@ -16,29 +16,30 @@ from focalgradient.depth.filters import Image
 __all__ = ["OwnTexture", "own_texture", "rests_on_texture"]
 
 NARROW = 0.5
-"""Window in which texture is near, over that in which depth is estimated."""
+"""Size of the window in which texture is near, over that in which depth is estimated: chosen by hand, with `NEAR`."""
 
 NEAR = 0.02
 """Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
 edge less than this from 1.6 standard deviations of the wide window on."""
 
-BESIDE, OWN = 2.0, 0.1
+OWN_SD, OWN = 2.0, 0.1
 """Standard deviation in pixels of the window that is a pixel's own; and information there, over that in the window in
 which depth is estimated, both for each pixel, from which depth rests on texture at the pixel: even texture gives 1, and
 where texture ends 0.4 lie 2 pixels beyond its end, 0.07 lie 4."""
 
-GAP = 8
-"""Pixels that may lack texture of their own between such as have it: texture is uneven."""
+MAX_GAP = 8
+"""Largest width in pixels of a gap in texture that still counts as textured: texture is uneven, over about the default
+window. Chosen by hand."""
 
-SURE = 0.6
-"""Information that would be missed, over what noise puts into the derivative's power, from which its lack is seen: the
-mean over a pixel's own window is known to 0.28."""
+SEEN_LACK = 0.6
+"""Information that would be missed, over what noise puts into the derivative's power, from which its lack is seen: two
+standard deviations, as the mean over a pixel's own window is known to 0.28."""
 
 LACKING = 0.3
 """Information at a pixel, over what noise puts into the derivative's power, below which it has none: as much as noise
 makes its mean over a pixel's own window err (0.28)."""
 
-REACH, EVEN_CHANCE = 4.0, 0.1
+LACK_SD, EVEN_CHANCE = 4.0, 0.1
 """Standard deviation in pixels of the window in which a lack of texture is near; and its share there at which the pixel
 is as likely to belong to the surface without texture as to that with it. Blur and windows carry texture about 5 pixels
 over its end, from where on a surface without any lacks it, so that at the end itself the share is 0.1."""
@@ -114,18 +115,20 @@ def own_texture(
         local.level, np.arange(equalised.levels), noise * sum(r.noise_derivative for r in equalised.residuals)
     ).astype(np.float32)
     power = weight * (local.slope - by_noise)
-    count, own_count = (ndimage.gaussian_filter(weight, sd) + 1e-6 for sd in (equalised.window, BESIDE))
+    count, own_count = (ndimage.gaussian_filter(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
     around = ndimage.gaussian_filter(power, equalised.window) / count
-    own = ndimage.gaussian_filter(power, BESIDE) / own_count
+    own = ndimage.gaussian_filter(power, OWN_SD) / own_count
     at_focus = equalised.even.rate_at(local.level) < CHANGING
-    has = (own >= OWN * around) | (OWN * around < SURE * by_noise) | at_focus
+    has = (own >= OWN * around) | (OWN * around < SEEN_LACK * by_noise) | at_focus
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
     lacks = weight * ~(shows if compressed else _without_gaps(shows))
-    share = ndimage.gaussian_filter(lacks, REACH) / (ndimage.gaussian_filter(weight, REACH) + 1e-6)
+    share = ndimage.gaussian_filter(lacks, LACK_SD) / (ndimage.gaussian_filter(weight, LACK_SD) + 1e-6)
     return OwnTexture(_without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32))
 
 
 def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The same without gaps up to `GAP` pixels wide."""
-    disc = np.hypot(*np.mgrid[-(GAP // 2) : GAP // 2 + 1, -(GAP // 2) : GAP // 2 + 1]) <= GAP / 2
-    return np.asarray(ndimage.binary_closing(np.pad(textured, GAP, mode="edge"), disc)[GAP:-GAP, GAP:-GAP])
+    """The same without gaps up to `MAX_GAP` pixels wide."""
+    disc = np.hypot(*np.mgrid[-(MAX_GAP // 2) : MAX_GAP // 2 + 1, -(MAX_GAP // 2) : MAX_GAP // 2 + 1]) <= MAX_GAP / 2
+    return np.asarray(
+        ndimage.binary_closing(np.pad(textured, MAX_GAP, mode="edge"), disc)[MAX_GAP:-MAX_GAP, MAX_GAP:-MAX_GAP]
+    )

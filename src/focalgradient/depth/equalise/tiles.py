@@ -25,13 +25,13 @@ CORE = 1920
 """Side in pixels of a tile without its overlap, about, at most: one holds the frame of a video."""
 
 LEAST_CORE = 640
-"""The same, at least: smaller ones would be mostly overlap."""
+"""Side in pixels of a tile without its overlap, at least: smaller ones would be mostly overlap (2 x 160 pixels)."""
 
 HELD = 140_000_000
 """Pixels of filtered images that a tile may hold, about: 0.56 GB of them."""
 
 MUCH = 0.75
-"""Share of the frame up to which parts of it are worth being worked out by themselves."""
+"""Share of the frame up to which its parts are worked out one by one: chosen by hand, for time."""
 
 OVERLAP = 160
 """Pixels that a tile reaches beyond its core: twice the widest filter (64), and the last window's two sd (28)."""

@@ -37,24 +37,25 @@ from focalgradient.depth.search import Blurs
 
 __all__ = ["BandGains", "common_error", "estimate_band_gains"]
 
-ROUNDS, STEPS = 2, 3
-"""Times that noise is found, and each time the gain in steps, at most."""
+MAX_ROUNDS, MAX_STEPS = 2, 3
+"""Maximum number of times that noise is found; and of steps of the gain in each. Chosen by hand."""
 
-ALIKE = 0.05
-"""Logarithm of a gain, or of its change in a step, that is too little to find the noise, or the gain, once more."""
+GAIN_SETTLED = 0.05
+"""Change of a gain's logarithm below which neither noise nor gain is estimated again: chosen by hand."""
 
-STEP = 0.05
-"""Share of the gain by which it is changed to see what that does."""
+GAIN_STEP = 0.05
+"""Relative change of the gain by which its derivative is taken: the residual errs by 2.5e-5 of the noise."""
 
 CONTRADICTS = 2.0
-"""Times the misfit of the frame's better part, or of the noise, beyond which a place is left out."""
+"""Misfit, over that of the frame's better part or over the noise, beyond which a place is left out: chosen by hand."""
 
-LEAST_NOISE = 1e-3
+CONTRAST_NOISE = 1e-3
 """Noise assumed at least, as a share of the contrast: what is common to wavebands is not known better. Noiseless views
 were rejected or not by the rounding of the processor without it."""
 
 LITTLE = 1e-3
-"""Power of a waveband's independent texture, over the shared, that is assumed at first."""
+"""Power of a waveband's independent texture, over the shared, that is assumed at first: next to nothing, for what there
+is to be found. Chosen by hand."""
 
 WIDER = 1.7
 """Times the standard error by which gains are off on walls (`benchmarks/coverage_of_walls.py`): what two textures have
@@ -63,8 +64,8 @@ in common by chance is alike over their coarse detail, farther than windows reac
 LEAST_KNOWN = 3.0
 """Standard deviations that the gain is above 0, below which the wavebands share nothing that could be compared."""
 
-COARSE = 4
-"""Levels of which one is used until the last step."""
+COARSE_LEVELS = 4
+"""Step in levels until the last improvement of the gains: in steps so wide they are off by some per cent."""
 
 SIDEWAYS = 1e-2
 """Energy, in units of the noise variance, by which the derivative of residuals by the gain may err: a gain that is off
@@ -129,7 +130,7 @@ def estimate_band_gains(
     """
     names = list(dict.fromkeys(wavebands))
     band = np.array([names.index(name) for name in wavebands])
-    coarse = blurs.every(COARSE)
+    coarse = blurs.every(COARSE_LEVELS)
     # Blur carries in light from beyond the part: its rim is left out.
     rim = min(part.shape) // 4
     weight = np.zeros(part.shape, np.float32)
@@ -137,7 +138,7 @@ def estimate_band_gains(
     floors = np.array([FLOOR * float(image.std()) for image in part.images])
     # The finest detail is at least as strong as the noise. Cones of one class are alike: one noise for each waveband.
     finest = np.array([noise_from_spectrum(image) for image in part.images])
-    least = np.array([max(storage(image), LEAST_NOISE * float(image.std())) for image in part.images])
+    least = np.array([max(storage(image), CONTRAST_NOISE * float(image.std())) for image in part.images])
     most = np.maximum(least, [finest[band == one].min() for one in band])
     sd = most if noise_sd is None else np.asarray(noise_sd, float)
     gain, prior_sd = (np.ones(len(wavebands)), np.full(len(wavebands), np.inf)) if known is None else known
@@ -171,7 +172,7 @@ def estimate_band_gains(
             moved = max(moved, abs(change))
         return moved
 
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
         # way to it, and more be found.
         equalised, nodes = compare(coarse, little)
@@ -183,10 +184,10 @@ def estimate_band_gains(
         own = np.concatenate([[0.0], np.clip(LITTLE * found[1:], 1e-6, 2)])
         if noise_sd is None:
             sd = np.clip(sd * np.sqrt(found[0]), least, most)
-        for _ in range(STEPS):
-            if improve(coarse, own) < ALIKE:
+        for _ in range(MAX_STEPS):
+            if improve(coarse, own) < GAIN_SETTLED:
                 break
-        if np.abs(np.log(gain / start)).max() < ALIKE:
+        if np.abs(np.log(gain / start)).max() < GAIN_SETTLED:
             break  # the gain assumed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
     coloured = bool(np.isfinite(prior_sd).all())
@@ -273,7 +274,7 @@ def _gain_change(
         sums += np.stack([slope**2, slope * aside, aside**2, rest * slope, rest * aside])
         by_level += np.gradient(here.noise) / 2
         risen = noise_passed(new, raised[1], here.measure_at(blurs.frequencies), known_noise)[1]
-        by_gain += (risen - here.noise) / STEP / 2
+        by_gain += (risen - here.noise) / GAIN_STEP / 2
         left, noise = left + rest**2, noise + here.noise
     places = np.arange(equalised.levels)
     # Of noise there is at most what is left.
@@ -310,13 +311,13 @@ def _by_gain(
         for shared in (now.shared, _raised(now.shared, number))
     )
     return [
-        Residuals.of(over_noise, (after - before) / np.float32(STEP), None, blurs.frequencies, SIDEWAYS)
+        Residuals.of(over_noise, (after - before) / np.float32(GAIN_STEP), None, blurs.frequencies, SIDEWAYS)
         for before, after in zip(old, new, strict=True)
     ]
 
 
 def _raised(shared: SharedPower, number: int) -> SharedPower:
-    return replace(shared, gain=shared.gain * np.where(shared.waveband == number, 1 + STEP, 1))
+    return replace(shared, gain=shared.gain * np.where(shared.waveband == number, 1 + GAIN_STEP, 1))
 
 
 def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
@@ -337,7 +338,7 @@ def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
         others, _ = comparing_filters(some, gains.noise_sd, gains.power, _raised(gains.shared, number))
         both = np.zeros_like(variance)
         for here, there, risen in zip(filters, others, by_level, strict=True):
-            by_gain = ((there - here) / STEP * scene).sum(axis=0)
+            by_gain = ((there - here) / GAIN_STEP * scene).sum(axis=0)
             both += (risen.conj() * by_gain).real @ areas
         variance += (both / slope * np.hypot(gains.gain_sd[number], gains.local_sd[number])) ** 2
     levels = blurs.radius.shape[1]

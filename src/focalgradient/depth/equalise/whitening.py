@@ -30,28 +30,28 @@ from focalgradient.depth.search import Blurs
 
 __all__ = ["FrameNoise", "Whitening", "estimate_noise", "uneven_noise"]
 
-COMMON = 1024
-"""Side in pixels of the part of a large frame from which is estimated what all its tiles have in common."""
+COMMON_SIDE = 1024
+"""Side in pixels of the part of a large frame from which is estimated what all its tiles share: chosen by hand, for
+time."""
 
 BANDS_SIDE = 256
 """Side in pixels of the part of the views in which is estimated what wavebands share: chosen by hand."""
 
 
-SMOOTH = 2.0
-"""Standard deviation in pixels of the Gaussian that takes the noise off the views where noise goes by brightness."""
+BRIGHTNESS_SD = 2.0
+"""Standard deviation in pixels of the Gaussian that takes the noise off the views' brightness: to 1/7. Chosen by
+hand."""
 
-ABOUT = 3.0
+CONTRAST_SD = 3.0
 """Standard deviation in pixels of the Gaussian window in which an image's contrast is taken: blocks of JPEG are 8 wide,
 and its errors stay within them."""
 
-LAW_ROUNDS = 4
-"""Times that the law is looked for, at most."""
+EVENING_ROUNDS = 4
+"""Maximum number of times that noise is made even and depth estimated anew: chosen by hand."""
 
-SETTLED = 0.02
-"""Change of its share below which it is found."""
-
-CHANGE = 0.1
-"""Change of what contrast adds, as a share of it, below which the law is found."""
+SHARE_SETTLED, CONTRAST_SETTLED = 0.02, 0.1
+"""Change of the law's share by brightness, and relative change of its part by contrast, below which the law is found:
+chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +108,7 @@ class Whitening:
         is_large = len(parts) > 1
         crop, inward = registered, parts[0].inward(registered.shape)
         if is_large:
-            crop = registered.most_textured_crop(COMMON)
+            crop = registered.most_textured_crop(COMMON_SIDE)
             inward = np.full(crop.shape, max(registered.shape))
         part = Part(crop, inward, settings.false_alarm, problem.search)
         at = None if noise.raisable is None else _brightness_of_noise(registered)
@@ -165,7 +165,7 @@ class Whitening:
 def _brightness(views: RegisteredViews) -> Image:
     """Brightness of registered views, without their noise (H x W)."""
     mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
-    return np.asarray(ndimage.gaussian_filter(mean, SMOOTH), np.float32)
+    return np.asarray(ndimage.gaussian_filter(mean, BRIGHTNESS_SD), np.float32)
 
 
 def _brightness_of_noise(registered: RegisteredViews) -> float:
@@ -178,8 +178,8 @@ def _local_contrast(views: RegisteredViews) -> Image:
     """Variance of registered views about each pixel, without white noise's part; their mean (H x W)."""
     total = np.zeros(views.shape, np.float32)
     for image in views.images:
-        mean = ndimage.gaussian_filter(image, ABOUT)
-        total += ndimage.gaussian_filter((image - mean) ** 2, ABOUT)
+        mean = ndimage.gaussian_filter(image, CONTRAST_SD)
+        total += ndimage.gaussian_filter((image - mean) ** 2, CONTRAST_SD)
     return np.asarray(total / len(views.images), np.float32)
 
 
@@ -210,7 +210,7 @@ def _even_out(equalised: Equalised, part: Part, at: float | None, one_waveband: 
     image, contrast = _brightness(views), _local_contrast(views)
     bright, varied, divided = at_nodes(image), at_nodes(contrast), np.ones_like(image)
     brightness = float(image.mean()) if at is None else at
-    for _ in range(LAW_ROUNDS):
+    for _ in range(EVENING_ROUNDS):
         # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both.
         variance = nodes.misfit * (1 if law is None else law.variance(bright, varied))
         some = nodes.support > 0.5
@@ -227,4 +227,4 @@ def _even_out(equalised: Equalised, part: Part, at: float | None, one_waveband: 
 
 def _alike(one: NoiseLaw, other: NoiseLaw) -> bool:
     change = abs(one.by_contrast - other.by_contrast)
-    return abs(one.share - other.share) < SETTLED and change <= CHANGE * other.by_contrast
+    return abs(one.share - other.share) < SHARE_SETTLED and change <= CONTRAST_SETTLED * other.by_contrast
