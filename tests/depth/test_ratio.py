@@ -10,7 +10,7 @@ from scipy import ndimage
 from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import energies
-from focalgradient.depth.ratio.covariance import MODEL_ERROR
+from focalgradient.depth.ratio.covariance import ENERGY_ERROR
 from focalgradient.depth.ratio.disparity import _beyond_chance as beyond_chance
 from focalgradient.depth.ratio.disparity import detail, focal_disparity, read_depth, table_for
 from focalgradient.depth.ratio.table import BANDS, DisparityTable, band_transfer
@@ -257,7 +257,7 @@ def test_other_textures_and_noise(texture: Texture) -> None:
 
 
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
-@pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, MODEL_ERROR), (1.4, MODEL_ERROR)])
+@pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, ENERGY_ERROR), (1.4, ENERGY_ERROR)])
 def test_bias_is_small_at_any_blur_and_slope_of_the_spectrum(sigma: float, slope: float, most: float) -> None:
     lenses = [lens(11.2), lens(5.6)]
     defocus = sigma / 0.5 * PIXEL / (lenses[1].aperture_diameter / 2)

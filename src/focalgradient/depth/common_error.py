@@ -20,13 +20,14 @@ __all__ = ["common_modes", "modes_of_optics", "spread_over", "stated_parts"]
 FloatArray = NDArray[np.float64]
 
 LEVELS = 64
-"""Vergences at which modes are computed; they vary slowly between."""
+"""Number of vergences at which modes are computed; they vary slowly between. Chosen by hand."""
 
 NEGLIGIBLE = 1e-4
-"""Share of the total variance below which a mode is left out."""
+"""Share of the total variance below which a mode is left out: a hundredth of a standard deviation. Chosen by hand."""
 
-BESIDE = 1e-3
-"""Distance (D) from exact focus at which the change of vergence is taken where blur does not change to first order."""
+FOCUS_DISTANCE = 1e-3
+"""Distance (D) from exact focus at which the change of vergence is taken where blur does not change to first order.
+Chosen by hand: far below any depth of focus."""
 
 
 def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool = True) -> dict[str, FloatArray]:
@@ -68,10 +69,10 @@ def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool
     square = _column(aperture**2, at.ndim)
     defocus = _column(focus, at.ndim) - at
     if len(set(focus)) == 1:  # where blur does not change to first order, what follows beside it is taken
-        defocus = np.where(np.abs(defocus) < BESIDE, BESIDE, defocus)
+        defocus = np.where(np.abs(defocus) < FOCUS_DISTANCE, FOCUS_DISTANCE, defocus)
     rate = square * defocus  # of a squared diameter by its focus, halved
     slope = _compared(rate)
-    least = (BESIDE * _compared(square + 0 * defocus) ** 2).sum(axis=0) * BESIDE
+    least = (FOCUS_DISTANCE * _compared(square + 0 * defocus) ** 2).sum(axis=0) * FOCUS_DISTANCE
     gain = slope / np.maximum((slope**2).sum(axis=0), np.maximum(least, 1e-300))
     modes = []
     for value in dict.fromkeys(focus.tolist()):

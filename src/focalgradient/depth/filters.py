@@ -34,19 +34,22 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.float32]
 
 RADIAL = 512
-"""Samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are worked out."""
+"""Number of samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are worked out. Chosen by
+hand: blur of 64 pixels turns once over 11 of them."""
 
 RADII: FloatArray = np.linspace(0, np.sqrt(0.5), RADIAL)
-"""These frequencies, in cycles per pixel."""
+"""These frequencies, in cycles per pixel: the corner of the plane of frequencies lies at 1/sqrt(2)."""
 
 FINEST = 0.47
-"""Cycles per pixel up to which images are compared: finer detail is aliased by the pixels, and lost in resampling."""
+"""Cycles per pixel up to which images are compared: finer detail is aliased by the pixels (0.5), and lost in
+resampling. Chosen by hand."""
 
-FINE = 8
-"""Parts of a radial sample to which filters are interpolated."""
+PARTS = 8
+"""Number of parts of a radial sample to which filters are interpolated. Chosen by hand."""
 
 LOW = (0.01, 0.08)
-"""Cycles per pixel between which the level of a scene's power is measured: no moderate blur takes anything there."""
+"""Cycles per pixel between which the level of a scene's power is measured: no moderate blur takes anything there.
+Chosen by hand."""
 
 
 HALF_PLANE = 0.5
@@ -95,7 +98,7 @@ class Frequencies:
 
 
 ROUND = Frequencies(RADII)
-"""The radial frequencies."""
+"""The radial frequencies (cycles per pixel), which are enough for round blur."""
 
 FINE_PASS: FloatArray = ROUND.fine_pass()
 """Amplitude at RADII of the pass band that ends at `FINEST`."""
@@ -220,7 +223,7 @@ class Spectra:
     shape: tuple[int, int]
     size: tuple[int, int]
     reach: int
-    position: NDArray[np.int32]  # of each frequency along the radial samples, in FINE parts of one
+    position: NDArray[np.int32]  # of each frequency along the radial samples, in PARTS parts of one
 
     @classmethod
     def of(cls, images: Sequence[Image], reach: int) -> Spectra:
@@ -234,7 +237,7 @@ class Spectra:
             (height, width),
             (rows, columns),
             reach,
-            np.rint(frequency * (FINE * (RADIAL - 1) * np.sqrt(2))).astype(np.int32),
+            np.rint(frequency * (PARTS * (RADIAL - 1) * np.sqrt(2))).astype(np.int32),
         )
 
     def over(self, noise_sd: Sequence[float] | FloatArray) -> Spectra:
@@ -244,7 +247,7 @@ class Spectra:
 
     def measure_and_power(self) -> tuple[FloatArray, FloatArray]:
         """Share of all frequencies that falls to each radial sample (F), and each image's mean power there (n x F)."""
-        index = (self.position.ravel() + FINE // 2) // FINE
+        index = (self.position.ravel() + PARTS // 2) // PARTS
         # A real image's spectrum is stored by half: all but the first column stand for two.
         twice = np.full(self.position.shape, 2.0)
         twice[:, 0] = 1.0
@@ -277,7 +280,7 @@ class Spectra:
     def _gain(self, row: NDArray[Any], frequencies: Frequencies) -> NDArray[Any]:
         """A filter (F) at the images' own frequencies."""
         if frequencies.down is None:
-            samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
+            samples = np.arange(PARTS * (RADIAL - 1) + 1) / PARTS
             return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)
         (first, second), (down, right) = _to_coefficients(frequencies), _splines(frequencies, *self.size)
         across = _real_times_complex(first, row.reshape(len(first), -1))

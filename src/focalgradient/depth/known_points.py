@@ -25,14 +25,15 @@ __all__ = ["KnownPoint", "checked_points", "with_known_points"]
 KnownPoint = tuple[float, float, float]
 """Column and row (pixels, from the centre of the first), and distance (m)."""
 
-REACH = 8.0
-"""Pixels about a point from which its depth is taken: the default window."""
+POINT_REACH = 8.0
+"""Distance in pixels from a point within which its depth is taken, with Gaussian weights whose standard deviation is
+half of it. Chosen by hand: the default window."""
 
 TAPE = 0.005
 """Standard deviation of a measured distance: the larger of these metres and this share of it, a choice for tapes."""
 
-CONTRADICTION = 1e-3
-"""Probability below which points are said to contradict the stated optics."""
+CONTRADICTION = 0.001
+"""Probability below which points are said to contradict the stated optics: as for `false_alarm`."""
 
 
 def checked_points(points: Iterable[KnownPoint]) -> list[KnownPoint]:
@@ -155,7 +156,7 @@ def _read(depth: DepthMap, modes: Any, point: KnownPoint) -> tuple[float, float,
         )
     rows, columns = np.nonzero(depth.valid)
     away = np.hypot(rows - y, columns - x)
-    near = away <= REACH
+    near = away <= POINT_REACH
     if not near.any():
         where = ""
         if away.size:
@@ -163,7 +164,9 @@ def _read(depth: DepthMap, modes: Any, point: KnownPoint) -> tuple[float, float,
             where = f"; the nearest that has is ({columns[nearest]}, {rows[nearest]})"
         raise InputError(f"known point ({x:g}, {y:g}) lies where no pixel has a valid depth{where}: choose another.")
     at = rows[near], columns[near]
-    weight = np.exp(-((away[near] / REACH * 2) ** 2) / 2) / np.maximum(depth.vergence_sd[at].astype(float), 1e-9) ** 2
+    weight = (
+        np.exp(-((away[near] / POINT_REACH * 2) ** 2) / 2) / np.maximum(depth.vergence_sd[at].astype(float), 1e-9) ** 2
+    )
     weight /= weight.sum()
     read = float(weight @ depth.vergence[at])
     # Pixels within a window err alike, so their mean is no more accurate than each.

@@ -23,8 +23,8 @@ FloatArray = NDArray[np.float64]
 Power = Callable[[FloatArray], FloatArray]
 """Power spectral density of a texture at frequencies in cycles per pixel: its integral over the plane is variance."""
 
-NODES = 160
-"""Gauss-Legendre nodes from frequency 0 to 1/2 cycle per pixel, in each direction."""
+QUADRATURE_NODES = 160
+"""Number of Gauss-Legendre nodes from frequency 0 to 1/2 cycle per pixel, in each direction. Chosen by hand."""
 
 
 def edge_bound(sigma: ArrayLike, *, noise: float, contrast: float, length: float) -> FloatArray:
@@ -121,7 +121,7 @@ def comparison_bound(
     0.0034
     """
     _positive(area=area)
-    node, weight = np.polynomial.legendre.leggauss(NODES)
+    node, weight = np.polynomial.legendre.leggauss(QUADRATURE_NODES)
     place, weight = (node + 1) / 4, weight / 4  # 0 to 1/2; the plane's other quadrants are alike
     frequency = np.hypot(place[:, None], place).ravel()
     share = 4 * np.outer(weight, weight).ravel() * power(frequency)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 __all__ = ["DOUBTFUL", "LARGEST_TAU", "LEAST_BLUR", "LEAST_NODES", "TRIMMED", "random_effects"]
 
 LEAST_BLUR = 0.5
-"""Blur radius in pixels below which a model error counts as a share of this: small blur is the pixels' own."""
+"""Blur radius in pixels below which a model error counts as a share of this: smaller blur is that of the pixel, which
+is one pixel wide."""
 
 DOUBTFUL = 0.05
 """Model error, as a share of the blur radius, from which a user is warned: right models give 0 to 0.01, and up to 0.04
@@ -22,10 +23,11 @@ LARGEST_TAU = 0.25
 """Model error as a share of the blur beyond which nothing is claimed: blur of a wrong shape gives up to 0.2."""
 
 TRIMMED = 0.05
-"""Share of the nodes, those that differ most, that is left out: outlines and contradictions are no model error."""
+"""Share of the nodes, those that differ most, that is left out: outlines and contradictions are no model error. Chosen
+by hand."""
 
 LEAST_NODES = 30
-"""Nodes below which nothing can be said of the model."""
+"""Least number of nodes from which a model is judged. Chosen by hand."""
 
 
 def random_effects(

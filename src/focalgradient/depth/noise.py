@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import equalise
-from focalgradient.depth.equalise.residual_power import band_power
+from focalgradient.depth.equalise.residual_power import QUARTER, band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
@@ -40,40 +40,40 @@ QUANTUM = 5e-4
 """The same as a share of an image's range, for lone edges on plain ground: an eighth of a step of 8 bits."""
 
 NOISE_SIDE = 192
-"""Side in pixels of the part of the views in which noise is estimated."""
+"""Side in pixels of the part of the views in which noise is estimated: chosen by hand, for time."""
 
 LENIENCE = 2.0
-"""Times the largest standard deviation of white noise that a view can have, up to which noise may be raised by what
-else is left of the views: that the blur model errs a little is counted as noise, too."""
+"""Factor, over the largest standard deviation of white noise that a view can have, up to which noise may be raised by
+what else is left of the views: that the blur model errs a little is counted as noise, too. Chosen by hand."""
 
 RIM = 12
-"""Pixels at the border of the part in which noise is estimated that are left out, and over which weights then rise."""
+"""Width in pixels of the rim, of the part in which noise is estimated, that is left out; and over which weights then
+rise. Chosen by hand."""
 
-ROUNDS, SETTLED = 6, 0.05
-"""Rounds of equalising and of estimating each view's noise from what is left, at most; and the logarithm of a change of
-standard deviations below which they end."""
-
-QUARTER = 0.25
-"""Share of the places as bright whose noise lies below the law: what the views show beside noise adds to the rest."""
+NOISE_ROUNDS, NOISE_SETTLED = 6, 0.05
+"""Maximum number of rounds of equalising and of estimating each view's noise; and change of the logarithm of standard
+deviations below which they end. Chosen by hand."""
 
 LEAST_PLACES = 128
-"""Places from which the law is sought: of fewer chance could make it."""
+"""Least number of places from which the law is sought: of fewer, chance could make it. Chosen by hand."""
 
 MOST_PLACES = 4096
-"""Places that are used, at most: more would give no new information."""
+"""Maximum number of places that are used: windows overlap, so that more give little new information. Chosen by hand."""
 
 RISES = 1.25
-"""Noise variance where all but 5 % is darker, over that where 5 % is, from which it is said to rise with brightness."""
+"""Noise variance where all but 5 % is darker, over that where 5 % is, from which it is said to rise with brightness.
+Chosen by hand."""
 
-RISES_BY_CONTRAST, LESS = 2.0, 0.9
+RISES_BY_CONTRAST, LOSS_RATIO = 2.0, 0.9
 """The same of contrast; and the loss of the regression with contrast, over that without, that it must come below: on
 walls, slants and steps without compression noise does not rise with contrast."""
 
 CONTRASTS = (0.03, 3000.0)
-"""Variance that the median contrast adds, over that without contrast, between which the law is sought."""
+"""Variance that the median contrast adds, over that without contrast, between which the law is sought: from next to
+nothing to all of it."""
 
 LAW_ROUNDS = 3
-"""Times that brightness and contrast are fitted in turn, at most."""
+"""Maximum number of times that brightness and contrast are fitted in turn. Chosen by hand."""
 
 MOST_PHOTONS = 0.99
 """Share of the variance that may be in proportion to brightness: black keeps some noise."""
@@ -230,7 +230,7 @@ def noise_law(
         fine = by_contrast * np.geomspace(0.75, 1.33, 15)
         by_contrast = min(fine.tolist(), key=lambda one: loss(NoiseLaw(share, at, one)))
         low, high = NoiseLaw(share, at, by_contrast).variance(np.full(2, at), np.quantile(varied, [0.05, 0.95]))
-        clearly = loss(NoiseLaw(share, at, by_contrast)) < LESS * least
+        clearly = loss(NoiseLaw(share, at, by_contrast)) < LOSS_RATIO * least
         if not (clearly and high > RISES_BY_CONTRAST * low):
             by_contrast = 0.0
         if abs(by_contrast - before) <= 0.01 * by_contrast:
@@ -259,19 +259,19 @@ def noise_from_residuals(
     usable = part.usable.astype(np.float32)
     taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
     gains = np.array(registered.gains)
-    for _ in range(ROUNDS):
+    for _ in range(NOISE_ROUNDS):
         equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window, shares=part.shares)
         nodes = equalised.read(usable)
         images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
         # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.
         alike = [(shape / noise_sd) ** 2 for shape in (1 / gains, np.ones_like(gains))]
         ratio = np.sqrt(band_power(equalised, nodes, images, taper).variances(alike, (white / noise_sd) ** 2))
-        settled = np.ptp(np.log(ratio)) < SETTLED
+        settled = np.ptp(np.log(ratio)) < NOISE_SETTLED
         if settled:
             ratio *= math.sqrt(equalised.noise_found(nodes) / float(np.mean(ratio**2)))
         before, found = noise_sd, noise_sd * ratio
         noise_sd = np.maximum(floor, found * min(1.0, float(np.min(most / found))))
-        if settled and np.abs(np.log(noise_sd / before)).max() < SETTLED:
+        if settled and np.abs(np.log(noise_sd / before)).max() < NOISE_SETTLED:
             break
     return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
 

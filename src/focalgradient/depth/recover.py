@@ -39,11 +39,12 @@ __all__ = [
     "recover_depth",
 ]
 
-NAMED, DOUBTFUL = 2, 0.7
-"""Likely causes that a warning names where nothing is valid, and the evidence that the second must have: choices."""
+CAUSES_NAMED, SECOND_CAUSE = 2, 0.7
+"""Number of likely causes that a warning names where nothing is valid, and evidence that the second must have. Chosen
+by hand."""
 
 SATURATED = 0.5
-"""Share of a view's pixels, at its ceiling or masked, above which it is refused."""
+"""Share of a view's pixels, at its ceiling or masked, above which it is refused: the larger part."""
 
 
 def _any(views: Sequence[View]) -> None:
@@ -278,7 +279,7 @@ def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
     if not causes:
         return []
     share = f"only {estimate.valid.mean():.1%} of the pixels are" if estimate.valid.any() else "no pixel is"
-    likely = "; otherwise: ".join(cause.text for cause in causes[:NAMED] if cause.evidence > DOUBTFUL)
+    likely = "; otherwise: ".join(cause.text for cause in causes[:CAUSES_NAMED] if cause.evidence > SECOND_CAUSE)
     return [f"{share} valid, most likely as {likely}."]
 
 

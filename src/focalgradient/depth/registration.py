@@ -22,22 +22,23 @@ __all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resam
 Image = NDArray[np.float32]
 
 SHIFT_WARNING = 0.25
-"""Displacement between views, in pixels, above which a user is warned."""
+"""Displacement between views, in pixels, above which a user is warned. Chosen by hand."""
 
-ALIKE = 0.3
-"""How far, as a share, the scale that is left may be from that of reversed foci to be taken for it: a choice."""
+SCALE_ALIKE = 0.3
+"""Relative difference up to which the scale that is left is taken for that of reversed foci. Chosen by hand."""
 
-BESIDE = 5
-"""Pixels of the smoothed images, whose Gaussian has an sd of 1.5, over which what cannot be used reaches: 3.3 sd."""
+SMOOTHING_REACH = 5
+"""Distance in pixels over which pixels that cannot be used reach in the smoothed images, whose Gaussian has an sd of
+1.5: 3.3 sd."""
 
 ENOUGH = 0.25
 """Share of the frame clear of that, from which views are compared there alone: a choice."""
 
 LEAST_MASKED = 0.05
-"""Share of a resampled pixel that may come from masked ones."""
+"""Share of a resampled pixel that may come from masked ones. Chosen by hand."""
 
 LEAST_USABLE = 0.05
-"""Share of the frame that must be usable in all views."""
+"""Share of the frame that must be usable in all views. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +176,7 @@ def measure_placement(
     frame[margin : height - margin, margin : width - margin] = True
     if usable is not None and not usable.all():
         whole = _shrink(usable.astype(np.float32), factor) > 1 - 1e-3
-        clear = frame & ndimage.minimum_filter(whole, 2 * BESIDE + 1)
+        clear = frame & ndimage.minimum_filter(whole, 2 * SMOOTHING_REACH + 1)
         frame = clear if clear.mean() > ENOUGH else frame
     for _ in range(steps):
         step, variance = _placement_step(smooth[0], smooth[1], placement, frame)
@@ -238,9 +239,7 @@ def _coarse_shift(reference: Image, image: Image) -> Placement:
     peak = fft.irfft2(cross, (height, width), workers=-1)
     down, right = np.unravel_index(np.argmax(peak), peak.shape)
     return Placement(
-        1.0,
-        float((down + height // 2) % height - height // 2),
-        float((right + width // 2) % width - width // 2),
+        1.0, float((down + height // 2) % height - height // 2), float((right + width // 2) % width - width // 2)
     )
 
 
@@ -351,7 +350,7 @@ def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int
     """
     corner = float(np.hypot(*shape)) / 2
     left, reversed_order = np.log(shift.scale), -2 * np.log(expected)
-    if abs(reversed_order) * corner < max(1.0, 6 * error) or abs(left / reversed_order - 1) > ALIKE:
+    if abs(reversed_order) * corner < max(1.0, 6 * error) or abs(left / reversed_order - 1) > SCALE_ALIKE:
         return ""
     return (
         f"view {number} is magnified against view 1 by {1 / (expected * shift.scale):.4f}, where its focus makes it "

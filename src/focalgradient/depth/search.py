@@ -20,20 +20,22 @@ from focalgradient.psf import Disc, Psf
 __all__ = ["Blurs", "Search"]
 
 LARGEST_BLUR = 16.0
-"""Radius in pixels, in the widest view, up to which blur is searched where the user sets no limit."""
+"""Blur radius in pixels, in the widest view, up to which is searched where the user sets no limit. Chosen by hand, for
+time."""
 
 MOST_BLUR = 64.0
 """The same whatever limits are set: on textured walls the default method is as good as with narrower limits up to
 this, and wrong from 140 on, as next to nothing passes such blur."""
 
 LEVEL_STEP = 0.125
-"""Spacing of the candidate levels, in pixels of blur radius in the widest view."""
+"""Spacing of the candidate levels, in pixels of blur radius in the widest view. Chosen by hand."""
 
 OWN_STEP = 0.32
-"""The same for optics with a transfer of their own: polychromatic and diffracted, it is less sharp than a disc's."""
+"""The same for optics with a transfer of their own: polychromatic and diffracted, it is less sharp than a disc's.
+Chosen by hand."""
 
 PLANE_STEP = 0.2
-"""The same for blur that is not round: its phase tells levels apart that its contrast does not."""
+"""The same for blur that is not round: its phase tells levels apart that its contrast does not. Chosen by hand."""
 
 BANDS_STEP = 0.25
 """The same for views in different wavebands, of which one may be sharp where another is much blurred: with 0.32 the

@@ -14,7 +14,8 @@ A choice: at 0.3 pixel the side of a blur from zero is still known by three stan
 """
 
 SECONDARY_MINIMUM = 9.0
-"""A second minimum whose cost (chi-square) comes within this of the least leaves depth ambiguous: three sd."""
+"""Difference of cost (chi-square of one degree) within which a second minimum leaves depth ambiguous: three standard
+deviations."""
 
 BLUR_ERROR = 0.03
 """Error of real lenses' blur against the model, as a share of its radius, that is not yet a contradiction of views.

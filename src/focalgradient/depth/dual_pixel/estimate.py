@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.dual_pixel.halves import BLOCK, half_radius, halves_of
+from focalgradient.depth.dual_pixel.halves import POOL, half_radius, halves_of
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
@@ -17,13 +17,14 @@ MODEL_ERROR = 0.05
 """Error of the radius beyond noise, as a share of it: scatter of a photographed sheet about a smooth field."""
 
 VARIES = 1.5
-"""Standard deviation of the Gaussian, in windows, within which the variation of the radius is part of its error."""
+"""Standard deviation of the Gaussian, in windows, within which the variation of the radius is part of its error. Chosen
+by hand."""
 
 STEADY = 0.25
-"""Share of the radius up to which it may vary there."""
+"""Share of the radius up to which it may vary within that Gaussian for depth to be valid. Chosen by hand."""
 
 LEAST_ERROR = 0.06
-"""The same in pixels, near focus."""
+"""Least error of the radius beyond noise, in pixels: that near focus. Chosen by hand."""
 
 
 def estimate(problem: Problem) -> Estimate:
@@ -48,7 +49,7 @@ def estimate(problem: Problem) -> Estimate:
     )
     model = np.maximum(MODEL_ERROR * np.abs(found.radius), LEAST_ERROR)
     # Where a window reaches over an outline its depth is that of either side.
-    varies = _local_spread(found.radius, VARIES * settings.window / BLOCK)
+    varies = _local_spread(found.radius, VARIES * settings.window / POOL)
     sd = np.hypot(np.hypot(found.sd, varies), model)
     valid = found.clear & blur_is_known(np.hypot(found.sd, varies), found.radius, STEADY)
     shape = registered.shape
@@ -58,13 +59,7 @@ def estimate(problem: Problem) -> Estimate:
         (_enlarged(sd, shape) / slope).astype(np.float32),
         (_enlarged(valid.astype(float), shape) > 0.5) & registered.usable,
         noise=[found.noise * float(image.mean()) for image in registered.images],
-        details={
-            "halves": {
-                "asymmetry": optics.asymmetry,
-                "field": list(optics.field),
-                "model_error": MODEL_ERROR,
-            }
-        },
+        details={"halves": {"asymmetry": optics.asymmetry, "field": list(optics.field), "model_error": MODEL_ERROR}},
     )
 
 
@@ -81,7 +76,7 @@ def _enlarged(values: NDArray[np.floating], shape: tuple[int, int]) -> NDArray[n
     """Values of blocks at every pixel, linear between the blocks' middles."""
     out = np.asarray(values, float)
     for axis, size in enumerate(shape):
-        at = np.clip((np.arange(size) + 0.5) / BLOCK - 0.5, 0, out.shape[axis] - 1)
+        at = np.clip((np.arange(size) + 0.5) / POOL - 0.5, 0, out.shape[axis] - 1)
         low = np.minimum(at.astype(int), max(out.shape[axis] - 2, 0))
         part = (at - low).reshape([-1 if n == axis else 1 for n in range(2)])
         high = np.minimum(low + 1, out.shape[axis] - 1)

@@ -22,30 +22,33 @@ __all__ = ["HalfRadius", "half_asymmetry", "half_radius", "halves_of"]
 
 FloatArray = NDArray[np.floating]
 
-FINE, COARSE = 1.2, 12.0
+FINE_SD, COARSE_SD = 1.2, 12.0
 """Standard deviations (pixels) of the Gaussians between which detail is compared: finer than the first the halves'
 pixels alias, and coarser than the second their brightness differs."""
 
 EVEN = 24.0
-"""Standard deviation (pixels) over which the halves' ratio of brightness is taken, which varies smoothly."""
+"""Standard deviation in pixels over which the halves' ratio of brightness is taken, which varies smoothly. Chosen by
+hand."""
 
-BLOCK = 4
+POOL = 4
 """Pixels, each way, whose energies are summed to one: a window is larger."""
 
-STEP = 0.25
-"""Step of the radii that are compared, in pixels."""
+RADIUS_STEP = 0.25
+"""Step in pixels of the radii that are compared. Chosen by hand."""
 
 WINDOWS = 4
-"""Windows that are tried, each twice as wide as the one before: the narrowest that knows the blur is taken."""
+"""Number of windows that are tried, each twice as wide as the one before: the narrowest that knows the blur is taken.
+Chosen by hand."""
 
-KNOWN = 0.15
-"""Standard deviation of the radius (pixels) from which on no wider window is needed: half of what is valid at most."""
+RADIUS_KNOWN = 0.15
+"""Standard deviation of the radius, in pixels, below which no wider window is needed: half of the largest that is
+valid."""
 
 SETS = 3
-"""Asymmetries at which the likelihood is computed where it varies over the field."""
+"""Number of asymmetries at which the likelihood is computed where asymmetry varies over the field. Chosen by hand."""
 
 PADDED = 16
-"""Pixels by which the halves are continued beyond their borders."""
+"""Width in pixels by which the halves are continued beyond their borders. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +113,7 @@ def half_radius(
     from scipy.ndimage import gaussian_filter
 
     compared = _Compared.of(left, right, usable)
-    radii = np.arange(np.floor(limits[0] / STEP), np.ceil(limits[1] / STEP) + 1) * STEP
+    radii = np.arange(np.floor(limits[0] / RADIUS_STEP), np.ceil(limits[1] / RADIUS_STEP) + 1) * RADIUS_STEP
     blocks = _blocks(asymmetry.astype(np.float32))
     low, high = float(blocks.min()), float(blocks.max())
     sets = np.linspace(low, high, SETS) if high - low > 0.02 * high else np.array([(low + high) / 2])
@@ -127,13 +130,13 @@ def half_radius(
         size = window * 2**wider
         if wider and size > min(left.shape) / 4:
             break
-        smooth = np.stack([gaussian_filter(one * count, size / BLOCK) for one in energies])
-        smooth /= np.maximum(gaussian_filter(count, size / BLOCK), 1e-3)
+        smooth = np.stack([gaussian_filter(one * count, size / POOL) for one in energies])
+        smooth /= np.maximum(gaussian_filter(count, size / POOL), 1e-3)
         now = _minimum(smooth, radii, 4 * np.pi * size**2 * compared.share)
         if not found:
             found = list(now)
         else:
-            take = (found[1] > KNOWN) | (found[2] < 1)
+            take = (found[1] > RADIUS_KNOWN) | (found[2] < 1)
             found = [*(np.where(take, new, old) for new, old in zip(now[:3], found, strict=False)), found[3]]
     noise = float(np.sqrt(np.median(found[3]) / compared.power))
     return HalfRadius(found[0], found[1], found[2] > 0, noise)
@@ -159,8 +162,8 @@ def half_asymmetry(
 
     compared = _Compared.of(left, right, usable)
     energies = compared.energies(radius, candidates)
-    smooth = np.stack([gaussian_filter(one * compared.count, window / BLOCK) for one in energies])
-    smooth /= np.maximum(gaussian_filter(compared.count, window / BLOCK), 1e-3)
+    smooth = np.stack([gaussian_filter(one * compared.count, window / POOL) for one in energies])
+    smooth /= np.maximum(gaussian_filter(compared.count, window / POOL), 1e-3)
     found, sd, clear, _ = _minimum(smooth, candidates, 4 * np.pi * window**2 * compared.share)
     return found, sd, clear > 0
 
@@ -188,7 +191,7 @@ class _Compared:
         rows, columns = padded[0].shape
         down, across = np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns)[None]
         square = (2 * np.pi) ** 2 * (down**2 + across**2)
-        band = (np.exp(-square * FINE**2 / 2) - np.exp(-square * COARSE**2 / 2)).astype(np.float32)
+        band = (np.exp(-square * FINE_SD**2 / 2) - np.exp(-square * COARSE_SD**2 / 2)).astype(np.float32)
         first, second = ((rfft2(half) * band).astype(np.complex64) for half in padded)
         whole = np.concatenate([band, band[:, 1:-1]], axis=1) ** 2
         height, width = left.shape
@@ -252,8 +255,8 @@ def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArr
 
 
 def _blocks(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Means of blocks of `BLOCK` x `BLOCK` pixels; what is left over at the ends goes to the last."""
+    """Means of blocks of `POOL` x `POOL` pixels; what is left over at the ends goes to the last."""
     height, width = values.shape
-    rows, columns = height // BLOCK, width // BLOCK
-    cut = values[: rows * BLOCK, : columns * BLOCK].reshape(rows, BLOCK, columns, BLOCK)
+    rows, columns = height // POOL, width // POOL
+    cut = values[: rows * POOL, : columns * POOL].reshape(rows, POOL, columns, POOL)
     return np.asarray(cut.mean(axis=(1, 3)), np.float32)

@@ -25,23 +25,24 @@ __all__ = ["regress_edges"]
 
 FloatArray = NDArray[np.float64]
 
-SCALES = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
-"""Standard deviations in pixels of the Gaussians to smooth with; each edge takes the one nearest its own blur."""
+SMOOTHINGS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
+"""Standard deviations in pixels of the Gaussians to smooth with, in half octaves; each edge takes the one nearest its
+own blur, within 19 %."""
 
 PLAIN = 1.0
-"""The same where all points count alike."""
+"""Standard deviation in pixels of the Gaussian to smooth with where all points count alike. Chosen by hand."""
 
 BIN = 0.5
-"""Width in pixels, across the edge, of the bins in which C is averaged along it."""
+"""Width in pixels, across the edge, of the bins in which C is averaged along it. Chosen by hand."""
 
-REACH = 2.5
-"""Distance from the edge, in units of T, up to which the line is fitted."""
+LINE_REACH = 2.5
+"""Distance from the edge, in units of T, up to which the line is fitted. Chosen by hand."""
 
-CLEAR = 3.0
-"""Size of C in its standard deviations below which a point is left out of the weighted line."""
+CLEAR_SDS = 3.0
+"""Size of C in its standard deviations below which a point is left out of the weighted line. Chosen by hand."""
 
-ROUNDS = 8
-"""Times that weights and reach are renewed."""
+MAX_RENEWALS = 8
+"""Maximum number of times that weights and reach are renewed. Chosen by hand."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
@@ -84,7 +85,7 @@ def regress_edges(
         P each; NaN where no line falls. The variance may come out below zero, where there is no blur.
     """
     square, sd = np.full((2, len(row)), np.nan)
-    scales = np.array(SCALES if weighted else (PLAIN,))
+    scales = np.array(SMOOTHINGS if weighted else (PLAIN,))
     nearest = np.argmin(np.abs(np.log(np.maximum(blur, 0.1))[:, None] - np.log(scales)), axis=1)
     for number, scale in enumerate(scales.tolist()):
         chosen = np.flatnonzero((nearest == number) & np.isfinite(angle))
@@ -110,8 +111,8 @@ def _regress(curved, places, first, last, scale, length, noise, weighted, found)
         added = scale**2 + (c**4 + s**4) / 6 + 1.0 / 12.0  # Gaussian, Laplacian, pixel
         total = blur**2 + added
         height_ln = 0.0
-        for again in range(ROUNDS):
-            reach = REACH * math.sqrt(total)
+        for again in range(MAX_RENEWALS):
+            reach = LINE_REACH * math.sqrt(total)
             sums = _binned(curved, row, column, c, s, bend, length, scale, reach)
             x, value, spread = _steep_bins(sums, length)
             if len(x) < 4:
@@ -134,7 +135,7 @@ def _regress(curved, places, first, last, scale, length, noise, weighted, found)
             before = total
             total = min(max(-0.5 / slope, 0.5 * before), 2 * before)
             height_ln = (s2 * r0 - s1 * r1) / determinant
-            if abs(total - before) < 1e-4 * total or again == ROUNDS - 1:
+            if abs(total - before) < 1e-4 * total or again == MAX_RENEWALS - 1:
                 lever = weight * (s0 * x**2 - s1) / expected
                 variance = _line_variance(x, lever, density, smooth)
                 found[place, 0] = total - added - spread
@@ -185,7 +186,7 @@ def _weights(x, value, expected, variance, weighted):  # type: ignore[no-untyped
     weight, y = np.zeros(len(x)), np.zeros(len(x))
     for n in range(len(x)):
         clear = expected[n] ** 2 / variance
-        if weighted and (clear < CLEAR**2 or value[n] * x[n] >= 0):
+        if weighted and (clear < CLEAR_SDS**2 or value[n] * x[n] >= 0):
             continue
         if value[n] == 0:
             continue

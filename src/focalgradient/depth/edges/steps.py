@@ -21,41 +21,39 @@ __all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]
 
 FloatArray = NDArray[np.float64]
 
-MODEL_ERROR = 0.01
-"""Error of real lenses' edges against the model, as a share of the contrast, that is not yet a contradiction."""
+EDGE_ERROR = 0.01
+"""Error of real lenses' edges against the model, as a share of the contrast, that is not yet a contradiction. Chosen by
+hand."""
 
 REACHES = (4.5, 6.0, 8.0, 11.0)
 """Half the width of the band, in standard deviations of the blur: the first must fit, the others are tried in turn."""
 
 IN_FRAME = 0.5
-"""Share of the first band that must lie in the frame: less cannot show a step."""
+"""Least share of the first band that must lie in the frame: less cannot show a step, whose middle is the band's."""
 
 WIDENING = 2.05
 """Standard deviations of misfit (a chance of 2 %) beyond which a wider band is not taken."""
 
-NEAREST = 4.0
-"""Half the width of the band in pixels, at least."""
+LEAST_BAND, WIDEST_BAND = 4.0, 96.0
+"""Half the width of the band in pixels, at least and at most. Chosen by hand."""
 
-FARTHEST = 96.0
-"""Half the width of the band in pixels, at most."""
+WIDEST_SIGMA = 20.0
+"""Standard deviation in pixels of the widest blur that is looked for. Chosen by hand."""
 
-WIDEST = 20.0
-"""Standard deviation in pixels of the widest blur that is looked for."""
+NARROWEST_SIGMA = 0.15
+"""Standard deviation in pixels of the narrowest, pixel included: an edge in focus comes out so."""
 
-NARROWEST = 0.15
-"""The same of the narrowest, pixel included: an edge in focus comes out so."""
-
-NODES = 1 / math.sqrt(15)
-"""Distance in pixels between four points, equally spaced, whose variance is the pixel's, 1/12."""
+PIXEL_POINTS = 1 / math.sqrt(15)
+"""Distance in pixels between four points, equally spaced, whose variance is the pixel's, 1/12: 5/4 of its square."""
 
 TABLE = 4097
 """Samples of an edge response from the step to where it is 1: between them, linear interpolation is right to 1e-7."""
 
-ITERATIONS = 20
+MAX_FIT_STEPS = 20
 """Steps after which a fit that has not converged is given up; an edge takes about five."""
 
-LENIENCE = 2.0
-"""Times the image's noise up to which a band's own, where noise is not given, is put down to noise."""
+NOISE_EXCESS = 2.0
+"""Times the image's noise up to which a band's own, where noise is not given, is put down to noise. Chosen by hand."""
 
 FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misfit", "freedom", "allowed", "pixels")
 """What is estimated of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a
@@ -122,7 +120,7 @@ def fit_steps(
         The blur, and the length of the band in pixels.
     noise, noise_known
         Standard deviation of the pixels' noise; where it is not known for sure, each band's own is taken, as far as
-        it lies within `LENIENCE` times it.
+        it lies within `NOISE_EXCESS` times it.
 
     Returns
     -------
@@ -172,7 +170,7 @@ def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
     total, slope, by_width = 0.0, 0.0, 0.0
     nodes = 4 if averaged else 1
     for node in range(nodes):
-        u = (x + (node - (nodes - 1) / 2) * NODES) / w
+        u = (x + (node - (nodes - 1) / 2) * PIXEL_POINTS) / w
         a = abs(u)
         if a >= end:
             e, f = 1.0, 0.0
@@ -262,7 +260,7 @@ def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix
     square = _normal_equations(p, xs, ts, values, count, edge, line, end, averaged, matrix, vector)
     trial_vector = np.empty(6)
     damping = 1e-3
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_FIT_STEPS):
         if not _solve(matrix, vector, damping, lower, step):
             return False
         for k in range(6):
@@ -324,7 +322,7 @@ def _judge(  # type: ignore[no-untyped-def]
             cells += 1
             within -= sums[k, 1] ** 2 / sums[k, 0]
     if not noise_known and count > cells:
-        noise = min(max(math.sqrt(max(within, 0.0) / (count - cells)), noise / LENIENCE), noise * LENIENCE)
+        noise = min(max(math.sqrt(max(within, 0.0) / (count - cells)), noise / NOISE_EXCESS), noise * NOISE_EXCESS)
     # What of the cells' noise the fit has taken up: trace of the derivatives' cells in the inverse of the whole.
     lower, out, column = np.zeros((6, 6)), np.empty(6), np.empty(6)
     taken = 0.0
@@ -339,7 +337,7 @@ def _judge(  # type: ignore[no-untyped-def]
             return np.inf, 1.0, 0.0, noise, count - cells
         taken += (column * out).sum() / members
         misfit += sums[k, 1] ** 2 / members / noise**2
-    return misfit, max(cells - taken, 1.0), count * (MODEL_ERROR * contrast / noise) ** 2, noise, count - cells
+    return misfit, max(cells - taken, 1.0), count * (EDGE_ERROR * contrast / noise) ** 2, noise, count - cells
 
 
 @_compiled
@@ -354,7 +352,7 @@ def _fit_places(  # type: ignore[no-untyped-def]
     image, places, first, last, edge, line, end, averaged, unit, length, noise, noise_known, table
 ):
     """Fill `table` from row `first` to `last`."""
-    room = int((length + 2) * (2 * FARTHEST + 2))
+    room = int((length + 2) * (2 * WIDEST_BAND + 2))
     xs, ts, values = np.empty(room), np.empty(room), np.empty(room)
     for place in range(first, last):
         _fit_place(
@@ -370,15 +368,15 @@ def _fit_place(  # type: ignore[no-untyped-def]
     """Fit one step in bands that grow as long as it fits, and fill its `fields`, or leave them where there is none."""
     row, column, angle, sd = place
     sd = max(sd, 0.5)
-    reaches, least = np.array(REACHES), NARROWEST / unit
+    reaches, least = np.array(REACHES), NARROWEST_SIGMA / unit
     matrix, kept_matrix = np.zeros((6, 6)), np.zeros((6, 6))
     p, kept = np.empty(6), np.empty(6)
     fitted = False
     judged, kept_judged = (0.0, 0.0, 0.0, 0.0, 0), (0.0, 0.0, 0.0, 0.0, 0)
     kept_angle, kept_row, kept_column = angle, row, column
     for number in range(-2, len(reaches)):
-        reach = min(max(reaches[max(number, 0)] * sd, NEAREST), FARTHEST)
-        if number > 0 and reach < 1.05 * min(max(reaches[number - 1] * sd, NEAREST), FARTHEST):
+        reach = min(max(reaches[max(number, 0)] * sd, LEAST_BAND), WIDEST_BAND)
+        if number > 0 and reach < 1.05 * min(max(reaches[number - 1] * sd, LEAST_BAND), WIDEST_BAND):
             break
         count = _gather(image, row, column, angle, length / 2, reach, xs, ts, values)
         if number == -2 and not _start(p, xs, values, count, sd, max(sd / unit, least)):
@@ -388,9 +386,9 @@ def _fit_place(  # type: ignore[no-untyped-def]
         if count < 24 or not _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):
             break
         sd = unit * p[5]
-        if not (p[1] > p[0] and sd < WIDEST and abs(p[3]) < 0.5 and abs(p[2]) < 2 * sd + 2):
+        if not (p[1] > p[0] and sd < WIDEST_SIGMA and abs(p[3]) < 0.5 and abs(p[2]) < 2 * sd + 2):
             break
-        if number == 0 and reach < min(0.9 * reaches[0] * sd, FARTHEST):
+        if number == 0 and reach < min(0.9 * reaches[0] * sd, WIDEST_BAND):
             break  # no width goes with its own band
         if number >= 0:
             cell = max(1.0, sd)

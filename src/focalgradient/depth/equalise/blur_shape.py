@@ -49,10 +49,7 @@ class Fit:
 
 
 def fit_models(
-    models: Sequence[tuple[Search, Psf]],
-    views: RegisteredViews,
-    noise_sd: Sequence[float],
-    window: float,
+    models: Sequence[tuple[Search, Psf]], views: RegisteredViews, noise_sd: Sequence[float], window: float
 ) -> list[Fit]:
     """Return how well each model (a search and a shape of blur) explains `views`, at the same places."""
     weight = views.usable.astype(np.float32)

@@ -37,7 +37,7 @@ FILTER_REACH = 2.0
 """Distance over which filters carry one surface over another in different wavebands, in radii of blur: chosen by
 hand."""
 
-ERRS = 1.03
+MODEL_ERRS = 1.03
 """Median of what is left of the views, over the noise's power, from which the model errs: right models leave 0.99 to
 1.01."""
 
@@ -98,12 +98,7 @@ class NodeDepth:
 
 
 def depth_at_nodes(
-    frame: Frame,
-    equalised: Equalised,
-    blurs: Blurs,
-    levels_per_pixel: float,
-    gains: BandGains | None,
-    outlines: bool,
+    frame: Frame, equalised: Equalised, blurs: Blurs, levels_per_pixel: float, gains: BandGains | None, outlines: bool
 ) -> NodeDepth:
     """Join the tiles' depth at nodes, and raise its uncertainty near jumps of depth.
 
@@ -205,7 +200,7 @@ def _coherent_error(
     w); the rest is taken to be a share of it. Where nodes are not informative the nearest that are stand for them.
     """
     none = np.zeros(nodes.level.shape)
-    if not is_informative.any() or (np.median(nodes.misfit[is_informative]) < ERRS and not by_contrast.any()):
+    if not is_informative.any() or (np.median(nodes.misfit[is_informative]) < MODEL_ERRS and not by_contrast.any()):
         return none
     place = np.arange(equalised.levels)
     noise, slope = (sum(getattr(r, name) for r in equalised.residuals) for name in ("noise", "noise_slope"))

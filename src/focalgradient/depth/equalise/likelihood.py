@@ -28,15 +28,7 @@ from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.minima import read_minima
 from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
-from focalgradient.depth.filters import (
-    RADII,
-    FloatArray,
-    Frequencies,
-    Image,
-    Spectra,
-    natural_levels,
-    natural_power,
-)
+from focalgradient.depth.filters import RADII, FloatArray, Frequencies, Image, Spectra, natural_levels, natural_power
 from focalgradient.depth.numerics import SMOOTH, Growth
 from focalgradient.depth.search import Blurs
 
@@ -248,12 +240,7 @@ class Equalised:
         return self.evaluate(replace(nodes, level=level)) if (level != nodes.level).any() else local
 
     def refine(
-        self,
-        nodes: Nodes,
-        local: ResidualStatistics,
-        weight: Image,
-        noise: float = 1.0,
-        growth: Growth = SMOOTH,
+        self, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float = 1.0, growth: Growth = SMOOTH
     ) -> Nodes:
         """Let depth slope within the window: a local plane through the levels that pixels give.
 

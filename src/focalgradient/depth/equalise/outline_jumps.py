@@ -68,7 +68,7 @@ windows beside a blurred one give that one's depth as far as they reach. Of what
 before a wall in focus, 14 and 9 % is off by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8 %,
 10 and 5 % for seeds that were not looked at (13 and 14)."""
 
-BESIDE, PART = 1.5, 0.5
+RISE_REACH, RISE_SD = 1.5, 0.5
 """How far from a jump that is not treated depth may be part of its rise, over how far window and blur reach, and which
 part: of two wavebands of an eye that sees a step or spheres (`benchmarks/eye_at_outlines.py`, seed 0), 7, 11 and 12 %
 of what was claimed lay beyond 5 standard deviations without this, 0, 0.3 and 3 % with it."""
@@ -89,11 +89,7 @@ class SmallJumps:
 
 
 def find_small_jumps(
-    equalised: Equalised,
-    nodes: Nodes,
-    is_reliable: NDArray[np.bool_],
-    given: Conditions,
-    images: Sequence[Image],
+    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions, images: Sequence[Image]
 ) -> SmallJumps | None:
     """Small jumps among reliable nodes; None where there are none.
 
@@ -174,7 +170,7 @@ def between_surfaces(
         return found, np.zeros(found.shape)
     apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
     nearest = tuple(index)
-    return found, np.where(apart <= BESIDE * reach[nearest], (PART * (near - far)[nearest]) ** 2, 0.0)
+    return found, np.where(apart <= RISE_REACH * reach[nearest], (RISE_SD * (near - far)[nearest]) ** 2, 0.0)
 
 
 def _surfaces(

@@ -190,10 +190,7 @@ def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
     view's blur, at the depth that it is compared at.
     """
     pairs = [(i, j) for i in range(len(near)) for j in range(len(near)) if i != j]
-    return (
-        np.max([near[i] + near[j] for i, j in pairs], axis=0),
-        np.max([near[i] + far[j] for i, j in pairs], axis=0),
-    )
+    return (np.max([near[i] + near[j] for i, j in pairs], axis=0), np.max([near[i] + far[j] for i, j in pairs], axis=0))
 
 
 def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, given: Conditions) -> FloatArray:

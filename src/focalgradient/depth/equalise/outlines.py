@@ -299,12 +299,7 @@ def _find_large(
 
 
 def _continued(
-    equalised: Equalised,
-    nodes: Nodes,
-    node_sd: FloatArray,
-    is_clear: NDArray[np.bool_],
-    located: Located,
-    gap: float,
+    equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear: NDArray[np.bool_], located: Located, gap: float
 ) -> Outlines:
     """Depth on either side of outlines: what windows clear of them (h x w) give, and what is continued from there."""
     zone, is_near, distance = located.zone, located.is_near, located.distance

@@ -19,7 +19,7 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
 
-__all__ = ["BandPower", "band_power"]
+__all__ = ["QUARTER", "BandPower", "band_power"]
 
 EDGES: FloatArray = np.array([0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])
 """Edges of the bands in cycles per pixel: below them windows hold too few periods, above them nothing is compared."""

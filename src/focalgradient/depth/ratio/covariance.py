@@ -30,25 +30,25 @@ CHANNELS = 8
 """Energies that are compared: of two views in four bands. Fewer bands leave some without weight."""
 
 SLOPE_SD = 1.0
-"""Standard deviation of the slope of the texture's amplitude spectrum."""
+"""Standard deviation of the slope of the texture's amplitude spectrum, which is 1 on average. Chosen by hand."""
 
 BUMPS_SD = 1.0
-"""Standard deviation of the logarithm of the texture's power about a power law."""
+"""Standard deviation of the logarithm of the texture's power about a power law. Chosen by hand."""
 
 BUMPS_WIDTH = 0.7
-"""Logarithm of the ratio of frequencies over which such bumps reach."""
+"""Logarithm of the ratio of frequencies over which such bumps reach: one octave."""
 
 NOISE_ERROR = 0.3
-"""Error of the noise's variance, as a share of it."""
+"""Error of the noise's variance, as a share of it. Chosen by hand."""
 
-MODEL_ERROR = 0.05
-"""Error of each energy, as a share of it, for which there is no cause in the model."""
+ENERGY_ERROR = 0.05
+"""Error of each energy, as a share of it, for which there is no cause in the model. Chosen by hand."""
 
 STEPS = np.geomspace(2.0**-24, 2.0, 26)
 """Variances of noise, in units of the sharper view's energy in the coarsest band, for which tables are computed."""
 
-REACH = 48
-"""Pixels over which the covariance of the filtered field is followed."""
+COVARIANCE_REACH = 48
+"""Distance in pixels over which the covariance of the filtered field is followed. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +104,7 @@ def energy_covariance(table: DisparityTable, window: float) -> EnergyCovariance:
     covariance = chance + bumps + 2 * strength * mixed
     covariance = covariance + strength**2 * (noise_alone + NOISE_ERROR**2 * same_view * np.outer(unit, unit))
     total = mean + STEPS[:, None, None] * unit
-    covariance = covariance / (total[..., :, None] * total[..., None, :]) + MODEL_ERROR**2 * np.eye(count)
+    covariance = covariance / (total[..., :, None] * total[..., None, :]) + ENERGY_ERROR**2 * np.eye(count)
     inverse = np.linalg.inv(covariance)
     # Contrast moves the logarithms by this, and is not known.
     moved = mean / total
@@ -143,7 +143,7 @@ def _moments(table: DisparityTable, window: float) -> tuple[FloatArray, ...]:
     for one, fine in enumerate(table.bands):
         for other in range(one, len(table.bands)):
             # Squares of the two bands lie so far apart; a half step, where the bands differ.
-            apart = fine * (np.arange(REACH // fine) + (0.0 if one == other else 0.5))
+            apart = fine * (np.arange(COVARIANCE_REACH // fine) + (0.0 if one == other else 0.5))
             share = np.where(apart == 0, 1, 2) * np.exp(-(apart**2) / (4 * window**2))
             share *= fine / np.sqrt(4 * np.pi * window**2)
             waves = np.cos(2 * np.pi * apart[:, None] * right)

@@ -38,12 +38,13 @@ from focalgradient.psf import Psf
 __all__ = ["detail", "focal_disparity", "on_grid", "read_depth", "table_for"]
 
 BRIGHTNESS = 8.0
-"""Standard deviation in pixels of the Gaussian that gives the local brightness."""
+"""Standard deviation in pixels of the Gaussian that gives the local brightness: as wide as the default window."""
 
-LEAST = 0.01
-"""Root mean square Laplacian of the sharper view, as a share of the brightness, below which there is no estimate."""
+LEAST_DETAIL = 0.01
+"""Root mean square Laplacian of the sharper view, as a share of the brightness, below which there is no estimate.
+Chosen by hand."""
 
-CONTRADICTION = 33.0
+INEXPLICABLE = 33.0
 """Squared distance of the energies from those expected, over their variance, beyond which no defocus explains them:
 chance alone gets there once in 100 000 times."""
 
@@ -54,11 +55,12 @@ USUAL = 0.5
 KNOWN = 0.2
 """Share of a blur radius to which it must be known: a fifth is enough for video, where other methods take a tenth."""
 
-COARSE = 8.0
-"""Window in pixels from which depth is worked out for squares of 8 x 8 pixels, and repeated."""
+COARSE_WINDOW = 8.0
+"""Window in pixels from which depth is worked out for squares of 8 x 8 pixels, and repeated: chosen by hand, for
+time."""
 
 NOISE_STEPS = 1024
-"""Levels of brightness at which the noise of stored values is worked out."""
+"""Number of levels of brightness at which the noise of stored values is worked out: four to a step of 8 bits."""
 
 
 def focal_disparity(
@@ -70,7 +72,7 @@ def focal_disparity(
     window: float = 0.0,
     levels: ArrayLike | None = None,
     absolute: bool = False,
-    least: float = LEAST,
+    least: float = LEAST_DETAIL,
     usable: NDArray[np.bool_] | None = None,
 ) -> tuple[Plane, NDArray[np.bool_]]:
     """Focal disparity of two views that differ in aperture alone, on a grid of 4 x 4 pixels (Fig. 5c).
@@ -144,7 +146,7 @@ def read_depth(
     noise: float | Sequence[float] = 0.0,
     window: float = 8.0,
     levels: ArrayLike | None = None,
-    least: float = LEAST,
+    least: float = LEAST_DETAIL,
     usable: NDArray[np.bool_] | None = None,
 ) -> tuple[Plane, Plane, NDArray[np.bool_]]:
     """Depth on the grid of 4 x 4 pixels, from all of a table's bands, each weighted by its information there.
@@ -166,7 +168,7 @@ def read_depth(
     """
     images = [small, large]
     decode = _checked(images, levels)
-    grid = 2 * BLOCK if window >= COARSE else BLOCK
+    grid = 2 * BLOCK if window >= COARSE_WINDOW else BLOCK
     energy, brightness = _content(images, decode, table.bands, grid, window, usable=usable)
     variance, span = _noise_by_brightness(noise, decode)
     covariance = energy_covariance(table, window)
@@ -176,7 +178,7 @@ def read_depth(
     inside = np.clip(vergence, np.float32(search.lowest), np.float32(search.highest))
     within = np.abs(vergence - inside) <= 2 * sd
     radius = search.slope * np.abs(focus - inside)
-    valid = within & blur_is_known(sd * search.slope, radius, KNOWN) & (misfit < CONTRADICTION)
+    valid = within & blur_is_known(sd * search.slope, radius, KNOWN) & (misfit < INEXPLICABLE)
     # An error of the model widens the sd, but makes no pixel invalid.
     sd *= _beyond_chance(misfit[np.isfinite(sd)], 2 * len(table.bands) - 2)
     sd = np.minimum(sd, np.float32(search.highest - search.lowest))

@@ -21,8 +21,8 @@ Picture = NDArray[np.float32] | NDArray[np.uint8]
 BLOCK = 4
 """Side in pixels of the squares over which high-frequency energy is averaged, as in the paper."""
 
-CLEAR = 3.0
-"""Times the noise's energy that the sharper view's detail must have in a band for the band to be read."""
+CLEAR_OF_NOISE = 3.0
+"""Energy of the sharper view's detail, over the noise's, that a band must have to be used. Chosen by hand."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
@@ -267,7 +267,7 @@ def compared(
 
 @_compiled
 def _compare_rows(energy, brightness, noise, step, least, first, last, disparity, valid):  # type: ignore[no-untyped-def]
-    zero, clear = np.float32(0), np.float32(CLEAR)
+    zero, clear = np.float32(0), np.float32(CLEAR_OF_NOISE)
     floors, others = np.empty(disparity.shape[1], np.float32), np.empty(disparity.shape[1], np.float32)
     for row in range(first, last):
         light, other, out, ok = brightness[0, row], brightness[1, row], disparity[row], valid[row]

@@ -11,11 +11,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.depth.ratio.covariance import CHANNELS, STEPS, EnergyCovariance
-from focalgradient.depth.ratio.energies import CLEAR, Plane, noise_at
+from focalgradient.depth.ratio.energies import CLEAR_OF_NOISE, Plane, noise_at
 from focalgradient.parallel import share_rows
 
 STRIDE = 8
-"""Levels from one to the next of the first search, a power of 2; it is halved about the likeliest."""
+"""Step in levels of the first search, a power of 2; it is halved about the likeliest. Chosen by hand, for time."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
@@ -92,7 +92,7 @@ def _read_rows(  # type: ignore[no-untyped-def]
             for band in range(bands):
                 one, two = energy[band, 0, row, x], gain * energy[band, 1, row, x]
                 sharp = one - unit[2 * band] * own[x]
-                clear |= sharp > CLEAR * unit[2 * band] * own[x] and sharp > least * light * light
+                clear |= sharp > CLEAR_OF_NOISE * unit[2 * band] * own[x] and sharp > least * light * light
                 floor = np.float32(0.1) * unit[2 * band] * usual + tiny
                 seen[2 * band] = max(one + unit[2 * band] * (usual - own[x]), floor)
                 seen[2 * band + 1] = max(two + unit[2 * band] * (usual - gain * other[x]), floor)

@@ -28,14 +28,16 @@ SLOPE = 1.0
 NYQUIST = 0.5
 """Cycles per pixel, in any direction, beyond which an image is taken to hold no texture."""
 
-NODES = 96
-"""Frequencies in each direction at which spectra are computed, closer together where blur leaves something."""
+FREQUENCIES = 96
+"""Number of frequencies in each direction at which spectra are computed, closer together where blur leaves something.
+Chosen by hand."""
 
-LEVELS = 65
-"""Levels of defocus in a table, closer together near focus where disparity changes as its square."""
+TABLE_LEVELS = 65
+"""Number of levels of defocus in a table, closer together near focus where disparity changes as its square. Chosen by
+hand."""
 
-LARGEST = 24.0
-"""Blur radius in pixels up to which tables reach at most."""
+LARGEST_RADIUS = 24.0
+"""Blur radius in pixels up to which tables reach at most. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,8 +114,8 @@ class DisparityTable:
             raise InputError(
                 f"bands is {tuple(bands)!r}, but must be one or more of {', '.join(map(str, BANDS))}, in this order."
             )
-        limit = LARGEST / (large.aperture_diameter / 2 / pixel_angle)
-        defocus = min(limit, reach or limit) * np.linspace(0, 1, LEVELS) ** 1.5
+        limit = LARGEST_RADIUS / (large.aperture_diameter / 2 / pixel_angle)
+        defocus = min(limit, reach or limit) * np.linspace(0, 1, TABLE_LEVELS) ** 1.5
         pixels = small.aperture_diameter / 2 / pixel_angle, large.aperture_diameter / 2 / pixel_angle
         down, right, _ = frequencies()
         power = texture()[:, :, None] * np.stack([band_transfer(band, down, right) ** 2 for band in bands], axis=-1)
@@ -133,8 +135,8 @@ def frequencies() -> tuple[FloatArray, FloatArray, FloatArray]:
     Spectra here are even in both directions: a sum over the quarter with these weights is an integral over the square
     of a cycle per pixel.
     """
-    share = (np.arange(NODES) + 0.5) / NODES
-    nodes, widths = 0.5 * share**1.5, 1.5 * share**0.5 / NODES
+    share = (np.arange(FREQUENCIES) + 0.5) / FREQUENCIES
+    nodes, widths = 0.5 * share**1.5, 1.5 * share**0.5 / FREQUENCIES
     return nodes[:, None], nodes[None, :], widths[:, None] * widths
 
 

@@ -38,25 +38,25 @@ from focalgradient.depth.filters import (
 __all__ = ["Bands", "Compared", "Hypothesis", "Patches", "compare", "scene_level"]
 
 MEASURE: FloatArray = 2 * np.pi * RADII * RADII[1]
-"""Share of all frequencies that falls to each of `RADII`."""
+"""Share of all frequencies that falls to each of `RADII`: the area of its ring, of the plane's 1."""
 
-WIDTH = 0.35
-"""Spacing of the bands as a share of their frequency, where the window does not ask for more."""
+BAND_SPACING = 0.35
+"""Spacing of the bands as a share of their frequency, where the window does not ask for more. Chosen by hand."""
 
-NARROWEST = 0.24
+LEAST_SPACING = 0.24
 """Spacing of the bands at frequency 0, in cycles per window: narrower ones' filters would reach beyond the window."""
 
 FAINT = 0.01
-"""Power of the scene over the noise's below which a band is left out."""
+"""Power of the scene over the noise's below which a band is left out. Chosen by hand."""
 
 NOTHING = 1e12
 """Variance of a slope, in pixels^4, of which nothing is known."""
 
-TOLERANCE = 1e-3
-"""Amplitude, as a share of an equaliser's, by which the few filters may err."""
+FILTER_ERROR = 1e-3
+"""Amplitude, as a share of an equaliser's, by which the few filters may err. Chosen by hand."""
 
 CHUNK = 1_000_000
-"""Pixels of patches that are transformed at a time."""
+"""Number of pixels of patches that are transformed at a time, for memory. Chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Bands:
     @cached_property
     def shapes(self) -> FloatArray:
         """Each band's gain (K x RADIAL)."""
-        place = np.log1p(WIDTH * RADII / (NARROWEST / self.window)) / WIDTH
+        place = np.log1p(BAND_SPACING * RADII / (LEAST_SPACING / self.window)) / BAND_SPACING
         middles = np.arange(1, max(2, int(np.interp(FINEST, RADII, place))) + 1)[:, None]
         # The finest reaches as far as anything is compared.
         return np.cos(np.pi / 2 * np.minimum(np.abs(np.minimum(place, middles[-1]) - middles), 1)) ** 2
@@ -396,7 +396,7 @@ def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
     rows /= (size := np.linalg.norm(rows, axis=1, keepdims=True) + 1e-30)
     few = len(rows) < RADIAL  # products of few rows, or of few columns: faster than decomposing `rows`
     values, vectors = np.linalg.eigh(rows @ rows.T if few else rows.T @ rows)
-    kept = values >= min(TOLERANCE**2 * len(rows), values[-1])
+    kept = values >= min(FILTER_ERROR**2 * len(rows), values[-1])
     left = vectors[:, kept] if few else rows @ vectors[:, kept] / np.sqrt(values[kept])
     return (left.T @ rows) * fall, (size * left).reshape(*gains.shape[:-1], -1)
 

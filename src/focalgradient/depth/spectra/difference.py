@@ -20,11 +20,11 @@ from focalgradient.psf import gaussian_transfer
 
 __all__ = ["spectral_difference"]
 
-LARGEST = 8.0
-"""Largest sigma in pixels among the hypotheses."""
+LARGEST_SIGMA = 8.0
+"""Largest sigma in pixels among the hypotheses. Chosen by hand."""
 
-STEP = 0.2
-"""Pixels of sigma, or share of it, from one hypothesis to the next."""
+SIGMA_STEP = 0.2
+"""Pixels of sigma, or share of it, from one hypothesis to the next. Chosen by hand."""
 
 ROUNDING = 1e-5
 """Noise assumed at least, as a share of the image's standard deviation: what 32-bit storage may leave."""
@@ -131,8 +131,8 @@ def _equalised(
     """Where, among hypotheses of the difference, nothing is left between the spectra."""
     noise = max(noise, ROUNDING * float(np.std(first)))
     images, blurs = [first, second], [0.0]
-    while blurs[-1] < LARGEST:
-        blurs.append(blurs[-1] + STEP * max(1.0, blurs[-1]))
+    while blurs[-1] < LARGEST_SIGMA:
+        blurs.append(blurs[-1] + SIGMA_STEP * max(1.0, blurs[-1]))
     blurs = [*(-blur for blur in blurs[:0:-1]), *blurs]
     scene, every = scene_level(images), np.ones(RADIAL)
     hypotheses = [

@@ -37,17 +37,18 @@ another shape with a rim the radius is that of the disc of its second moment."""
 MARGIN = 3.0
 """Pixels to a pixel of blur radius, within which what lies outside the frame or the mask invalidates what is inside."""
 
-SUPPORT = 0.9
-"""Share of a patch's window that must be free of what the frame's rim, or masked pixels, invalidate."""
+PATCH_SUPPORT = 0.9
+"""Share of a patch's window that must be free of what the frame's rim, or masked pixels, invalidate. Chosen by hand."""
 
 SPLITS = (1 / 3, 2 / 3)
 """Shares of the information about depth that count as coarse; one alone may miss an error."""
 
-LEAST_STEP, STEP = 0.25, 0.1
-"""Pixels of blur, and share of it, from one hypothesis of depth to the next: the greater of the two."""
+LEAST_HYPOTHESIS_STEP, HYPOTHESIS_STEP = 0.25, 0.1
+"""Pixels of blur, and share of it, from one hypothesis of depth to the next: the greater of the two. Chosen by hand."""
 
-FINE = 4
-"""Parts of the interval between two hypotheses in which the depth that fits best is looked for."""
+SUBDIVISION = 4
+"""Number of parts of the interval between two hypotheses among which the depth that fits best is looked for. Chosen by
+hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +93,7 @@ class JointEstimate:
     @property
     def whole(self) -> NDArray[np.bool_]:
         """Where nothing that the frame's rim or masked pixels invalidate lies in the patch."""
-        return self.support >= SUPPORT
+        return self.support >= PATCH_SUPPORT
 
     def to_pixels(self, values: NDArray[np.floating], unit: float, shape: tuple[int, int]) -> NDArray[np.float32]:
         """Values at nodes, in dioptres, carried to the pixels between them; `unit` is what counts as close."""
@@ -119,12 +120,7 @@ class Differences:
 
     @classmethod
     def of(
-        cls,
-        registered: RegisteredViews,
-        search: Search,
-        noise_sd: Sequence[float],
-        psf: Psf,
-        window: float,
+        cls, registered: RegisteredViews, search: Search, noise_sd: Sequence[float], psf: Psf, window: float
     ) -> Differences:
         """Compare every pair of registered views under every hypothesis."""
         vergences = _hypotheses(search)
@@ -152,7 +148,7 @@ class Differences:
         """Estimate vergence from each pair and from all of them, and test whether they agree."""
         levels = len(self.vergences)
         offs = np.stack([[one.slope for one in row] for row in self.compared]) / (4 * np.pi**2)
-        fine = np.linspace(0, levels - 1, FINE * (levels - 1) + 1)
+        fine = np.linspace(0, levels - 1, SUBDIVISION * (levels - 1) + 1)
         between = np.maximum(1 - np.abs(fine[:, None] - np.arange(levels)), 0)
         fine_offs, variance, cost = self._on_finer_levels(offs, fine, between)
         place = fine[cost.argmin(axis=0)]
@@ -165,7 +161,7 @@ class Differences:
         bends = np.broadcast_to(bend[:, None, None], here.shape)
         first, second = _quadratic(steep, inverse, steep), _quadratic(bends, inverse, bends)
         support = np.tensordot(between, np.stack([one.support for one in self.compared[0]]), 1)
-        support = np.take_along_axis(support, np.rint(FINE * place).astype(np.intp)[None], axis=0)[0]
+        support = np.take_along_axis(support, np.rint(SUBDIVISION * place).astype(np.intp)[None], axis=0)[0]
         noise_sd = _reach(np.sqrt(first), np.sqrt(second))
         tau, model_sd = self._model_error(place, vergence, steep, support)
         sd = np.hypot(noise_sd, model_sd)
@@ -210,7 +206,7 @@ class Differences:
         minimum = (cost < around[:-2]) & (cost <= around[2:])
         vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)
         minimum &= np.abs(vergences[:, None, None] - vergence) > 3 * sd
-        minimum &= np.abs(fine[:, None, None] - place) > 1 / FINE
+        minimum &= np.abs(fine[:, None, None] - place) > 1 / SUBDIVISION
         # Where no depth fits, as the model itself errs, a second minimum may fit as much worse again.
         return ~(minimum & (cost < SECONDARY_MINIMUM + 2 * np.maximum(cost.min(axis=0), 0))).any(axis=0)
 
@@ -222,7 +218,7 @@ class Differences:
         Depth from coarse detail and depth from fine detail must agree where the model is right.
         """
         unit = np.maximum(LEAST_BLUR, self.search.radius(vergence)) / self.search.slope
-        whole, tau = support >= SUPPORT, 0.0
+        whole, tau = support >= PATCH_SUPPORT, 0.0
         for share in SPLITS:
             differences, variances, units = [], [], []
             for p, row in enumerate(self.compared):
@@ -291,7 +287,7 @@ def _hypotheses(search: Search) -> FloatArray:
     vergences = [search.lowest]
     while vergences[-1] < search.highest:
         radius = float(search.radius(np.array(vergences[-1])))
-        step = max(LEAST_STEP, STEP * radius) / search.slope
+        step = max(LEAST_HYPOTHESIS_STEP, HYPOTHESIS_STEP * radius) / search.slope
         vergences.append(vergences[-1] + min(step, (search.highest - search.lowest) / 4))
     # Stretched a little for the last to be the highest.
     found = np.array(vergences)
@@ -324,7 +320,7 @@ def _joint_root(offs: Floats, inverse: FloatArray, place: FloatArray) -> tuple[F
     levels = offs.shape[1]
     for _ in range(4):
         here = _offs_at(offs, place)
-        before, after = (np.clip(place + step / FINE / 2, 0, levels - 1) for step in (-1, 1))
+        before, after = (np.clip(place + step / SUBDIVISION / 2, 0, levels - 1) for step in (-1, 1))
         slope = (_offs_at(offs, after) - _offs_at(offs, before)) / (after - before)
         move = -_quadratic(slope, inverse, here) / np.maximum(_quadratic(slope, inverse, slope), 1e-30)
         place = np.clip(place + np.clip(move, -0.5, 0.5), 0, levels - 1)
