@@ -36,13 +36,13 @@ def natural_pupil(
     Parameters
     ----------
     luminance
-        Of the field, in cd/m^2; any shape.
+        Luminance of the field in cd/m^2; any shape.
     age
         Years, 20 to 83.
     field_deg
         Diameter of the round field that has this luminance, in degrees.
     eyes
-        1 or 2 that see it.
+        Number of eyes that see it, 1 or 2.
 
     Raises
     ------

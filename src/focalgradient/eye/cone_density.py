@@ -56,7 +56,7 @@ def cone_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -
     eccentricity_deg
         Degrees from the fovea, 0 to 60; any shape.
     meridian
-        Of the visual field.
+        Meridian of the visual field.
 
     Raises
     ------

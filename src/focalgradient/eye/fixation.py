@@ -35,15 +35,15 @@ class FixationalMovements:
     Parameters
     ----------
     diffusion
-        Of drift, in minutes of arc squared per second: about 10 to 40 in people (Kuang, Poletti, Victor & Rucci 2012;
-        Aytekin, Victor & Rucci 2014; the range is from memory).
+        Diffusion constant of drift in minutes of arc squared per second: about 10 to 40 in people (Kuang, Poletti,
+        Victor & Rucci 2012; Aytekin, Victor & Rucci 2014; the range is from memory).
     rate
-        Microsaccades in a second: about 1 to 2 in steady fixation (Martinez-Conde, Macknik & Hubel 2004).
+        Microsaccades per second: about 1 to 2 in steady fixation (Martinez-Conde, Macknik & Hubel 2004).
     amplitude
-        Median of their amplitudes in minutes of arc, of which the logarithm has a standard deviation of 0.5: most are
+        Median amplitude of microsaccades in minutes of arc; its logarithm has a standard deviation of 0.5: most are
         below half a degree. Values are our choice within the usual range.
     seed
-        The same seed is the same path.
+        Random seed of the path.
 
     Raises
     ------

@@ -25,15 +25,15 @@ class GaussianFit:
     Parameters
     ----------
     sigma
-        Its standard deviation in radians.
+        Standard deviation of the Gaussian in radians.
     radius
         Radius in radians of the geometric blur disc at the eye's own wavelength.
     residual
         RMS residual of the fit over the RMS of the point spread.
     lowest
-        Lowest value of the transfer: below 0 contrast reverses, as no Gaussian's does.
+        Minimum of the transfer: below 0 contrast reverses, which no Gaussian does.
     lowest_per_rad
-        Frequency of that, in cycles per radian.
+        Frequency of the minimum, in cycles per radian.
     reversal_per_rad
         Frequency at which contrast first reverses, in cycles per radian; ``inf`` where it never does.
     """
@@ -76,7 +76,7 @@ def best_gaussian(
     optics
         An `Eye` whose blur is round (without aberrations, or with those of m = 0 only), or a `Lens`.
     vergence
-        Of the point, in dioptres.
+        Vergence of the point, in dioptres.
     light, wavelength_nm
         As for `focalgradient.eye.blur_transfer`.
 

@@ -42,9 +42,9 @@ class SpectralImage:
     field_deg
         Visual angle of the width, in degrees.
     distance
-        From the eye to the scene in metres.
+        Distance from the eye to the scene in metres.
     is_retinal
-        Whether it is on the retina (an ``oi``), and not a scene.
+        Whether the image is on the retina (an ``oi``) rather than a scene.
 
     Raises
     ------

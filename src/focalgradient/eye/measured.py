@@ -256,9 +256,9 @@ class ZernikePopulation:
     covariance_um2
         Covariance of the coefficients, N x N.
     measured_diameter
-        Of the pupil in metres.
+        Diameter of the measured pupil in metres.
     measured_nm
-        Of the light.
+        Wavelength of the measurement in nm.
 
     Raises
     ------

@@ -45,22 +45,22 @@ class Eye:
     Parameters
     ----------
     pupil_diameter
-        Metres, from 0.1 to 9 mm.
+        Diameter in metres, from 0.1 to 9 mm.
     accommodation
         Vergence in dioptres of the plane in focus at the reference wavelength, 580 nm: 0 at infinity.
     wavelength_nm
-        Of the light, 380 to 780 nm.
+        Wavelength of the light, 380 to 780 nm.
     chromatic_scale
         An individual's chromatic aberration as a multiple of the mean eye's: 0 is an eye without it.
     aberrations
-        What else the eye's wavefront has, as Zernike terms ``(n, m, micrometres)`` over this pupil (OSA standard), x to
-        the right and y down as in the image; `focalgradient.eye.blur_transfer` shows them, discs and Gaussians do not.
+        Further aberrations, as Zernike terms ``(n, m, micrometres)`` over this pupil (OSA standard), x to the right and
+        y down as in the image; included by `focalgradient.eye.blur_transfer`, but not by discs and Gaussians.
     stiles_crawford
-        How fast sensitivity falls towards the pupil's rim, rho in 10^(-rho r^2), in 1/mm^2: about 0.05 in the fovea.
+        Stiles-Crawford coefficient rho in 10^(-rho r^2), in 1/mm^2: about 0.05 in the fovea.
     pupil_offset
-        Where the pupil's middle lies off the visual axis, in metres, x to the right and y down: it gives the eye
-        transverse chromatic aberration, an angle of the offset times the chromatic difference (`chromatic_shift`). On
-        average it is none, and up to 0.5 mm in most eyes (Rynders, Lidkea, Chisholm & Thibos 1995).
+        Offset of the pupil's centre from the visual axis in metres, x to the right and y down: it causes transverse
+        chromatic aberration, an angle of the offset times the chromatic difference (`chromatic_shift`). Its mean is 0,
+        and it is below 0.5 mm in most eyes (Rynders, Lidkea, Chisholm & Thibos 1995).
     lens
         A multifocal lens or one of extended depth of focus, in zones (`ZonedLens`), which waves show and discs do not.
 
@@ -208,7 +208,7 @@ class Eye:
         pupil_diameter
             Metres; None is the natural pupil.
         luminance, field_deg
-            Of the field that the natural pupil is adapted to (`natural_pupil`): cd/m^2, and diameter in degrees.
+            Adapting field of the natural pupil (`natural_pupil`): cd/m^2, and diameter in degrees.
         chromatic_scale, aberrations
             As for `Eye`, the latter over this pupil.
 

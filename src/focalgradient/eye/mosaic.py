@@ -56,11 +56,11 @@ class ConeMosaic:
     place
         Directions of N cones in radians from the picture's middle, x to the right and y down: N x 2.
     spacing
-        Distance of neighbours in radians in a hexagonal mosaic of all cones as dense as here: N.
+        Distance of neighbours in radians in a hexagonal mosaic with the local density of all cones: N.
     cell
         Solid angle in steradians for each cone of the class: N.
     shape, pixel_angle
-        Of the picture: height and width in pixels, and radians of a pixel.
+        Height and width of the picture in pixels, and angle of a pixel in radians.
 
     Examples
     --------
@@ -93,14 +93,14 @@ class ConeMosaic:
         Parameters
         ----------
         shape, pixel_angle
-            Height and width of the picture in pixels, and radians of a pixel.
+            Height and width of the picture in pixels, and angle of a pixel in radians.
         eccentricity_deg, meridian
-            Where the middle of the picture is seen, in degrees from the fovea.
+            Location of the picture's centre in the visual field, in degrees from the fovea.
         share
-            Share of the cones that belong to the class that is looked at, chosen at random: about 0.07 for
-            S cones (Curcio et al. 1991), whose absence within 0.3 degree is left out.
+            Share of the cones that belong to the class, chosen at random: about 0.07 for S cones (Curcio et al. 1991);
+            their absence within 0.3 degree is not modelled.
         seed
-            Of the choice of these.
+            Random seed of this choice.
 
         Raises
         ------
@@ -146,12 +146,12 @@ class ConeMosaic:
         Parameters
         ----------
         image
-            Linear light on the retina, H x W, as a view has it.
+            Linear light on the retina, H x W, as in a view.
         quanta
-            Quanta that the class catches in one pixel of the image's mean light, as `Photons.caught` gives them; the
-            catch of each cone then varies as a Poisson number does. None: no noise.
+            Quanta caught by the class in one pixel of mean light (`Photons.caught`); the catch of each cone then has
+            Poisson noise. None: no noise.
         seed
-            Of the noise.
+            Random seed of the noise.
 
         Raises
         ------

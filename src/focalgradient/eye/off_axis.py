@@ -121,15 +121,15 @@ def off_axis(
 ) -> Eye:
     """Return the eye as it is away from the fovea, with the refraction and astigmatism there.
 
-    Its focus moves by the mean of the two foci there, and it has the astigmatism between them. Give its `Cones` what
-    ganglion cells resolve there, `resolved_cpd`.
+    Its focus moves by the mean of the two foci there, and it has the astigmatism between them. Pass `resolved_cpd`,
+    the resolution of ganglion cells there, to its `Cones`.
 
     Parameters
     ----------
     eye
-        As it is at the fovea.
+        The eye at the fovea.
     eccentricity_deg, meridian
-        Where in the visual field, in degrees from the fovea.
+        Location in the visual field, in degrees from the fovea.
     foci
         Refraction there: the mean of emmetropic people (`EMMETROPES`, the default) or of myopic ones (`MYOPES`), both
         along the horizontal meridian only; of the schematic eye in any meridian (`SCHEMATIC`); or that of a measured

@@ -69,7 +69,7 @@ def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal")
     eccentricity_deg
         Degrees from the fovea, 0 to 60; any shape.
     meridian
-        Of the visual field.
+        Meridian of the visual field.
 
     Returns
     -------

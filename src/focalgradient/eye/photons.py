@@ -30,16 +30,16 @@ class Photons:
     Parameters
     ----------
     luminance
-        cd/m^2, on average over the scene.
+        Mean luminance of the scene in cd/m^2.
     integration_time
-        Seconds over which the cones gather light.
+        Integration time of the cones in seconds.
     efficiency
-        Share of the quanta at the eye that the L and M cones catch at the wavelength they catch most of: they cover
-        most of the fovea, the media pass most of the light, and cones take in about half of what comes.
+        Share of the quanta at the cornea caught by L and M cones at the wavelength of their peak: they cover most of
+        the fovea, the media pass most of the light, and cones absorb about half of it.
     s_efficiency
-        The same of the S cones: a twentieth of the cones, behind media that take most of the blue light.
+        The same for S cones: a twentieth of the cones, behind media that absorb most of the blue light.
     illuminant
-        Whose light the surfaces, grey on average, send back.
+        Light that the surfaces, grey on average, reflect.
 
     Raises
     ------

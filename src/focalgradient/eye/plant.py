@@ -34,16 +34,16 @@ class Plant:
     latency
         Seconds from the demand to the first change of focus: 0.3, of 0.25 to 0.4 measured (Campbell & Westheimer 1960).
     time_constant
-        Of the lens in seconds: 0.156, after Schor & Bharadwaj (2006).
+        Time constant of the lens in seconds: 0.156, after Schor & Bharadwaj (2006).
     gain
-        Of the controller: 8, after Read et al. (2022). The steady error is 1 / (1 + gain) of the demand's
-        distance from rest, the lag.
+        Gain of the controller: 8, after Read et al. (2022). The steady error, the lag, is 1 / (1 + gain) of the
+        demand's distance from rest.
     integrator
         Time constant of the leaky integrator in seconds: 2.5, likewise.
     rest
         Focus in dioptres without a demand: 1.4, likewise; 1.5 on average in the dark (Leibowitz & Owens 1978).
     nearest
-        Dioptres beyond which the lens cannot go; nor below 0, infinity. 8: a young eye's, our choice.
+        Maximum accommodation in dioptres; the minimum is 0, infinity. 8: a young eye's, our choice.
 
     Raises
     ------

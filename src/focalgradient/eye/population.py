@@ -38,9 +38,9 @@ def draw_people(
     Parameters
     ----------
     count
-        How many.
+        Number of people.
     seed
-        The same seed is the same people.
+        Random seed.
     pupil_diameter
         Mean and standard deviation in metres of a normal distribution, drawn between 1.5 and 9 mm.
     chromatic_span
@@ -48,16 +48,15 @@ def draw_people(
         650 nm, drawn above 0.3 D. By default as measured in eight people; the mean chromatic eye has 1.23 D, less than
         these had on average.
     rms, beta
-        Ends between which the standard deviation of accommodation (D, evenly in its logarithm) and the slope of its low
-        band (evenly) are drawn.
+        Limits of the standard deviation of accommodation (D, log-uniform) and of the slope of its low band (uniform).
     aberrations
-        Wavefronts of a population to draw each eye's from; they are scaled to its pupil, which is then drawn within
-        the measured one. Left out, eyes have none but chromatic aberration.
+        Population from which each eye's wavefront is drawn, resized to its pupil, which is then drawn within the
+        measured one. None: chromatic aberration only.
 
     Raises
     ------
     InputError
-        If the count is not positive, or a pair is not two numbers of the kind asked for.
+        If the count is not positive, or a pair is not two valid numbers.
 
     Examples
     --------

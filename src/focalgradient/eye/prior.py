@@ -104,7 +104,7 @@ def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **se
     Parameters
     ----------
     views
-        As for `focalgradient.recover_depth`, of `Cones`; their eye's own chromatic aberration is not used.
+        As for `focalgradient.recover_depth`, with `Cones` as optics; their eye's chromatic aberration is not used.
     prior
         Prior of the eye and the light; None: people's chromatic aberration.
     settings

@@ -36,9 +36,9 @@ class Pulse:
     Parameters
     ----------
     velocity, velocity_per_dioptre
-        Peak velocity from infinity in D/s, and more for each dioptre of the starting position: 1.12 and 1.39.
+        Peak velocity in D/s from infinity, and its increase per dioptre of starting position: 1.12 and 1.39.
     acceleration, acceleration_per_dioptre
-        Likewise the acceleration that leads to it, in D/s^2: 22.5 and 8.84.
+        The same for the acceleration in D/s^2: 22.5 and 8.84.
     least
         Minimum fall of the demand between moments, in dioptres; slower or smaller changes are followed as by
         a linear system. A choice: an estimate's noise and sines of 1 Hz stay below it.

@@ -132,7 +132,7 @@ class Correction:
     Parameters
     ----------
     power
-        Its power; None corrects the eye's refraction wholly.
+        Power of the lens; None corrects the eye's refraction fully.
     vertex
         Metres from the cornea: 0 for a contact lens.
 
@@ -196,13 +196,13 @@ def focus_of(
     Parameters
     ----------
     refraction
-        Of the eye, as prescribed.
+        Refraction of the eye, as prescribed.
     accommodation
         Dioptres by which the lens in the eye is stronger than relaxed.
     correction
         Correction worn.
     vertex
-        Metres before the cornea for which the refraction was prescribed.
+        Vertex distance in metres at which the refraction was prescribed.
 
     Returns
     -------

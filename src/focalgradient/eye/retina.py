@@ -46,13 +46,13 @@ class Cones:
     eye
         Pupil, accommodation, chromatic and other aberrations, and the Stiles-Crawford effect.
     light
-        Name of the light, such as the band's: views of one name share a texture, views of two need not.
+        Name of the light, such as the band's: views with the same name share a texture, others need not.
     wavelengths_nm
-        The light's wavelengths in nm.
+        Wavelengths of the light in nm.
     finest_cpd
-        Cycles per degree that the cones resolve: infinite for a mosaic finer than the pixels.
+        Highest frequency in cycles per degree that the cones resolve: infinite for a mosaic finer than the pixels.
     model
-        How each wavelength is blurred: ``"wave"``, or by geometric optics ``"disc"`` or its stand-in ``"gaussian"``.
+        Blur model of each wavelength: ``"wave"``, or geometric optics, ``"disc"`` or its approximation ``"gaussian"``.
     weights
         Weight of each wavelength, in any unit; empty: equal weights.
     scatter

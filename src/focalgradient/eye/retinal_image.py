@@ -35,10 +35,10 @@ def retinal_image(
 ) -> NDArray[np.float32]:
     """Return the retinal image of a picture on a display, as display light that gives each cone the same catch.
 
-    What each class of cones (Stockman and Sharpe 2000) catches of each of the display's primaries is cut into parts of
+    The catch of each cone class (Stockman & Sharpe 2000) of each of the display's primaries is divided into parts of
     equal width in focus, each blurred in the mean focus of its light, by waves (`band_picture`, as in `band_views`).
-    The result is the light of the same display that these cones catch alike: negative, or above the display's white,
-    where it has no such colour.
+    The result is the light of the same display with the same catches: negative, or above the display's white, where
+    it has no such colour.
 
     Parameters
     ----------
@@ -55,10 +55,10 @@ def retinal_image(
     primaries
         The display's name in colour-science.
     basis
-        Spectra that red, green and blue stand for, instead of a display's: ``SpectralBasis.of_srgb("A")`` takes the
-        picture for reflectances in linear sRGB in the light of an illuminant, and returns such reflectances.
+        Spectra of red, green and blue, instead of a display's: ``SpectralBasis.of_srgb("A")`` interprets the
+        picture as reflectances in linear sRGB in the light of an illuminant, and returns such reflectances.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Called with the share done, 0 to 1, and a short description.
 
     Returns
     -------

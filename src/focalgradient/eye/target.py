@@ -42,9 +42,9 @@ class Target:
     contrast
         Standard deviation over mean, of the texture before any filter: 0 is an empty field.
     correlation
-        Of the texture as the S cones see it with the others'.
+        Correlation of the S cones' texture with the others'.
     finest_cpd
-        Cycles per degree beyond which the target itself has no detail: infinite for a sharp one.
+        Cut-off frequency of the target's own spectrum in cycles per degree: infinite for a sharp target.
     shape, pixel_angle
         Height and width in pixels of the retinal patch, and the visual angle in radians of one.
 
@@ -96,22 +96,21 @@ class Target:
         Parameters
         ----------
         cones
-            The optics that form the views, one of each waveband.
+            Optics that form the views, one for each waveband.
         vergence
-            Of the target, in dioptres.
+            Vergence of the target in dioptres.
         noise
             Standard deviation of every pixel's noise over the mean.
         random
-            Gives the noise.
+            Random generator of the noise.
         texture
-            Number of the place on the target that is looked at: each has a texture of its own.
+            Index of the place fixated on the target: each has its own texture.
         contrast
-            By which the target's contrast is multiplied at this moment.
+            Factor on the target's contrast at this moment.
         seen_as
             Optics that the eye assumes for the views, if other than `cones`.
         shown
-            Filters that the displayed picture has been through before, one for each of the cones, on the grid of
-            `frequency`.
+            Filters applied to the displayed picture, one for each of the cones, on the grid of `frequency`.
         """
         size = self.contrast * contrast
         views = []

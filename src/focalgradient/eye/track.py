@@ -54,19 +54,19 @@ class Motion:
     Parameters
     ----------
     rest, spread
-        Mean and standard deviation in dioptres of the places where a target is expected before it is seen. By default
-        about the resting focus of accommodation.
+        Mean and standard deviation in dioptres of the prior of the target's vergence, by default about the resting
+        focus of accommodation.
     drift
-        Dioptres by which it moves in a second without a velocity, root mean square; over longer times by the square
-        root of time. 0.2: with 0.1, errors are 1 to 3 % smaller on targets that move smoothly, but 3 % larger on a
-        random walk, and covered less often (`benchmarks/moving_targets.py`).
+        RMS random walk of the target in a second, in dioptres; it grows with the square root of time. 0.2: with 0.1,
+        errors are 1 to 3 % smaller on targets that move smoothly, but 3 % larger on a random walk, and covered less
+        often (`benchmarks/moving_targets.py`).
     jumps
-        How often in a second it is expected to jump anywhere.
+        Expected number of jumps per second, to any vergence.
     speed
-        Root mean square of its velocity in dioptres per second: 1.1 for 0.5 D at 0.5 Hz, the fastest of the targets
+        RMS velocity in dioptres per second: 1.1 for 0.5 D at 0.5 Hz, the fastest of the targets
         that experiments on accommodation usually show.
     persistence
-        Seconds in which the velocity's correlation falls to 1/e.
+        Time constant of the velocity's autocorrelation in seconds.
 
     All but `rest` by default are our choices.
     """
@@ -250,18 +250,18 @@ def track(
     Parameters
     ----------
     views
-        In order of time, each with the optics of its moment; those of one moment are of one or two wavebands.
+        Views in order of time, each with the optics of its moment, in one or two wavebands per moment.
     times
-        Of each view, in seconds; equal for views of one moment.
+        Time of each view in seconds; equal for views of one moment.
     noise
         Standard deviation of the pixels' noise in the images' units.
     correlation
-        Of the textures in the two wavebands.
+        Correlation of the textures in the two wavebands.
     fixation
-        Seconds for which the gaze stays, and with it the texture: views within them are compared with each other.
+        Duration in seconds of constant gaze, and texture: views within it are compared with each other.
         A texture that stays for longer makes errors of successive fixations correlated, and the stated SD too small.
     motion
-        How the target is expected to move; by default `Motion()`.
+        Prior of the target's motion; by default `Motion()`.
     wraps
         Whether the texture is periodic (`Target`).
     progress

@@ -56,13 +56,13 @@ def blur_transfer(
         An `Eye`, a `Lens`, or whatever else has an aperture and a focus. Optics that know their own transfer, such as
         `Cones`, give it as ``"wave"``.
     vergence
-        Of the points, in dioptres.
+        Vergence of the points in dioptres.
     model
         ``"wave"``, or by geometric optics a shape of blur or its name, such as ``"disc"`` or ``"gaussian"``.
     k
-        Of a Gaussian given by name, sigma / disc radius.
+        Ratio of sigma to disc radius, of a Gaussian given by name.
     wavelength_nm
-        Of the light. Without it an eye's own, and 555 nm for a lens.
+        Wavelength of the light in nm; by default the eye's own, and 555 nm for a lens.
     light
         The transfer is the mean over its wavelengths: each in its own focus in an eye, and all in one in a lens.
 

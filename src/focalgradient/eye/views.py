@@ -68,7 +68,7 @@ def band_views(
     Parameters
     ----------
     scene
-        What to look at; or the distance in metres of a textured wall; or a picture, of which the depth is known, as
+        A scene; or the distance in metres of a textured wall; or a picture of known depth, as
         ``(picture, distance)``: a `SpectralPicture`; or linear radiance, H x W (grey, in the light of `illuminant`) or
         H x W x 3 (red, green and blue of a display); and distances in metres, H x W. It is seen as `retinal_image`
         sees it, by waves, every wavelength in its own focus; both cone classes see what it shows, so that
@@ -79,9 +79,9 @@ def band_views(
     shape, pixel_angle
         Height and width in pixels, and the visual angle in radians of one.
     correlation, gain
-        Of the textures as the S cones see them with the others' textures, and their contrast over the others'.
+        Correlation of the S cones' textures with the others', and their contrast relative to the others'.
     s_finest_cpd
-        Cycles per degree that the S cones resolve.
+        Highest frequency in cycles per degree that S cones resolve.
     illuminant, wavelengths
         Light, and number of wavelengths that represent it in each band; None: as many as the pupil needs (`Cones.of`).
     noise
@@ -448,7 +448,7 @@ def _whole_transfer(
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
     """Return the transfer for points at `vergence` (D), at the frequencies of a real `side` x `side` image.
 
-    Of a pupil that is not clear it is that of its point spread over as many pixels as it needs, or the whole frame.
+    For an aberrated pupil it is that of its point spread over as many pixels as needed, or the whole frame.
     """
     clear = not (cones.eye.aberrations or cones.eye.stiles_crawford)
     radius = abs(cones.focus_vergence - vergence) * cones.aperture_diameter / 2 / pixel_angle
