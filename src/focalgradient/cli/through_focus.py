@@ -127,7 +127,8 @@ def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Ma
             ax.axvline(quality.best, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
             ax.set(xlabel="vergence of the target (D)", xlim=(quality.vergences[0], quality.vergences[-1]))
         words = ", ".join(f"{name} {value}" for name, value in _stated(settings).items())
-        figure.suptitle("\n".join(["Image of a simulated eye through focus", *textwrap.wrap(words, 90)]))
+        even = len(words) // (1 + len(words) // 90) + 10  # lines of about equal length
+        figure.suptitle("\n".join(["Image of a simulated eye through focus", *textwrap.wrap(words, even)]))
         figure.draw_without_rendering()
     return figure
 
