@@ -168,7 +168,7 @@ def test_other_methods_use_the_calibrated_shape_or_refuse_it_by_name(calibrated)
     refused = CliRunner().invoke(main, ["depth", *files, *f_numbers, *given])
     (folder / "c.toml").write_text(text)
     assert refused.exit_code == 2
-    assert "'ratio' needs blur that is alike in all directions, which polygon does not give: use" in refused.stderr
+    assert "'ratio' needs isotropic blur, which polygon does not give: use" in refused.stderr
 
 
 def test_limits_beside_the_focus_mean_one_side(calibrated, tmp_path):

@@ -167,14 +167,14 @@ def test_what_is_more_likely_a_slip_is_warned_of(values: tuple[float, float, flo
 def test_impossible_distances(distance: float | list[float]) -> None:
     lens = Lens(0.025, 4, 1.0)
     for ask in (lens.defocus, lens.blur_radius):
-        with pytest.raises(InputError, match="distance holds values that are not positive"):
+        with pytest.raises(InputError, match="distance contains values that are not positive"):
             ask(distance)
 
 
 def test_impossible_blur() -> None:
     lens = Lens(0.025, 4, 1.0)
     for radius in (-1e-3, math.nan, [1e-3, -1e-3]):
-        with pytest.raises(InputError, match="radius holds negative or undefined values"):
+        with pytest.raises(InputError, match="radius contains negative or NaN values"):
             lens.distance_from_blur(radius, "beyond")
     with pytest.raises(InputError, match="side is 'far', but must be 'beyond' or 'nearer'"):
         lens.distance_from_blur(1e-3, "far")
@@ -243,7 +243,7 @@ def test_what_optics_state_is_read_once() -> None:
     with pytest.raises(InputError, match="only one of vergences and frequency"):
         check_optics(Lens(0.05, 2, 1.0), frequency=10.0)
     bare = type("Bare", (), {"aperture_diameter": 0.01, "focus_vergence": 1.0, "tells_side": True})
-    with pytest.raises(InputError, match="Bare states tells_side = True, but offers no blur of its own"):
+    with pytest.raises(InputError, match="Bare states tells_side = True, but implements no blur model"):
         capabilities(bare())
 
 

@@ -138,7 +138,7 @@ def test_bad_terms_are_refused(change: dict[str, object], said: str) -> None:
 
 
 def test_slopes_and_distances_that_cannot_be_are_refused() -> None:
-    with pytest.raises(InputError, match=r"slope holds negative values, .*swap the views"):
+    with pytest.raises(InputError, match=r"slope contains negative values, .*swap the views"):
         pinhole_distance([1e-8, -1e-8], **TERMS, side="beyond")
-    with pytest.raises(InputError, match="distance holds values that are not positive"):
+    with pytest.raises(InputError, match="distance contains values that are not positive"):
         conjugate_distance(0.0, focal_length=0.05)

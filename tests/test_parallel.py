@@ -82,7 +82,7 @@ def test_results_are_the_same_however_they_are_shared() -> None:
 
 
 def test_a_dead_worker_is_told_in_a_sentence() -> None:
-    with pytest.raises(InputError, match="a worker died before it had done its work"), processes(2) as pool:
+    with pytest.raises(InputError, match="a worker died before it finished"), processes(2) as pool:
         list(completed(pool, die, range(2)))
 
 

@@ -245,7 +245,7 @@ def test_a_shape_needs_a_transfer() -> None:
     with pytest.raises(TypeError, match="Nothing gives neither `transfer`"):
         type("Nothing", (Psf,), {})
     assert {one.name for one in Plain().provides} == {"BY_RADIUS", "ISOTROPIC"}
-    with pytest.raises(InputError, match="Plain does not give its edge response"):
+    with pytest.raises(InputError, match="Plain does not define its edge response"):
         Plain().edge_response(0.0, 1.0)
     assert Plain().sd_per_radius == pytest.approx(1, rel=1e-4)
 
@@ -282,7 +282,7 @@ def test_the_obstruction_is_taken_out_of_the_disc() -> None:
         (("pillbox",), "psf is 'pillbox', but must be one of disc, gaussian, blend, annulus, polygon"),
         ((None,), "psf is None, but must be a Psf or one of disc"),
         ((Disc,), r"psf is the class Disc, but must be a shape of it: give Disc\(\)"),
-        ((Disc(), 0.5), "k is given beside psf a disc, which has parameters of its own"),
+        ((Disc(), 0.5), "k is given with psf a disc, which has its own parameters"),
         (("gaussian", -1), "k is -1, but must be a positive number, sigma / disc radius"),
     ],
 )

@@ -57,8 +57,8 @@ SLIPS: dict[str, tuple[Callable[[], object], str]] = {
     "distance": (lambda: plane(math.nan), "distance is nan"),
     "field": (lambda: slant(1.0, 2.0, field=math.nan), "field is nan"),
     "frequency": (lambda: transfer(math.nan, 1.0, "disc"), "frequency holds NaN"),
-    "radius": (lambda: transfer(0.1, [1.0, math.nan], "disc"), "radius holds negative or undefined values"),
-    "negative radius": (lambda: transfer(0.1, -1.0, "gaussian"), "radius holds negative or undefined values"),
+    "radius": (lambda: transfer(0.1, [1.0, math.nan], "disc"), "radius contains negative or NaN values"),
+    "negative radius": (lambda: transfer(0.1, -1.0, "gaussian"), "radius contains negative or NaN values"),
     "k": (
         lambda: transfer(0.1, 1.0, "gaussian", k=math.nan),
         "k is nan, but must be a positive number, sigma / disc radius",

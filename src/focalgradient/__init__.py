@@ -1,8 +1,8 @@
 """focalgradient: depth from blur, for cameras, eyes and experiments (after Pentland 1987).
 
-``import focalgradient as fg`` gives `fg.Lens`, `fg.Eye`, `fg.View`, `fg.cast`, `fg.recover_depth` and the other names
-below, and every room of the package as `fg.eye`, `fg.render`, `fg.scenes`, `fg.plotting`, ... A room, with the heavier
-libraries that it needs, is loaded when it is first touched. (`fg.render` is the room; its function is
+``import focalgradient as fg`` provides `fg.Lens`, `fg.Eye`, `fg.View`, `fg.cast`, `fg.recover_depth` and the other
+names below, and every subpackage as `fg.eye`, `fg.render`, `fg.scenes`, `fg.plotting`, ... A subpackage, with the
+heavier libraries that it needs, is imported on first access. (`fg.render` is the subpackage; its function is
 `fg.render.render`.)
 """
 
@@ -84,14 +84,14 @@ _HOMES = {
     **dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render"),
     **dict.fromkeys(["read_movie", "save_movie"], "video"),
 }
-"""The room of each name that is loaded when it is first touched."""
+"""Subpackage that defines each lazily imported name."""
 
 
-_ROOMS = {module.name for module in iter_modules(__path__)} - {"cli"}  # the command line is a program, not a library
+_ROOMS = {module.name for module in iter_modules(__path__)} - {"cli"}  # the command line is not part of the library
 
 
 def __getattr__(name: str) -> Any:
-    """Load a room, or a name from its room, when it is first touched."""
+    """Import a subpackage, or a name from its subpackage, on first access."""
     if name in _ROOMS:
         return import_module(f"{__name__}.{name}")
     if name not in _HOMES:
@@ -102,5 +102,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the names and the rooms, loaded or not."""
+    """Return all names and subpackages, imported or not."""
     return sorted({*globals(), *__all__, *_ROOMS})

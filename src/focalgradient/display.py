@@ -1,7 +1,7 @@
-"""From a view to what a display shows: light to 8-bit values and back, pixels to visual angle, and what pixels carry.
+"""Display model: conversion between radiance and 8-bit values and between pixels and visual angle; limits on blur.
 
-Light is in shares of the display's white: 1 is the most that it can show. A picture is exposed before it comes here, so
-that all pictures of one scene share one exposure.
+Radiance is expressed as a fraction of the display's white (1 is the maximum). Exposure is applied beforehand, so that
+all pictures of one scene share the same exposure.
 """
 
 from __future__ import annotations
@@ -25,37 +25,37 @@ CARD = (85.60e-3, 53.98e-3)
 """Width and height of a bank card in metres (ISO/IEC 7810, ID-1)."""
 
 WEBER = 0.28
-"""Smallest share by which blur must grow for people to see that it did, of reported 0.28 to 0.56."""
+"""Weber fraction for blur discrimination: the smallest of the published values, 0.28 to 0.56."""
 
 EYE_STEP = 0.06 * 4.5e-3
-"""Smallest difference between two blur discs, as an angle in radians of their diameters, that is seen: 0.9 arcmin,
-of a threshold of 0.05 to 0.07 D through a pupil of 3 to 6 mm."""
+"""Smallest detectable difference in blur-disc diameter, in radians (0.9 arcmin): a threshold of 0.05 to 0.07 D through
+a pupil of 3 to 6 mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """A display, seen from in front of its middle, with 8 bits a colour.
+    """An 8-bit display viewed perpendicular to its centre.
 
     Parameters
     ----------
     size_px
         Width and height in pixels.
     pixel_pitch
-        Side of a pixel in metres.
+        Pixel pitch in metres.
     distance
-        From the eye to the screen, in metres.
+        Viewing distance from the eye to the screen, in metres.
     gamma
-        Exponent of light over value; three of them, of the red, green and blue gun, where they differ; or ``"sRGB"``
-        for that standard's own curve (IEC 61966-2-1).
+        Exponent of luminance over pixel value; three exponents (red, green, blue gun) where they differ; or ``"sRGB"``
+        for the sRGB transfer function (IEC 61966-2-1).
     white
-        Luminance of its white, in cd/m^2.
+        Luminance of white, in cd/m^2.
     dither
-        Whether light between two 8-bit values is shown as a random mixture of both, right on average.
+        Whether levels between two 8-bit values are rendered by random dithering, which is unbiased on average.
 
     Raises
     ------
     InputError
-        If a value is not positive, or the exponent not between 1 and 4.
+        If a value is not positive, or the exponent is not between 1 and 4.
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Display:
 
     @classmethod
     def of_width(cls, width: float, size_px: tuple[int, int] = (1920, 1080), **others: Any) -> Display:
-        """Make a display of the `width` in metres of its picture, and `others` as in `Display`.
+        """Return a display whose screen is `width` metres wide; `others` are further parameters of `Display`.
 
         >>> round(Display.of_width(0.531).pixel_pitch * 1e3, 4)
         0.2766
@@ -103,7 +103,7 @@ class Display:
 
     @property
     def pixels_per_degree(self) -> float:
-        """Pixels per degree of visual angle in the middle of the screen; towards its rim there are more."""
+        """Pixels per degree of visual angle at the screen's centre (the density increases towards the edges)."""
         return math.radians(1) * self.distance / self.pixel_pitch
 
     @property
@@ -112,7 +112,7 @@ class Display:
         return self.degrees(self.size_px[0]), self.degrees(self.size_px[1])
 
     def degrees(self, pixels: float) -> float:
-        """Visual angle in degrees of so many pixels across the middle of the screen.
+        """Return the visual angle in degrees of a length in `pixels` centred on the screen.
 
         >>> round(Display(pixel_pitch=1e-3, distance=0.5).degrees(1000), 6)  # 1 m seen from 0.5 m
         90.0
@@ -120,42 +120,45 @@ class Display:
         return math.degrees(2 * math.atan(pixels * self.pixel_pitch / 2 / self.distance))
 
     def arcmin(self, pixels: float) -> float:
-        """Visual angle in minutes of arc of so many pixels in the middle of the screen."""
+        """Return the visual angle in minutes of arc of a length in `pixels` at the screen's centre."""
         return 60 * pixels / self.pixels_per_degree
 
     def decode(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Light, in shares of white, of 8-bit `values` of any shape; with a gamma for each gun, colours along the last.
+        """Return the linear radiance (white = 1) of 8-bit `values`; with one gamma per gun, the last axis is colour.
 
         >>> Display(gamma=2.0).decode([0, 51, 255]).round(6).tolist()
         [0.0, 0.04, 1.0]
         """
         values = np.asarray(values)
         if values.size and not (values.min() >= 0 and values.max() <= 255):
-            raise InputError("values go beyond 0 to 255, but must be what an 8-bit picture holds.")
+            raise InputError("values exceed the range 0 to 255 of an 8-bit picture: clip or rescale them.")
         share = values / 255
         if isinstance(self.gamma, tuple) and (not values.ndim or values.shape[-1] != 3):
-            raise InputError("values have no colours along their last axis, but the display has a gamma for each gun.")
+            raise InputError(
+                "values have no axis of 3 colours, which a display with one gamma per gun needs: give them as the "
+                "last axis."
+            )
         if self.gamma != "sRGB":
             return np.asarray(share ** np.asarray(self.gamma), float)
         return srgb_to_linear(share)
 
     def encode(self, light: ArrayLike, seed: int = 0) -> NDArray[np.uint8]:
-        """8-bit values that show the `light` best, in shares of white, of any shape; what is out of range is clipped.
+        """Return the 8-bit values that best display linear radiance `light` (white = 1), clipped to the range.
 
-        With a gamma for each gun, light of the shape H x W x 3 has its colours; any other is grey, and its values get
-        an axis of colours.
+        With one gamma per gun, the last axis of an H x W x 3 array is colour; any other array is taken as grey and
+        gains an axis of 3 colours.
 
         Parameters
         ----------
         light
-            Linear radiance of each colour, 1 being white.
+            Linear radiance, any shape; 1 is white.
         seed
-            Of the dithering, where the display dithers.
+            Seed of the dithering, if the display dithers.
 
         Raises
         ------
         InputError
-            If the light holds values that are not finite.
+            If the radiance contains values that are not finite.
 
         Examples
         --------
@@ -171,7 +174,10 @@ class Display:
             values = [gun.encode(own, seed + at) for at, (gun, own) in enumerate(zip(guns, colours, strict=True))]
             return np.stack(values, axis=-1)
         if not np.isfinite(light).all():
-            raise InputError("light holds values that are not finite, but must be shares of the display's white.")
+            raise InputError(
+                "light contains values that are not finite, but must be fractions of the display's white: repair or "
+                "mask them."
+            )
         light = np.clip(light, 0, 1)
         levels = self.decode(np.arange(256))
         if not self.dither:
@@ -183,9 +189,9 @@ class Display:
         return (below + above).astype(np.uint8)
 
     def step(self, light: float) -> float:
-        """Difference of light between 8-bit values, in shares of white, where they show this `light`.
+        """Return the quantisation step, as a fraction of white, at the radiance `light`.
 
-        With a gamma for each gun: the largest of the three.
+        With one gamma per gun, the largest of the three steps.
 
         >>> round(255 * Display(gamma=1.0).step(0.5), 6)
         1.0
@@ -197,22 +203,22 @@ class Display:
         return float(high - low)
 
     def check_steps(self, diameters: Sequence[float]) -> None:
-        """Refuse a set-up whose pixels, or whose viewer, cannot distinguish two of these blurs.
+        """Raise `InputError` if the display, or its viewer, cannot resolve the step between two blur-disc diameters.
 
-        Shown on pixels, a disc of diameter d px spreads light by hypot(d / 4, 1 / sqrt(12)) px, the standard deviations
-        of the disc and of the square that a pixel is. Pixels carry the step from one disc to the next larger one if it
-        makes that spread grow by `WEBER`, the least growth that people see: from no blur at all this takes 0.92 px.
-        The viewer can see it if the diameters differ by `EYE_STEP`.
+        A disc of diameter d px displayed on pixels has a standard deviation of hypot(d / 4, 1 / sqrt(12)) px: that of
+        the disc combined with that of a square pixel. The display resolves a step to the next larger disc if this
+        standard deviation increases by at least `WEBER`, the Weber fraction for blur discrimination (from no blur this
+        takes 0.92 px). The viewer resolves it if the diameters differ by at least `EYE_STEP`.
 
         Parameters
         ----------
         diameters
-            Of blur discs at one place in the pictures to be distinguished, in pixels.
+            Blur-disc diameters in pixels, at one location of the pictures to be distinguished.
 
         Raises
         ------
         InputError
-            If neighbours among the sorted diameters are closer than that.
+            If two neighbouring diameters, after sorting, differ by less than that.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""What focalgradient says when it is given something it cannot use."""
+"""Exceptions, warnings and validation of arguments, with messages in one sentence."""
 
 from __future__ import annotations
 
@@ -31,28 +31,28 @@ __all__ = [
 
 
 _ENDLESS = re.compile(r"(\S{100})\S{200,}(\S{100})")
-"""Words of 400 letters or more: what stands in them hides the sentence."""
+"""Words of 400 letters or more, which are shortened in messages."""
 
 LONGEST = 40
-"""Letters of a value that a message repeats."""
+"""Maximum length, in characters, of a value quoted in a message."""
 
 
 LARGEST_SEED = 2**62 - 1
-"""Largest seed: the seeds that are derived from it by addition fit into 64 bits."""
+"""Maximum random seed: seeds derived from it by addition still fit into 64 bits."""
 
 
 class InputError(ValueError):
-    """Bad input: the message names what was wrong, what was expected and the remedy, in one sentence."""
+    """Invalid input: one sentence names what was wrong, what was expected and the remedy."""
 
 
 class FocalGradientWarning(UserWarning):
-    """A result that can be used, with something about it that the user should know."""
+    """Warning about a result that is usable with the stated reservation."""
 
 
 def check_number(
     name: str, value: Any, unit: str, *, least: float = -math.inf, positive: bool = False, finite: bool = True
 ) -> None:
-    """Refuse what is no number, NaN, not finite (unless `finite` is False), below `least`, or not `positive`.
+    """Raise `InputError` unless `value` is a number that is finite, `positive` and `least` or more, as required.
 
     >>> check_number("pupil", float("nan"), "metres", positive=True)
     Traceback (most recent call last):
@@ -77,7 +77,7 @@ def check_tolerance(name: str, value: Any) -> None:
 
 
 def check_seed(seed: Any) -> None:
-    """Raise InputError unless `seed` is a whole number from which random numbers can be derived.
+    """Validate a random seed: a non-negative integer of at most 62 bits.
 
     >>> check_seed(-1)
     Traceback (most recent call last):
@@ -88,7 +88,7 @@ def check_seed(seed: Any) -> None:
 
 
 def one_line(sentence: object) -> str:
-    r"""A message on one line, in which no word is endless, as only damaged files have them.
+    r"""Return a message on one line, with overlong words (found only in damaged files) shortened.
 
     >>> one_line("a\\nb " + "x" * 9999).count("x")
     200
@@ -97,9 +97,9 @@ def one_line(sentence: object) -> str:
 
 
 def check_fields(record: object) -> None:
-    """Refuse a dataclass whose fields are of other types than it declares: for the first line of ``__post_init__``.
+    """Validate the types of a dataclass's fields; call it first in ``__post_init__``.
 
-    Checked are numbers, texts, truths, arrays, tuples of these, and classes; each may be None where that is declared.
+    Numbers, strings, booleans, arrays, tuples of these, and classes are checked; None is accepted where declared.
 
     >>> from focalgradient.scenes import Mark
     >>> Mark("near", ("0.1", 0.0, 0.5))
@@ -113,18 +113,18 @@ def check_fields(record: object) -> None:
 
 
 Expectation = tuple[Callable[[Any], bool], str]
-"""Whether a value is of a declared type, and what that type is called in a message."""
+"""Predicate that tests a value for a declared type, and the type's description in messages."""
 
 
 @cache
 def _expectations(kind: Any) -> dict[str, Expectation]:
-    """What the fields of a dataclass may hold; those whose types say too little for a check are left out."""
+    """Return the expected type of each field of a dataclass, except those whose annotations cannot be checked."""
     names = vars(sys.modules[kind.__module__])
     found = {}
     for field in dataclasses.fields(kind):
         try:
             hint = eval(field.type, names) if isinstance(field.type, str) else field.type
-        except NameError:  # imported for type checkers only
+        except NameError:  # imported only for type checking
             continue
         expectation = _expectation(hint)
         if expectation is not None:
@@ -173,7 +173,7 @@ def _expectation(hint: Any) -> Expectation | None:
 
 
 def _is_row(matches: Callable[[Any], bool], length: int | None, value: Any) -> bool:
-    """Whether a value is a row of values of one type."""
+    """Return whether a value is a sequence, of a given length or any, whose items all match."""
     if isinstance(value, str | bytes | Mapping | set) or not isinstance(value, Sequence | np.ndarray):
         return False
     if isinstance(value, np.ndarray) and value.ndim == 0:
@@ -182,7 +182,7 @@ def _is_row(matches: Callable[[Any], bool], length: int | None, value: Any) -> b
 
 
 def is_number(value: Any) -> bool:
-    """Whether this is one real number.
+    """Return whether a value is a single real number.
 
     >>> is_number(2), is_number(np.float32(0.5)), is_number("2"), is_number([2]), is_number(None)
     (True, True, False, False, False)
@@ -191,13 +191,13 @@ def is_number(value: Any) -> bool:
         return False
     try:
         array = np.asarray(value)
-    except Exception:  # whatever a foreign object's own conversion to an array raises
+    except Exception:  # a foreign object's conversion to an array may raise anything
         return False
     return array.ndim == 0 and array.dtype.kind in "iuf"
 
 
 def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """`values` as an array, refused unless all are finite numbers."""
+    """Return `values` as a float array; raise `InputError` unless all are finite numbers."""
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
@@ -208,7 +208,7 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
 
 
 def check_installed(what: str, extra: str, *modules: str) -> None:
-    """Refuse where one of `modules` is missing; `what` needs them, and the extra brings them. None is imported.
+    """Raise `InputError` if any of `modules` is not installed, naming the `extra` to install; import none of them.
 
     >>> check_installed("a picture", "eye", "numpy", "no_such")
     Traceback (most recent call last):
@@ -223,7 +223,7 @@ def check_installed(what: str, extra: str, *modules: str) -> None:
 
 
 def check_list(name: str, values: Any, what: str) -> list[Any]:
-    """`values` as a list, refused unless it is a list or another sequence; `what` it should hold stands in the message.
+    """Return `values` as a list; raise `InputError` unless it is a sequence, `what` being the items' description.
 
     >>> check_list("views", 3.0, "views")
     Traceback (most recent call last):
@@ -235,7 +235,7 @@ def check_list(name: str, values: Any, what: str) -> list[Any]:
 
 
 def described(value: Any) -> str:
-    """A few words for a value of any kind, for a message: the value itself where it is short.
+    """Return a short description of any value for a message; short values are quoted as they are.
 
     >>> described(0.5), described("wide"), described(np.zeros((2, 3))), described([1] * 99), described(10**400)
     ('0.5', "'wide'", 'an array of shape (2, 3)', 'a list of 99', 'a whole number of more than 40 digits')
@@ -248,7 +248,7 @@ def described(value: Any) -> str:
         return f"a whole number of more than {LONGEST} digits"
     try:
         text = repr(value)
-    except Exception:  # nested too deeply, or an object that cannot describe itself
+    except Exception:  # nested too deeply, or an object whose repr fails
         text = "\n"
     if len(text) <= LONGEST and "\n" not in text:
         return text

@@ -1,7 +1,7 @@
-"""A photometer's table: luminance of each gun and of grey by level, and the curves that fit it.
+"""Photometer calibration of a display: luminance of each gun and of grey by level, with fitted gamma curves.
 
-The table is a CSV file with the columns level, red, green, blue and grey: levels from 0 to 255 (or as shares, 0 to 1),
-luminance in cd/m2. Each curve is L = black + (white - black) v^gamma, v being the share of the greatest level.
+The table is a CSV file with the columns level, red, green, blue and grey: levels from 0 to 255 (or 0 to 1), luminance
+in cd/m2. Each curve is L = black + (white - black) v^gamma, where v is the level divided by the maximum level.
 """
 
 from __future__ import annotations
@@ -24,33 +24,36 @@ __all__ = ["ADDITIVE", "DEVIATION", "GUNS", "UNEQUAL", "Curve", "Luminance", "fi
 GUNS = ("red", "green", "blue", "grey")
 
 LEAST_LEVELS = 5
-"""That a curve of three numbers is fitted to."""
+"""Minimum number of levels to which the three parameters of a gamma curve are fitted."""
 
 DEVIATION = 0.02
-"""Share of the white by which a measurement may lie off its curve: twice what a photometer repeats to (1 %)."""
+"""Maximum deviation of a measurement from its fitted curve, as a fraction of white: twice a photometer's repeatability
+(1 %)."""
 
 UNEQUAL = 0.1
-"""By which the guns' gammas may differ: at half luminance a tenth is 3 % of light in one colour against another."""
+"""Maximum difference between the guns' gammas: 0.1 changes the relative luminance of two colours by 3 % at half
+luminance."""
 
 ADDITIVE = 0.05
-"""Share by which the guns together may differ from grey: above it they are no three independent guns."""
+"""Maximum relative difference between the summed luminance of the guns and that of grey; above it the guns are not
+independent."""
 
 BOUNDS = (0.5, 4.0)
-"""Of gamma, while it is fitted."""
+"""Lower and upper bound of the fitted gamma."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """The curve of one gun, or of grey.
+    """Fitted gamma curve of one gun, or of grey.
 
     Parameters
     ----------
     gamma
-        Its exponent.
+        Exponent.
     black, white
-        Luminance at level 0 and at the greatest, cd/m2.
+        Luminance in cd/m2 at level 0 and at the maximum level.
     deviation
-        Largest distance of a measurement from the curve, as a share of white - black.
+        Maximum absolute residual of the fit, as a fraction of white - black.
     """
 
     gamma: float
@@ -59,7 +62,7 @@ class Curve:
     deviation: float
 
     def at(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Luminance in cd/m2 at shares of the greatest level.
+        """Return the luminance in cd/m2 at levels given as fractions of the maximum level.
 
         >>> Curve(2.0, 0.0, 100.0, 0.0).at(np.array([0.0, 0.5, 1.0])).tolist()
         [0.0, 25.0, 100.0]
@@ -69,16 +72,16 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Luminance:
-    """A table with its curves.
+    """A photometer's table with its fitted curves.
 
     Parameters
     ----------
     shares
-        Levels as shares of the greatest, N.
+        Levels as fractions of the maximum level, shape (N,).
     measured
-        Luminance in cd/m2 by gun, N each; NaN where none was measured.
+        Luminance in cd/m2 by gun, shape (N,) each; NaN where not measured.
     curves
-        The curve of each gun that was measured.
+        Fitted curve of each measured gun.
     """
 
     shares: NDArray[np.float64]
@@ -87,18 +90,18 @@ class Luminance:
 
     @property
     def grey(self) -> Curve:
-        """The curve of grey."""
+        """The fitted curve of grey."""
         return self.curves["grey"]
 
     @property
     def unequal(self) -> float:
-        """By how much the gammas of the guns differ, the greatest less the least; 0 where fewer than two are known."""
+        """Difference between the largest and the smallest gamma of the guns; 0 if fewer than two were measured."""
         gammas = [curve.gamma for gun, curve in self.curves.items() if gun != "grey"]
         return max(gammas) - min(gammas) if len(gammas) > 1 else 0.0
 
     @property
     def additivity(self) -> float | None:
-        """Red, green and blue together over grey at the greatest level, less 1; None where one was not measured."""
+        """Relative deviation of the guns' summed luminance from that of grey; None if one was not measured."""
         if len(self.curves) < len(GUNS):
             return None
         guns = sum(self.curves[gun].white - self.curves[gun].black for gun in GUNS if gun != "grey")
@@ -106,19 +109,19 @@ class Luminance:
 
 
 def read_luminance(path: str | os.PathLike[str]) -> Luminance:
-    """Read a photometer's table, and fit its curves.
+    """Read a photometer's table and fit its curves.
 
     Raises
     ------
     InputError
-        If it cannot be read, lacks the columns level and grey, or has cells that are no luminance: file and row named.
+        If the file cannot be read, lacks the columns level and grey, or has invalid cells (file and row are named).
     """
     text = read_text(path, "a table of luminances", LARGEST_LIST)
     try:
         rows = list(csv.DictReader(io.StringIO(text), strict=True))
     except csv.Error as error:
         raise InputError(
-            f"{path} is no CSV file ({error}): give a table with level, red, green, blue, grey."
+            f"{path} is not a CSV file ({error}): give a table with level, red, green, blue, grey."
         ) from error
     names = {name.strip().lower(): name for name in (rows[0] if rows else {}) if isinstance(name, str)}
     for name in ("level", "grey"):
@@ -145,20 +148,20 @@ def read_luminance(path: str | os.PathLike[str]) -> Luminance:
 
 
 def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np.float64]]) -> Luminance:
-    """Fit the curve of each gun.
+    """Fit a gamma curve to each measured gun.
 
     Parameters
     ----------
     levels
-        From 0 to 255; or to 1, where none is greater.
+        Levels from 0 to 255, or from 0 to 1.
     measured
-        Luminance in cd/m2 of "grey" and of any of "red", "green", "blue"; NaN where there is none.
+        Luminance in cd/m2 of "grey" and of any of "red", "green", "blue"; NaN where not measured.
 
     Raises
     ------
     InputError
-        If levels are off that range or do not pair with luminances, or a gun has fewer than five, not 0 and the
-        greatest among them, or gets darker.
+        If the levels do not span that range or do not match the luminances in number, or a gun has fewer than five
+        levels, lacks level 0 or the maximum, or is darker at the maximum than at 0.
 
     Examples
     --------
@@ -169,7 +172,7 @@ def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np
     """
     greatest = 1.0 if levels.size and levels.max() <= 1 else 255.0
     if not (levels.size and levels.min() == 0 and levels.max() == greatest):
-        raise InputError("levels must go from 0 to 255, or from 0 to 1, and hold both ends: measure those, too.")
+        raise InputError("levels must span 0 to 255, or 0 to 1, with both ends included: measure those, too.")
     shares = levels / greatest
     curves = {}
     for gun in GUNS:
@@ -187,12 +190,12 @@ def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np
 def _curve(gun: str, shares: NDArray[np.float64], values: NDArray[np.float64]) -> Curve:
     if len(np.unique(shares)) < LEAST_LEVELS or shares.min() > 0 or shares.max() < 1:
         raise InputError(
-            f"{gun} has {len(np.unique(shares))} levels, but must have {LEAST_LEVELS} or more, the least and the "
-            "greatest among them: measure more."
+            f"{gun} has {len(np.unique(shares))} levels, but must have {LEAST_LEVELS} or more, level 0 and the "
+            "maximum among them: measure more."
         )
     black, white = float(values[shares == 0].mean()), float(values[shares == 1].mean())
     if white <= black:
-        raise InputError(f"{gun} is no brighter at the greatest level than at 0: see that the columns are right.")
+        raise InputError(f"{gun} is no brighter at the maximum level than at 0: check the columns.")
     from scipy.optimize import least_squares
 
     def off(found: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""How much memory there is, so that work that cannot fit in it is refused before it begins."""
+"""Memory limits: detect work that cannot fit into memory and reject it before it begins."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ GB = 1024**3
 
 
 def available() -> int | None:
-    """Bytes that this process may still take: of the machine, of its container, of its own limit; None if unknown."""
+    """Return the bytes that this process may still allocate (machine, container, own limit); None if unknown."""
     return min(_limits(), default=None)
 
 
 def require(needed: float, what: str, remedy: str) -> None:
-    """Refuse work that needs more memory than there is.
+    """Raise `InputError` for work that needs more memory than is available.
 
     Parameters
     ----------
     needed
-        Bytes, estimated.
+        Estimated memory in bytes.
     what
-        The work: begins the message.
+        Description of the work, with which the message begins.
     remedy
-        Ends the message.
+        Remedy, with which the message ends.
 
     Raises
     ------
     InputError
-        If it is known that there is less.
+        If less memory is known to be available.
 
     Examples
     --------
@@ -45,7 +45,8 @@ def require(needed: float, what: str, remedy: str) -> None:
     there = available()
     if there is not None and needed > there:
         raise InputError(
-            f"{what} needs about {needed / GB:.1f} GB of memory, but {max(there, 0) / GB:.1f} GB are there: {remedy}."
+            f"{what} needs about {needed / GB:.1f} GB of memory, but {max(there, 0) / GB:.1f} GB are available: "
+            f"{remedy}."
         )
 
 
@@ -63,7 +64,7 @@ def _limits() -> Iterator[int]:
 
 
 def _taken() -> int:
-    """Bytes of address space that this process has; 0 where that is unknown."""
+    """Return the bytes of address space that this process uses; 0 if unknown."""
     with suppress(OSError, ValueError, IndexError):
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         return pages * os.sysconf("SC_PAGE_SIZE")
@@ -76,13 +77,13 @@ def _linux() -> Iterator[int]:
             name, _, rest = line.partition(":")
             if name == "MemAvailable":
                 yield 1024 * int(rest.split()[0])
-    # Version 2, then 1 of control groups; what files left in memory can be dropped, and counts as free.
+    # Control groups, version 2, then 1; cached file pages can be dropped and count as free.
     for folder, limit, used, dropped in (
         ("", "memory.max", "memory.current", "inactive_file"),
         ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
     ):
         root = Path("/sys/fs/cgroup", folder)
-        with suppress(OSError, ValueError, KeyError):  # "max" is no number: no limit
+        with suppress(OSError, ValueError, KeyError):  # "max", not a number, means no limit
             counts = dict(line.split() for line in (root / "memory.stat").read_text().splitlines())
             yield int((root / limit).read_text()) - int((root / used).read_text()) + int(counts[dropped])
 

@@ -1,9 +1,9 @@
-"""The optics of Pentland (1987) in the paper's own terms: lengths behind the lens, and its own f-number.
+"""The optics of Pentland (1987) in the paper's notation: distances behind the lens, and the paper's f-number.
 
 F is the focal length, v0 the distance from lens to sensor, sigma the spatial constant of the blur *on the sensor*; all
-in metres. TRAP: the paper's appendix defines f = F / (lens *radius*), which is **twice** the photographer's f-number.
-The same optics in vergence are `focalgradient.Lens`, which everything else here uses. ``docs/paper.md`` says where each
-equation and figure of the paper lives.
+in metres. Caution: the paper's appendix defines f = F / (lens *radius*), which is **twice** the photographer's
+f-number. `focalgradient.Lens`, used everywhere else, states the same optics in vergence. ``docs/paper.md`` lists where
+each equation and figure of the paper is implemented.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ __all__ = ["conjugate_distance", "paper_distance", "pinhole_distance"]
 
 
 def conjugate_distance(distance: ArrayLike, *, focal_length: float) -> NDArray[np.float64]:
-    """Distance at which a thin lens images what lies at `distance` on its other side, u = F v / (v - F): Eq. 13.
+    """Return the conjugate distance of `distance` for a thin lens, u = F v / (v - F): Eq. 13.
 
-    It is Eq. 12, 1/u + 1/v = 1/F, solved for either distance. At the sensor's distance v0 it gives the plane of focus,
-    u0 = F v0 / (v0 - F): Eq. 14.
+    Eq. 12, 1/u + 1/v = 1/F, solved for either distance. At the sensor distance v0 it gives the distance of the plane of
+    focus, u0 = F v0 / (v0 - F): Eq. 14.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def conjugate_distance(distance: ArrayLike, *, focal_length: float) -> NDArray[n
     Returns
     -------
     ndarray
-        u, or v, in metres; ``inf`` at the focal length, and negative within it, where the image is virtual.
+        u, or v, in metres; ``inf`` at the focal length, and negative within it (virtual image).
 
     Raises
     ------
@@ -50,7 +50,9 @@ def conjugate_distance(distance: ArrayLike, *, focal_length: float) -> NDArray[n
     check_number("focal_length", focal_length, "metres", positive=True)
     values = np.asarray(distance, dtype=float)
     if not np.all(values > 0):
-        raise InputError("distance holds values that are not positive, but distances from the lens are: give metres.")
+        raise InputError(
+            "distance contains values that are not positive, but distances from the lens must be: give metres."
+        )
     with np.errstate(divide="ignore"):
         return np.divide(1.0, 1.0 / focal_length - 1.0 / values)
 
@@ -64,21 +66,21 @@ def paper_distance(
     side: Side,
     paper_k: float = 1.0,
 ) -> NDArray[np.float64]:
-    """Distance of a point from its blur, D = F v0 / (v0 - F - sigma f): Eq. 1; with + on the near side, Eq. 16.
+    """Return the distance of a point from its blur, D = F v0 / (v0 - F - sigma f): Eq. 1 (nearer than focus, Eq. 16).
 
-    The appendix takes blur circle and spatial constant apart by a constant k of the optics, to be calibrated:
-    D = F v0 / (v0 - F - sigma k f), in which k sigma is the radius of the blur circle. That k is the reciprocal of
-    sigma / radius, which is called k everywhere else here (`focalgradient.psf.DISC_K`).
+    The appendix relates the blur circle and the spatial constant by a constant k of the optics, to be calibrated: D = F
+    v0 / (v0 - F - sigma k f), where k sigma is the radius of the blur circle. This k is the reciprocal of sigma /
+    radius, which is called k elsewhere in the package (`focalgradient.psf.DISC_K`).
 
     Parameters
     ----------
     sigma
-        Spatial constant of the blur *on the sensor*, in metres; any shape. With `paper_k` 1 the blur circle's radius.
+        Spatial constant of the blur *on the sensor*, in metres; any shape. With `paper_k` = 1, the blur circle's
+        radius.
     focal_length, sensor_distance
         F and v0, in metres.
     paper_f_number
-        f = F / (lens radius) = 2 x the photographer's f-number. With the photographer's number the blur comes out half
-        as steep in vergence as it is.
+        f = F / (lens radius) = 2 x the photographer's f-number. The photographer's f-number would halve the defocus.
     side
         ``"beyond"`` or ``"nearer"`` than the plane of focus.
     paper_k
@@ -87,17 +89,17 @@ def paper_distance(
     Returns
     -------
     ndarray
-        Distance in metres, of the shape of `sigma`; ``inf`` or negative where no real point blurs so much.
+        Distance in metres, of the shape of `sigma`; ``inf`` or negative where no real point has so much blur.
 
     Raises
     ------
     InputError
-        If sigma is not finite, or a number is not positive, or the side is unknown.
+        If sigma is not finite, a number is not positive, or the side is unknown.
 
     Examples
     --------
-    A 50 mm f/2 lens focused at 1 m: a blur circle of 0.329 mm radius on the sensor comes from 2 m. A Gaussian of half
-    that sigma stands for it, with the k of a uniform disc's second moment, 2.
+    A 50 mm f/2 lens focused at 1 m images a point at 2 m as a blur circle of 0.329 mm radius on the sensor. A Gaussian
+    with the second moment of that disc has half this sigma, and k = 2.
 
     >>> from focalgradient import Lens
     >>> lens = Lens(0.050, 2, 1.0)
@@ -132,22 +134,23 @@ def pinhole_distance(
     side: Side,
     paper_k: float = 1.0,
 ) -> NDArray[np.float64]:
-    """Distance from a view compared with one through a pinhole, D = F v0 / (v0 - F - sigma f): Eq. 10.
+    """Return the distance from a view compared with a pinhole view, D = F v0 / (v0 - F - sigma f): Eq. 10.
 
-    With sigma1 = 0 the regression of Eq. 9 has the slope A = 2 pi^2 sigma^2, so that sigma = sqrt(A / 2) / pi.
+    With sigma1 = 0 the regression of Eq. 9 has the slope A = 2 pi^2 sigma^2, hence sigma = sqrt(A / 2) / pi.
 
     Parameters
     ----------
     slope
-        A: slope of ln F1 - ln F2, the amplitude spectra of the pinhole view and of the other, over the squared spatial
+        Slope A of ln F1 - ln F2 (amplitude spectra of the pinhole view and of the other view) over the squared spatial
         frequency on the sensor in cycles per metre; in m^2, any shape.
     focal_length, sensor_distance, paper_f_number, side, paper_k
-        As for `paper_distance`; the aperture is that of the view with blur.
+        As for `paper_distance`; the aperture is that of the blurred view.
 
     Raises
     ------
     InputError
-        If the slope is negative or not finite: then the pinhole view is the blurred one. Else as `paper_distance`.
+        If the slope is negative (the pinhole view is the more blurred one) or not finite; otherwise as
+        `paper_distance`.
 
     Examples
     --------
@@ -161,7 +164,8 @@ def pinhole_distance(
     slopes = check_finite("slope", slope, "square metres")
     if not np.all(slopes >= 0):
         raise InputError(
-            "slope holds negative values, but a pinhole view is never the more blurred: swap the views, or mask them."
+            "slope contains negative values, but a pinhole view cannot be the more blurred one: swap the views, or "
+            "mask them."
         )
     return paper_distance(
         np.sqrt(slopes / 2) / np.pi,

@@ -1,7 +1,7 @@
-"""Work shared among threads or processes of this machine, or among the workers of a Dask cluster.
+"""Parallel execution on threads or processes of this machine, or on the workers of a Dask cluster.
 
-What is shared depends on its arguments alone, so that the results are the same however it is shared. No process
-outlives the one that gave it work, whatever ends that.
+Each job's result depends only on its arguments, so results do not depend on how the work is distributed. Worker
+processes never outlive the process that started them.
 """
 
 from __future__ import annotations
@@ -42,25 +42,25 @@ __all__ = [
 ]
 
 WAIT = 15
-"""Seconds that a scheduler is waited for."""
+"""Timeout in seconds for connecting to a scheduler."""
 
 WORTH_S = 10.0
-"""Seconds of work that are worth workers on this machine: each takes some 3 s of processor time to begin."""
+"""Minimum work in seconds for which worker processes are started: starting one takes some 3 s of processor time."""
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Environment variables that say how many threads a process may use, by what reads them: OpenMP, BLAS, Numba."""
+"""Environment variables that limit the threads of a process: OpenMP, OpenBLAS, MKL, Numba."""
 
 ORPHAN = 1
-"""Exit code of a process that ends because the one that gave it work is gone."""
+"""Exit code of a worker process whose parent has ended."""
 
 MOST_THREADS = 8
-"""Threads of compiled loops over rows, at most: our choice."""
+"""Maximum number of threads of compiled loops over rows (a design choice)."""
 
 Result = TypeVar("Result")
 
 
 def cores() -> int:
-    """Processor cores that this process may use."""
+    """Return the number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -72,8 +72,8 @@ def _pool() -> ThreadPoolExecutor:
 def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) -> None:
     """Call ``work(first, last)`` on bands of rows that cover ``range(rows)``, in threads side by side.
 
-    There are `each` bands a thread: more than one where some rows take longer. `work` must let other threads run, as
-    loops compiled with ``nogil`` do, and must not share rows itself.
+    `each` is the number of bands per thread: use more than one where rows differ in cost. `work` must release the GIL,
+    as loops compiled with ``nogil`` do, and must not call `share_rows` itself.
 
     >>> squares = [0] * 5
     >>> share_rows(5, lambda first, last: squares.__setitem__(slice(first, last), [n * n for n in range(first, last)]))
@@ -89,9 +89,9 @@ def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) 
 
 
 class _OneThread:
-    """Linear algebra on one thread while any thread is inside: ours are one a core, and more only wait for each other.
+    """Context manager that limits BLAS to one thread while any thread is inside, since the callers use all cores.
 
-    What it had before is given back by the last that leaves.
+    The last thread to leave restores the previous limit.
     """
 
     def __init__(self) -> None:
@@ -116,7 +116,7 @@ linear_algebra_on_one_thread = _OneThread()
 
 
 def workers_for(seconds: float) -> int:
-    """Processes that work of so many seconds on one core is shared among: one, this process, where it is short.
+    """Return the number of processes worth using for work of `seconds` on one core; 1 is this process.
 
     >>> workers_for(1.0)
     1
@@ -126,12 +126,12 @@ def workers_for(seconds: float) -> int:
 
 @contextmanager
 def shared(workers: int = 1, address: str | None = None) -> Iterator[Executor | None]:
-    """Give what shares work: so many processes of this machine, or the scheduler at an address; None for this process.
+    """Provide an executor: `workers` processes of this machine, or a scheduler at `address`; None for this process.
 
     Raises
     ------
     InputError
-        As `scheduler` does.
+        As for `scheduler`.
     """
     with processes(workers) if address is None else scheduler(address) as executor:
         yield executor
@@ -139,14 +139,14 @@ def shared(workers: int = 1, address: str | None = None) -> Iterator[Executor | 
 
 @contextmanager
 def processes(workers: int) -> Iterator[Executor | None]:
-    """Give an executor of so many processes on this machine; None for one, which is this process.
+    """Provide an executor with `workers` processes on this machine; None for 1, which is this process.
 
-    Whatever ends the block early ends the processes at once.
+    The processes are killed at once if the block ends early.
 
     Raises
     ------
     InputError
-        If a process died, as where memory runs out.
+        If a process died, for example for lack of memory.
     """
     if workers == 1:
         yield None
@@ -166,7 +166,7 @@ def processes(workers: int) -> Iterator[Executor | None]:
 
 @contextmanager
 def _threads(most: int) -> Iterator[None]:
-    """Let processes that start now use so many threads each, unless the environment says how many."""
+    """Set the number of threads for processes started inside the block, except where the environment sets it."""
     unset = [name for name in THREADS if name not in os.environ]
     os.environ.update(dict.fromkeys(unset, str(most)))
     try:
@@ -177,7 +177,7 @@ def _threads(most: int) -> Iterator[None]:
 
 
 def _begin() -> None:
-    """Leave Ctrl-C to the process that gives out the work, and end when that is gone."""
+    """Ignore Ctrl-C, which the parent process handles, and exit when the parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
@@ -192,7 +192,7 @@ def _begin() -> None:
 
 @contextmanager
 def scheduler(address: str) -> Iterator[Executor]:
-    """Give an executor of the workers of a Dask scheduler.
+    """Provide an executor that uses the workers of a Dask scheduler.
 
     Raises
     ------
@@ -217,20 +217,20 @@ def scheduler(address: str) -> Iterator[Executor]:
 
 
 def in_order(executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]) -> Iterator[Result]:
-    """`function` of each job, in the jobs' order; an executor begins them at once."""
+    """Yield the results of `function` for each job in order; an executor starts all jobs at once."""
     return map(function, jobs) if executor is None else _results(_submitted(executor, function, jobs))
 
 
 def _results(futures: list[Future[Result]]) -> Iterator[Result]:
     for number, future in enumerate(futures):
         yield future.result()
-        futures[number] = Future()  # what was taken need not be kept
+        futures[number] = Future()  # release the result
 
 
 def completed(
     executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]
 ) -> Iterator[tuple[int, Result]]:
-    """Number of each job and `function` of it, as they are done."""
+    """Yield each job's index and the result of `function`, in the order of completion."""
     if executor is None:
         yield from enumerate(map(function, jobs))
         return
@@ -240,7 +240,7 @@ def completed(
 
 
 def _submitted(executor: Executor, function: Callable[[Any], Result], jobs: Sequence[Any]) -> list[Future[Result]]:
-    # Who starts now ignores Ctrl-C from its first moment; where that is not inherited, from its first work.
+    # Workers started now inherit that Ctrl-C is ignored; where that is not inherited, `_begin` ignores it.
     main = threading.current_thread() is threading.main_thread()
     with _ignored(signal.SIGINT) if main else nullcontext():
         return [executor.submit(function, job) for job in jobs]
@@ -257,18 +257,18 @@ def _ignored(number: signal.Signals) -> Iterator[None]:
 
 @contextmanager
 def _deaths() -> Iterator[None]:
-    """Say in a sentence that a worker died."""
+    """Raise `InputError` if a worker process died."""
     try:
         yield
     except (BrokenProcessPool, CancelledError) as error:
         raise InputError(_DIED) from error
     except Exception as error:
-        if type(error).__name__ == "KilledWorker":  # Dask's, after it tried several times
+        if type(error).__name__ == "KilledWorker":  # raised by Dask after several attempts
             raise InputError(_DIED) from error
         raise
 
 
 _DIED = (
-    "a worker died before it had done its work, as where memory runs out: take fewer workers, or more memory; what "
-    "was finished before stays where the command keeps it."
+    "a worker died before it finished, for example for lack of memory: use fewer workers, or more memory; results "
+    "that were finished before remain where the command stores them."
 )

@@ -1,8 +1,8 @@
-"""Physical plausibility of optics and scenes: the checks that find mixed-up units before they give wrong depth.
+"""Physical plausibility of optics and scenes: checks that detect mixed-up units before they lead to wrong depth.
 
-Each bound follows from physics or from what is made; what it is stands beside it. Bounds are relative wherever
-possible (pixels of blur, focal lengths, the angle of the frame), so that a rendered scene may have any unit of length.
-Messages name each quantity as the user gave it: by the parameter and in SI units, or as `given_as` says.
+Each bound follows from physics or from existing devices, as stated beside it. Bounds are relative wherever possible
+(pixels of blur, focal lengths, the angle of the frame), so that a rendered scene may use any unit of length. Messages
+name each quantity as the user gave it: by parameter and in SI units, or as set by `given_as`.
 """
 
 from __future__ import annotations
@@ -41,62 +41,62 @@ __all__ = [
 ]
 
 RESOLVED = 0.1
-"""Blur radius in pixels below which no depth is measured: a tenth of the pixel's own width, and about the standard
-error of the blur of a window of 8 pixels at a noise of 1 %."""
+"""Smallest resolvable blur radius in pixels: a tenth of a pixel, and about the standard error of the blur radius in a
+window of 8 pixels at 1 % noise."""
 
 SHORTEST, LONG, LONGEST = 1e-4, 2.0, 10.0
-"""Focal lengths in metres: the shortest that are made (wafer-level cameras of endoscopes) have 0.2 mm; above 2 m
-millimetres are suspected, and above 10 m known: the longest made for a camera has 5.2 m."""
+"""Focal lengths in metres: the minimum (the shortest lenses made, wafer-level lenses of endoscopes, have 0.2 mm); that
+above which millimetres are suspected; and the maximum (the longest lens made for a camera has 5.2 m)."""
 
 FASTEST, IMPOSSIBLE = 0.5, 0.02
-"""Least f-number of a lens in air, whose rays cannot meet at more than a right angle (Abbe's sine condition), and one
-that not even the synthetic apertures of rendered scenes have (0.28 in published ones)."""
+"""Minimum f-number of a lens in air (Abbe's sine condition: rays converge at no more than a right angle), and that
+below which even the synthetic apertures of rendered scenes lie (0.28 is the lowest published)."""
 
 FINEST_PITCH, ENLARGED_PITCH = 0.48e-6, 0.05e-6
-"""Pixel pitches in metres: the smallest sold, of phones, have 0.5 um; below a tenth of that, an image would have been
-enlarged tenfold, and light of 0.55 um through f/0.5 is spread over five pixels."""
+"""Minimum pixel pitches in metres. The smallest pixels sold (phones) have 0.5 um; below 0.05 um the image would have
+been enlarged tenfold, and light of 0.55 um through f/0.5 spreads over five pixels."""
 
 WIDEST = math.tan(math.radians(80))
-"""Tangent of half the angle of a frame above which no lens forms it: at 80 degrees cos^4 leaves 0.1 % of the light."""
+"""Tangent of the maximum half-angle of a frame: at 80 degrees, cos^4 falloff leaves 0.1 % of the light."""
 
 FINEST_DISPLAY = 2e-6
-"""Pixel pitch in metres below which no display is made: the finest microdisplays have about 3 um."""
+"""Minimum pixel pitch of a display in metres: the finest microdisplays have about 3 um."""
 
 WIDEST_SCREEN = math.tan(math.radians(70))
-"""Tangent of half the angle that a flat screen fills at most: wider ones are curved. Widths of common monitors in
-millimetres, taken for centimetres, fill 143 degrees and more at 0.57 m."""
+"""Tangent of the maximum half-angle of a flat screen; wider screens are curved. Common monitor widths in millimetres,
+taken for centimetres, fill 143 degrees and more at 0.57 m."""
 
 VERNIER = math.radians(0.03 / 60)
-"""Angle in radians of a pixel below which no eye sees it: the best vernier acuity is about 2 seconds of arc (Westheimer
-1975, Investigative Ophthalmology 14, 570)."""
+"""Minimum resolvable pixel angle in radians: the best vernier acuity is about 2 seconds of arc (Westheimer 1975,
+Investigative Ophthalmology 14, 570)."""
 
 PIXEL_ANGLE = "give the angle in radians, pixel pitch / sensor distance"
-"""Remedy for the angle of a pixel."""
+"""Remedy in messages about the pixel angle."""
 
 MARKED = 1000.0
-"""Focal lengths to which a finite focus distance is plausible: the last mark of a lens before infinity lies at 100 to
-200 focal lengths."""
+"""Maximum plausible finite focus distance, in focal lengths: the last mark before infinity on a lens lies at 100 to 200
+focal lengths."""
 
 HYPERFOCAL = 0.5
-"""Blur radius of infinity, in pixels, with the focus at the hyperfocal distance: a circle of confusion of a pixel."""
+"""Blur radius of infinity, in pixels, for focus at the hyperfocal distance: a circle of confusion of one pixel."""
 
 MACRO = 10.0
-"""Focal lengths within which a distance belongs to macrophotography: magnification above 1/9."""
+"""Maximum distance of macrophotography, in focal lengths: magnification above 1/9."""
 
 CLOSEST = 5.0
-"""Focal lengths to which few lenses focus: magnification above 1/4."""
+"""Minimum plausible focus distance, in focal lengths: few lenses exceed a magnification of 1/4."""
 
 UNITS: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "nm": 1e-9, "km": 1e3}
-"""Units of length in metres, in the order in which they are tried."""
+"""Units of length in metres, in the order in which they are tried as the intended unit."""
 
 _WORDS = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "um": "micrometres"}
 
-_GIVEN: ContextVar[Mapping[str, tuple[str, str]]] = ContextVar("given", default={})  # noqa: B039  never changed
+_GIVEN: ContextVar[Mapping[str, tuple[str, str]]] = ContextVar("given", default={})  # noqa: B039  never mutated
 
 
 @contextmanager
 def given_as(names: Mapping[str, tuple[str, str]]) -> Iterator[None]:
-    """Name quantities in messages as the user gave them: name and unit by parameter.
+    """Set the name and unit under which messages report each parameter.
 
     >>> with given_as({"focal_length": ("focal_length_mm", "mm")}):
     ...     stated("focal_length", 0.025)
@@ -110,7 +110,7 @@ def given_as(names: Mapping[str, tuple[str, str]]) -> Iterator[None]:
 
 
 def stated(name: str, metres: float, verb: str = " is") -> str:
-    """A length with its name, as the user gave it.
+    """Return a length with its name and unit, as the user gave them.
 
     >>> stated("focal_length", 0.025)
     'focal_length is 0.025 m'
@@ -120,12 +120,12 @@ def stated(name: str, metres: float, verb: str = " is") -> str:
 
 
 def unit_of(name: str) -> str:
-    """Unit in which the user gave a length."""
+    """Return the unit in which the user gave a length."""
     return _GIVEN.get().get(name, (name, "m"))[1]
 
 
 def likely(name: str, metres: float, fits: Callable[[float], bool]) -> str:
-    """The remedy for a length: its unit, and, where the same number in another unit `fits`, the number to give.
+    """Return the remedy for an implausible length: its unit, and the number to give if another unit `fits`.
 
     >>> likely("focal_length", 25.0, lambda metres: 1e-3 < metres < 2)
     'give it in metres, 0.025 for 25 mm'
@@ -139,7 +139,7 @@ def likely(name: str, metres: float, fits: Callable[[float], bool]) -> str:
 
 
 def check_focal_length(metres: float) -> None:
-    """Refuse a focal length that no lens has, and warn of one that is more likely a slip."""
+    """Validate a focal length (m); warn of one that is implausibly long."""
 
     def usual(other: float) -> bool:
         return 1e-3 <= other <= LONG
@@ -155,7 +155,7 @@ def check_focal_length(metres: float) -> None:
 
 
 def check_f_number(f_number: float, focal_length: float) -> None:
-    """Refuse an f-number that is more likely the aperture's diameter; warn of one that no lens in air has."""
+    """Validate an f-number; warn below the minimum in air, reject one that is probably the aperture's diameter."""
     if f_number >= FASTEST:
         return
     named = _GIVEN.get().get("f_number", ("f_number", ""))[0]
@@ -167,7 +167,7 @@ def check_f_number(f_number: float, focal_length: float) -> None:
 
 
 def check_focus(focus_distance: float, focal_length: float) -> None:
-    """Refuse a focus within the focal length (m)."""
+    """Raise `InputError` if the focus distance (m) does not exceed the focal length (m)."""
     if focus_distance <= focal_length:
         remedy = likely("focus_distance", focus_distance, partial(_near_focus, focal_length=focal_length))
         raise InputError(
@@ -177,7 +177,7 @@ def check_focus(focus_distance: float, focal_length: float) -> None:
 
 
 def check_pixel_pitch(metres: float, angle: float) -> None:
-    """Refuse a pitch of pixels on the sensor, or its angle (rad), that no image has; warn of one that no sensor has."""
+    """Validate a pixel pitch (m) on the sensor and its pixel angle (rad); warn of one finer than any sensor's."""
     if metres >= FINEST_PITCH:
         return
     remedy = likely("pixel_pitch", metres, lambda other: FINEST_PITCH <= other <= 1e-4)
@@ -191,24 +191,24 @@ def check_pixel_pitch(metres: float, angle: float) -> None:
 
 
 def check_frame(pixel_angle: float, shape: Sequence[int]) -> None:
-    """Refuse pixels (rad) of which an image of this `shape` is wider than any frame."""
+    """Raise `InputError` if an image of this `shape` exceeds the widest possible frame."""
     half = pixel_angle * max(shape[:2]) / 2
     if half > WIDEST:
         raise InputError(
             f"{max(shape[:2])} pixels of {pixel_angle:.3g} rad make a frame of {2 * math.degrees(math.atan(half)):.0f} "
-            "degrees, wider than a lens forms: look at the units of the pixel pitch and of the focal length (a pixel's "
+            "degrees, wider than a lens forms: check the units of the pixel pitch and the focal length (a pixel's "
             "angle is pitch / sensor distance, in radians)."
         )
 
 
 def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
-    """Refuse the angle (rad) of a picture of so many pixels if they are finer than any sensor's, or any eye sees."""
+    """Validate the field of view (rad) of a picture: its pixels must not be finer than any sensor's or eye's."""
     half = math.tan(angle / 2)
     pixel = 2 * half / pixels
     degrees = math.degrees(angle)
     text = f"{_GIVEN.get().get('field', ('field', ''))[0]} is {degrees:g} degrees, so that a pixel is "
     text += f"{60 * math.degrees(pixel):.2g} arcmin wide"
-    slip = math.degrees(degrees)  # a number of radians, taken for one of degrees
+    slip = math.degrees(degrees)  # the degrees of a number given in radians
     remedy = f"give it in degrees{f', {slip:.4g} for {degrees:g} radians,' if slip < 170 else ''} or reduce the picture"
     if focal_length is not None and pixel * focal_length < FINEST_PITCH:
         text += f", or {1e6 * pixel * focal_length:.2g} um on the sensor, finer than any pixel made (0.5 um): {remedy}."
@@ -220,7 +220,7 @@ def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
 
 
 def check_display(pixel_pitch: float, distance: float, width: int) -> None:
-    """Refuse pixels of a display (m) that are finer than are made or than any eye sees, or a display wider than one."""
+    """Validate the pixel pitch (m), viewing distance (m) and width (px) of a display."""
     pixel = pixel_pitch / distance
     size = f"pixels of {1e6 * pixel_pitch:.4g} um"
     if pixel_pitch < FINEST_DISPLAY:
@@ -229,19 +229,21 @@ def check_display(pixel_pitch: float, distance: float, width: int) -> None:
     if pixel < VERNIER:
         remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
         raise InputError(
-            f"{size} at {distance:g} m are {60 * math.degrees(pixel):.2g} arcmin wide, finer than any eye sees: look "
-            f"at the units of the display's width or pixels, and of its distance ({remedy})."
+            f"{size} at {distance:g} m are {60 * math.degrees(pixel):.2g} arcmin wide, finer than any eye resolves: "
+            "check "
+            f"the units of the display's width or pixels, and of its distance ({remedy})."
         )
     if pixel * width / 2 > WIDEST:
         remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
         raise InputError(
-            f"{width} {size} at {distance:g} m fill {2 * math.degrees(math.atan(pixel * width / 2)):.0f} degrees: look "
-            f"at the units of the display's width or pixels, and of its distance ({remedy})."
+            f"{width} {size} at {distance:g} m fill {2 * math.degrees(math.atan(pixel * width / 2)):.0f} degrees: "
+            "check "
+            f"the units of the display's width or pixels, and of its distance ({remedy})."
         )
 
 
 def check_screen_width(width: float, distance: float) -> None:
-    """Refuse a screen (m) that fills a wider angle than flat screens do."""
+    """Raise `InputError` if a screen (m) subtends a wider angle than flat screens do."""
     if width / 2 / distance > WIDEST_SCREEN:
         remedy = likely("width", width, lambda other: 0.05 <= other <= 4 and other / 2 / distance <= WIDEST_SCREEN)
         angle = 2 * math.degrees(math.atan(width / 2 / distance))
@@ -258,24 +260,24 @@ def check_range(
     near: float | None,
     far: float | None,
 ) -> None:
-    """Refuse a search in which the blur of no view resolves any depth.
+    """Raise `InputError` if blur resolves no depth in any view over the search range.
 
     Parameters
     ----------
     foci
-        Vergence in focus (D) of each view, and its focal length (m), where it has one.
+        Focus vergence (D) of each view, and its focal length (m) or None.
     slope
-        Pixels of blur radius per dioptre of defocus in the view of the widest aperture.
+        Blur radius in pixels per dioptre of defocus, in the view with the largest aperture.
     searched
-        Lowest and highest vergence (D).
+        Lowest and highest vergence searched (D).
     near, far
-        The limits (m) that were given.
+        Limits (m) given by the user, or None.
 
     Raises
     ------
     InputError
-        If blur changes by less than `RESOLVED` over the search, or a finite focus lies so far beyond the hyperfocal
-        distance that nothing distinguishes it from infinity.
+        If blur changes by less than `RESOLVED` over the search range, or a finite focus lies so far beyond the
+        hyperfocal distance that it is indistinguishable from infinity.
 
     Warns
     -----
@@ -295,13 +297,13 @@ def check_range(
             for name, limit in which
         ]
         raise InputError(
-            f"{limits}, over which blur changes by {change:.2g} px, too little for any depth: "
-            f"{remedies[0] if remedies else 'look at the units of focal length, f-number, focus and pixel pitch'}."
+            f"{limits}, over which blur changes by {change:.2g} px, too little to estimate depth: "
+            f"{remedies[0] if remedies else 'check the units of focal length, f-number, focus and pixel pitch'}."
         )
 
 
 def check_target(distance: float, focal_length: float, slope: float) -> None:
-    """Refuse a distance (m) of a target that no lens images, or that blur of `slope` (px/D) takes for infinity."""
+    """Validate a target distance (m): imaged by the lens, and distinguishable from infinity at `slope` (px/D)."""
     remedy = likely("distance", distance, partial(_near_focus, focal_length=focal_length))
     if distance <= focal_length:
         raise InputError(
@@ -310,20 +312,21 @@ def check_target(distance: float, focal_length: float, slope: float) -> None:
         )
     if slope / distance < RESOLVED:
         raise InputError(
-            f"{stated('distance', distance)}, where the target is blurred as infinity to {slope / distance:.2g} px: "
-            f"{remedy}, or look at the units of focal length ({focal_length:g} m), f-number and pixel."
+            f"{stated('distance', distance)}, where the target's blur differs from that of infinity by "
+            f"{slope / distance:.2g} px only: "
+            f"{remedy}, or check the units of focal length ({focal_length:g} m), f-number and pixel."
         )
 
 
 def check_offset(name: str, metres: float, nearest: float) -> None:
-    """Refuse an offset of distances, or its standard deviation, as large as the `nearest` distance (m) itself."""
+    """Raise `InputError` if an offset of distances, or its standard deviation, reaches the `nearest` distance (m)."""
     if abs(metres) >= nearest:
         remedy = likely(name, metres, lambda other: abs(other) < nearest)
         raise InputError(f"{stated(name, metres)}, as much as the nearest distance, {nearest:g} m: {remedy}.")
 
 
 def too_near(distance: float, foci: Sequence[tuple[float, float | None]]) -> str | None:
-    """Say why an estimated median distance (m) is unlikely: among macrophotographs, with the foci far beyond it.
+    """Return why an estimated median distance (m) is implausible (macro range, foci far beyond it), or None.
 
     >>> too_near(0.017, [(1.18, 0.0025), (0.5, 0.0025)])[:44]
     'the median distance is 0.017 m, 6.8 focal le'
@@ -334,23 +337,23 @@ def too_near(distance: float, foci: Sequence[tuple[float, float | None]]) -> str
         return None
     return (
         f"the median distance is {distance:.2g} m, {distance / length:.2g} focal lengths, with the nearest focus at "
-        f"{1 / nearest:.3g} m: look at the units of focal length, pixel pitch, f-number and focus."
+        f"{1 / nearest:.3g} m: check the units of focal length, pixel pitch, f-number and focus."
     )
 
 
 def picture_slip(
     distances: tuple[float, float], aperture: float, focus_vergence: float, pixel_angle: float, size: int
 ) -> str | None:
-    """Why a picture's distances and its optics are unlikely to have the units that they are taken for; None if likely.
+    """Return why the units of a picture's distances or optics are implausible; None if they are plausible.
 
     Parameters
     ----------
     distances
         Nearest and farthest distance (m).
     aperture, focus_vergence
-        Diameter of the aperture (m), and vergence in focus (D).
+        Diameter of the aperture (m), and focus vergence (D).
     pixel_angle, size
-        Radians of a pixel, and pixels of the longer side.
+        Pixel angle (rad), and length of the longer side in pixels.
 
     Examples
     --------
@@ -367,7 +370,7 @@ def picture_slip(
     inside = 1 / far <= focus_vergence <= 1 / near
     if not inside and min(ends) > size:
         return (
-            f"everything is blurred by {min(ends):.3g} px or more, wider than the picture: look at the units of focal "
+            f"everything is blurred by {min(ends):.3g} px or more, wider than the picture: check the units of focal "
             "length, f-number, focus and pixel."
         )
     if inside or focus_vergence <= 0:
@@ -390,18 +393,18 @@ def picture_slip(
 
 
 def check_hyperfocal(distance: float, focal_length: float, slope: float) -> None:
-    """Refuse a finite focus (m) that nothing distinguishes from infinity; warn of one that hardly anything does."""
+    """Raise `InputError` if a finite focus (m) is indistinguishable from infinity; warn if it nearly is."""
     remedy = likely("focus_distance", distance, partial(_near_focus, focal_length=focal_length))
     text = f"{stated('focus_distance', distance)}, beyond the hyperfocal distance, where infinity is blurred by "
     text += f"{slope / distance:.2g} px only: {remedy}, or inf for infinity"
     if slope / distance < RESOLVED:
-        raise InputError(f"{text}; or look at the units of focal length ({focal_length:g} m), f-number and pixel.")
+        raise InputError(f"{text}; or check the units of focal length ({focal_length:g} m), f-number and pixel.")
     if slope / distance < HYPERFOCAL and distance > MARKED * focal_length:
         _warn(f"{text}.")
 
 
 def _near_focus(metres: float, focal_length: float) -> bool:
-    """Whether a distance is one that lenses of this focal length (m) are focused at."""
+    """Return whether lenses of this focal length (m) are commonly focused at a distance (m)."""
     return CLOSEST * focal_length < metres < MARKED * focal_length
 
 

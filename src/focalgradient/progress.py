@@ -1,4 +1,4 @@
-"""How long work reports its progress: one signature in every room."""
+"""Signature of progress callbacks."""
 
 from __future__ import annotations
 
@@ -7,4 +7,4 @@ from collections.abc import Callable
 __all__ = ["Progress"]
 
 Progress = Callable[[float, str], object]
-"""Called with the share of the work that is done, 0 to 1, and a few words on what is being done."""
+"""Callback that receives the fraction of the work done, 0 to 1, and a short description of the current step."""

@@ -1,4 +1,4 @@
-"""The encoding of sRGB (IEC 61966-2-1), exactly, and its inverse."""
+"""The sRGB transfer function (IEC 61966-2-1) and its inverse."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["linear_to_srgb", "srgb_to_linear"]
 
 
 def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
-    """Undo the sRGB encoding, exactly (IEC 61966-2-1): `value` and result in 0 to 1, of any shape.
+    """Decode sRGB values (IEC 61966-2-1) to linear radiance: `value` and result from 0 to 1, any shape.
 
     >>> srgb_to_linear([0, 0.04045, 0.5, 1]).round(5).tolist()
     [0.0, 0.00313, 0.21404, 1.0]
@@ -19,7 +19,7 @@ def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
 
 
 def linear_to_srgb(light: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Encode light as sRGB does (IEC 61966-2-1): `light` and result in 0 to 1, of any shape and one type.
+    """Encode linear radiance as sRGB (IEC 61966-2-1): `light` and result from 0 to 1, any shape, same dtype.
 
     >>> linear_to_srgb(np.array([0, 0.00313, 0.21404, 1])).round(3).tolist()
     [0.0, 0.04, 0.5, 1.0]

@@ -1,4 +1,4 @@
-"""Tables of settings files: read, checked, and what is wrong with them said in one sentence."""
+"""Validation of tables of settings files, with messages in one sentence."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ __all__ = ["Table", "check_table", "load_table", "shown"]
 
 
 class Table(BaseModel):
-    """A table of a settings file: unknown keys are refused.
+    """Base class of the tables of settings files; rejects unknown keys.
 
-    The description of each field completes "..., but must be " and "... is missing: give ". A validator of a table's
-    own raises ValueError with the whole rest of the sentence.
+    The description of each field completes "..., but must be " and "... is missing: give ". A table's own validator
+    raises ValueError with the rest of the sentence.
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     tables: ClassVar[dict[str, type[Table]]] = {}
-    """The tables within, by key, for messages."""
+    """Classes of nested tables, by key, for messages."""
 
 
 Kind = TypeVar("Kind", bound=Table)
 
 
 def load_table(path: Path, data: dict[str, Any], kind: type[Kind]) -> Kind:
-    """Check the `data` that stood in `path`; paths in it are relative to the folder of that file.
+    """Validate the `data` read from `path`; relative paths in them refer to the folder of that file.
 
     Raises
     ------
     InputError
-        If there are unknown, missing or wrong keys: the first is named.
+        If keys are unknown, missing or invalid: the first is named.
     """
     return check_table(str(path), data, kind, path.parent)
 
 
 def check_table(name: str, data: dict[str, Any], kind: type[Kind], context: Any = None) -> Kind:
-    """Check `data` that came from what messages call `name`.
+    """Validate `data`; `name` identifies their source in messages.
 
     Raises
     ------
     InputError
-        If there are unknown, missing or wrong keys: the first is named.
+        If keys are unknown, missing or invalid: the first is named.
     """
     try:
         return kind.model_validate(data, context=context)
@@ -56,8 +56,8 @@ def check_table(name: str, data: dict[str, Any], kind: type[Kind], context: Any 
 
 
 def _sentence(error: ValidationError, kind: type[Table]) -> str:
-    """Put the first problem that pydantic found into a sentence that says what to do."""
-    # A misspelt key is also a missing one: the misspelling is the better thing to say.
+    """Return one sentence for the first problem that pydantic reports."""
+    # A misspelt key is also a missing one: report the misspelling.
     problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
     place = loc = problem["loc"]
     if problem["type"] == "value_error":
@@ -68,7 +68,7 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
     fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
     if len(place) > 1 and str(place[0]) in kind.tables and isinstance(place[1], int):
         place = (f"{place[0]} {place[1] + 1}", *place[2:])
-    if problem["type"] != "extra_forbidden" and place[-1] not in fields:  # an entry of a plain value, or a kind of it
+    if problem["type"] != "extra_forbidden" and place[-1] not in fields:  # an item of a list, or a member of a union
         place = next((place[:at] for at in range(len(place) - 1, 0, -1) if place[at - 1] in fields), place)
     key = place[-1]
     where = ": ".join(str(part) for part in place)
@@ -89,7 +89,7 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
 
 
 def shown(value: Any) -> str:
-    """`value` as a message shows it.
+    """Return `value` as quoted in a message.
 
     >>> shown(True), shown("f/22"), shown([1, 2]), shown("x" * 99)
     ('true', "'f/22'", 'a list', 'a text of 99 letters')

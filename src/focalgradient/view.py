@@ -18,7 +18,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
 
 WIDEST = 0.5
-"""Angle in radians of one pixel from which no picture is left: two of them are a frame of 60 degrees."""
+"""Upper limit on the pixel angle (rad): two such pixels would fill a frame of 60 degrees."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -30,24 +30,25 @@ class View:
     image
         *Linear* radiance in any unit, H x W, floating point. Display-encoded (sRGB) values must be decoded first.
     optics
-        The `Lens` or eye that formed it.
+        `Lens` or eye that formed the image.
     pixel_angle
-        Angle in radians that one pixel subtends at the lens on the axis: pixel pitch / sensor distance.
+        Angle in radians that one pixel subtends at the lens on the optical axis: pixel pitch / sensor distance.
     mask
-        H x W, True where a pixel can be used, False where it is saturated or bad; None: all can be used. The image must
-        be finite everywhere, under the mask too: its values there are arbitrary, and best close to their neighbours'.
+        H x W, True where a pixel is valid, False where it is saturated or defective; None: all are valid. Masked pixels
+        must be finite, too; best fill them with values close to their neighbours'.
 
     Raises
     ------
     InputError
-        If the image is not an H x W array of finite floating-point numbers, the optics are none, the pixel angle is not
-        a positive angle below 0.5, is below 0.05 um on the sensor of a `Lens`, or makes a frame of more than 160
-        degrees, or the mask is not an H x W array of booleans that is True somewhere.
+        If the image is not an H x W array of finite floating-point numbers, `optics` does not implement `Optics`, the
+        pixel angle is not positive and below 0.5 rad, corresponds to less than 0.05 um on the sensor of a `Lens`, or
+        makes a frame of more than 160 degrees, or the mask is not an H x W array of booleans that is True somewhere.
 
     Warns
     -----
     FocalGradientWarning
-        If the pixel angle is below 0.48 um on the sensor of a `Lens`: a pixel pitch may have been given.
+        If the pixel angle corresponds to less than 0.48 um on the sensor of a `Lens`: a pixel pitch may have been
+        given.
 
     Examples
     --------
@@ -76,7 +77,7 @@ class View:
         if not np.isfinite(image).all():
             count = np.size(image) - int(np.isfinite(image).sum())
             raise InputError(
-                f"image holds {count} NaN or infinite pixels, but every pixel must be finite: repair or crop it, "
+                f"image contains {count} NaN or infinite pixels, but every pixel must be finite: repair or crop it, "
                 "or fill them with np.nan_to_num(image) and give mask=np.isfinite(image)."
             )
         check_optics(self.optics)
@@ -85,7 +86,7 @@ class View:
         check_mask(self.mask, image.shape)
 
     def __repr__(self) -> str:
-        """Size, optics and pixel, without the pixels themselves.
+        """Return size, optics and pixel angle, without the pixels.
 
         >>> from focalgradient import Lens
         >>> View(np.ones((48, 64)), Lens(0.025, 4, 1.0), 3e-4)
@@ -107,12 +108,12 @@ class View:
 
 
 def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
-    """Refuse what is no angle of a pixel, and warn of one that is too small for a sensor: more likely a pixel pitch.
+    """Validate a pixel angle; warn of one too small for a sensor, which is probably a pixel pitch.
 
     Raises
     ------
     InputError
-        If `pixel_angle`, in radians, is not positive, or is wider than a camera's pixel.
+        If `pixel_angle`, in radians, is not positive, or exceeds that of any camera's pixel.
 
     Examples
     --------
@@ -130,7 +131,7 @@ def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
 
 
 def check_mask(mask: object, shape: tuple[int, ...]) -> None:
-    """Refuse what does not say of each pixel whether it can be used.
+    """Validate a mask of valid pixels.
 
     Raises
     ------

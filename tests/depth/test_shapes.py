@@ -71,8 +71,8 @@ def test_a_round_shape_works_with_every_method_that_compares_views(shape: Psf, m
     [
         (MyPsf(), "edges", "method 'edges' needs the edge response, which MyPsf does not give: use method 'equalise'"),
         (Polygon(5), "edges", "needs the edge response, which polygon does not give"),
-        (Polygon(5), "ratio", "needs blur that is alike in all directions, which polygon does not give: use method"),
-        ("polygon", "spectra", "needs blur that is alike in all directions, which polygon does not give"),
+        (Polygon(5), "ratio", "needs isotropic blur, which polygon does not give: use method"),
+        ("polygon", "spectra", "needs isotropic blur, which polygon does not give"),
     ],
 )
 def test_what_a_method_cannot_use_is_refused_by_name(shape: Psf, method, said: str) -> None:
@@ -103,7 +103,7 @@ def test_bounds_and_pairs_know_shapes() -> None:
     asked = {"power": np.ones_like, "noise": 0.01, "area": 100.0}
     bounds = [comparison_bound(FROM_ONE_FOCUS, 0.8, 3.2e-4, psf=shape, **asked) for shape in (Disc(), Annulus(0.5))]
     assert abs(bounds[0] / bounds[1] - 1) > 0.01
-    with pytest.raises(InputError, match=r"polygon .* is not alike in all directions"):
+    with pytest.raises(InputError, match=r"polygon .* is not isotropic"):
         comparison_bound(FROM_ONE_FOCUS, 0.8, 3.2e-4, psf="polygon", **asked)
     pair = walls(Annulus(0.4), FROM_ONE_FOCUS, 1.2)
     expected = float(FROM_ONE_FOCUS[1].blur_radius(1.2)) / 3.2e-4

@@ -119,7 +119,7 @@ def test_without_chromatic_aberration_colour_moves_nothing() -> None:
 
 
 def test_shares_of_a_mixture_add_up_and_fit_the_views() -> None:
-    with pytest.raises(InputError, match="add up to 1"):
+    with pytest.raises(InputError, match="sum to 1"):
         Mixture((EYE,), np.full((1, 8, 8), 0.5), np.zeros((8, 8)))
     with pytest.raises(InputError, match="C x H x W"):
         Mixture((EYE, EYE), np.ones((1, 8, 8)), np.zeros((8, 8)))

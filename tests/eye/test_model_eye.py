@@ -129,7 +129,7 @@ def test_numbers_out_of_range(change: dict, sentence: str) -> None:
 
 def test_places_and_moments_that_are_none() -> None:
     eye = Eye(0.004, 1.0)
-    with pytest.raises(InputError, match="distances are metres in front of the lens or eye"):
+    with pytest.raises(InputError, match="must be metres in front of the lens or eye"):
         eye.defocus([1.0, 0.0])
     with pytest.raises(InputError, match="side is 'left'"):
         eye.distance_from_blur(0.001, "left")  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Views for two eyes: each with its own blur, disparity known at every pixel, and ways to show the pair."""
+"""Stereoscopic views: one view per eye with its own blur, disparity at every pixel, and presentation formats."""
 
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.stereo import INTEROCULAR, stereo

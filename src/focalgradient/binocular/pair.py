@@ -1,4 +1,4 @@
-"""The views of two eyes, what is true of each pixel, and the ways to show the two on a screen."""
+"""Stereo pairs with ground truth per pixel, and their presentation formats."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ Light = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EyeView:
-    """The view of one eye, with the truth of each pixel.
+    """The view of one eye, with ground truth for each pixel.
 
     Parameters
     ----------
     light
-        Linear light, H x W or H x W x 3.
+        Linear radiance, H x W or H x W x 3.
     optics
-        The eye's.
+        Optics of the eye.
     distance
-        True distance in metres, along the straight-ahead direction, of what each pixel shows, H x W.
+        True distance in metres along the line of sight's axis, H x W.
     disparity
-        Disparity shown, as the tangent of an angle in radians, H x W: place in the left eye's view minus place in the
-        right eye's, to the right. Positive (crossed) for what is nearer than the plane of zero disparity.
+        Displayed disparity as the tangent of an angle (rad), H x W: rightward position in the left eye's view minus
+        that in the right eye's. Positive (crossed) for points nearer than the plane of zero disparity.
     blur
-        Radius of blur shown, in radians, H x W: of a disc, by the eye's own pupil and focus.
+        Displayed blur radius in radians, H x W: that of a disc, from the eye's pupil and focus.
     is_monocular
-        True where the other eye does not see what this pixel shows: it is hidden from it, or beyond its frame.
+        True where the other eye cannot see what this pixel shows, because it is occluded or outside its frame.
     is_invented
-        True where the picture did not show what this eye sees, so that it was completed; False all over where the view
-        was ray cast.
+        True where the source picture did not show what this eye sees, so that it was inpainted; False everywhere in
+        ray-cast views.
     """
 
     light: Light
@@ -54,17 +54,17 @@ class EyeView:
 
     @property
     def vergence(self) -> NDArray[np.float64]:
-        """True vergence of each pixel, H x W, in dioptres, which are metre angles."""
+        """True vergence of each pixel in dioptres (metre angles), H x W."""
         return np.asarray(1 / self.distance)
 
     def write(self, path: Path) -> None:
-        """Write the light and the truth of every pixel into an ``.npz`` file, in 32 bits."""
+        """Write the radiance and the ground truth of every pixel to an ``.npz`` file, in 32-bit precision."""
         names = ("light", "distance", "vergence", "disparity", "blur", "is_monocular", "is_invented")
         arrays: dict[str, Any] = {name: getattr(self, name) for name in names}
         np.savez_compressed(path, **{n: a.astype(np.float32) if a.dtype == float else a for n, a in arrays.items()})
 
     def __repr__(self) -> str:
-        """Size, and the shares that one eye sees alone and that were completed."""
+        """Return the size, and the fractions of monocular and inpainted pixels."""
         height, width = self.distance.shape
         return (
             f"EyeView({width} x {height} pixels, {self.is_monocular.mean():.1%} seen by this eye alone, "
@@ -74,16 +74,16 @@ class EyeView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StereoPair:
-    """The views of a left and a right eye.
+    """The views of the left and the right eye.
 
     Parameters
     ----------
     left, right
         The views.
     pixel_angle
-        Angle in radians that a pixel subtends.
+        Angle in radians subtended by a pixel.
     interocular
-        Distance between the eyes in metres.
+        Interocular distance in metres.
     vergence
         Vergence in dioptres of the plane of zero disparity.
     """
@@ -95,27 +95,27 @@ class StereoPair:
     vergence: float
 
     def side_by_side(self, *, crossed: bool = False) -> Light:
-        """Return the left view beside the right one, H x 2 W; `crossed` the other way round, for crossed eyes."""
+        """Return the views side by side, H x 2 W: left eye's on the left, or on the right if `crossed`."""
         pair = [self.left.light, self.right.light]
         return np.concatenate(pair[::-1] if crossed else pair, axis=1)
 
     def over_under(self) -> Light:
-        """Return the left view above the right one, 2 H x W."""
+        """Return the left view above the right view, 2 H x W."""
         return np.concatenate([self.left.light, self.right.light], axis=0)
 
     def anaglyph(self, kind: Literal["grey", "colour"] = "grey") -> Light:
-        """Return the pair for glasses with a red filter before the left eye and a cyan one before the right.
+        """Return an anaglyph for glasses with a red filter for the left eye and a cyan filter for the right.
 
         Parameters
         ----------
         kind
-            ``"grey"``: the luminance of each view, without rivalry of colours. ``"colour"``: red of the left view,
-            green and blue of the right one.
+            ``"grey"``: the luminance of each view, which avoids colour rivalry. ``"colour"``: red of the left view,
+            green and blue of the right view.
 
         Returns
         -------
         ndarray
-            Linear light, H x W x 3.
+            Linear radiance, H x W x 3.
         """
         if kind not in ("grey", "colour"):
             raise InputError(f"kind is {kind!r}, but must be 'grey' or 'colour'.")
@@ -126,9 +126,9 @@ class StereoPair:
         return np.concatenate([left[..., :1], right[..., 1:]], axis=-1)
 
     def interleaved(self, *, first: Literal["left", "right"] = "left") -> Light:
-        """Return the rows of both views in turn, H x W, for screens with polarised rows; the top row is the `first`'s.
+        """Return row-interleaved views, H x W, for line-polarised screens; the top row belongs to the `first` view.
 
-        Every other row of each view is left out.
+        Alternate rows of each view are dropped.
         """
         if first not in ("left", "right"):
             raise InputError(f"first is {first!r}, but must be 'left' or 'right'.")
@@ -138,22 +138,21 @@ class StereoPair:
         return rows
 
     def screens(self, *, mirrored: bool = True) -> tuple[Light, Light]:
-        """Return a picture for each eye's screen; `mirrored` left to right, as each is seen by one mirror."""
+        """Return one picture per screen, flipped horizontally if `mirrored`, as for viewing by one mirror per eye."""
         way = -1 if mirrored else 1
         return self.left.light[:, ::way], self.right.light[:, ::way]
 
     def halves(self, size_px: tuple[int, int], *, centres_px: float | None = None, mirrored: bool = False) -> Light:
-        """Return both views on one screen, for a mirror stereoscope.
+        """Return both views side by side on one screen, for a mirror stereoscope.
 
         Parameters
         ----------
         size_px
             Width and height of the screen in pixels.
         centres_px
-            From the middle of the left view to that of the right one. None: half of the screen's width.
+            Distance between the centres of the views in pixels. None: half the screen's width.
         mirrored
-            Whether each view is turned left to right, as for a stereoscope with one mirror for each eye; with two,
-            it is not.
+            Whether each view is flipped horizontally, as for a stereoscope with one mirror per eye; not with two.
 
         Raises
         ------
@@ -176,9 +175,9 @@ class StereoPair:
         return screen
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Write ``left.npz`` and ``right.npz`` into a folder, each with the light and the truth of every pixel.
+        """Write ``left.npz`` and ``right.npz``, with radiance and ground truth of every pixel, into a folder.
 
-        Their arrays are those of `EyeView`, with ``vergence`` in dioptres.
+        The arrays are those of `EyeView`, with ``vergence`` in dioptres.
         """
         where = Path(folder)
         where.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,9 @@
-"""From a scene, or a picture and its depth, to the views of two eyes.
+"""Stereo rendering: from a scene, or a picture with depth, to the views of two eyes.
 
-The eyes are a distance I apart, at -I/2 and I/2, both straight ahead, and each sees through one window: the plane of
-zero disparity at vergence V0, as on a screen. A point at vergence V seen from the middle at x (a tangent, to the right)
-is at x + I/2 (V - V0) in the left eye's view and x - I/2 (V - V0) in the right eye's: its disparity is I (V - V0).
+The eyes lie at -I/2 and I/2, a distance I apart, both looking straight ahead through one window: the plane of zero
+disparity at vergence V0, as on a screen. A point at vergence V that the midpoint sees at x (a tangent, to the right)
+appears at x + I/2 (V - V0) in the left eye's view and at x - I/2 (V - V0) in the right eye's: its disparity is I (V -
+V0).
 """
 
 from __future__ import annotations
@@ -27,38 +28,38 @@ from focalgradient.scenes.objects import Scene
 __all__ = ["INTEROCULAR", "stereo"]
 
 INTEROCULAR = 0.063
-"""Mean distance between the eyes of adults, in metres (Dodgson, Proc SPIE 5291, 2004)."""
+"""Mean adult interocular distance in metres (Dodgson, Proc SPIE 5291, 2004)."""
 
 Distances = float | ArrayLike | Callable[[NDArray[np.float64]], ArrayLike]
-"""Distances in metres: one, one for each pixel, or a function of the true ones."""
+"""Distances in metres: one value, one per pixel, or a function of the true distances."""
 
 PINHOLE = Lens(0.017, math.inf, 1.0)
-"""What sees everything sharp."""
+"""Pinhole lens for rendering without blur."""
 
 MOSTLY_INVENTED = 0.25
-"""Share of a view above which a warning says that it was completed."""
+"""Fraction of inpainted pixels in a view above which a warning is issued."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Geometry:
-    """Where the two eyes are."""
+    """Positions of the eyes and plane of zero disparity."""
 
     interocular: float
     vergence: float
     pixel_angle: float
 
     def disparity(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Disparity in radians of a vergence in dioptres."""
+        """Return the disparity in radians of a vergence in dioptres."""
         return np.asarray(self.interocular * (vergence - self.vergence))
 
     @property
     def step(self) -> float:
-        """Pixels of disparity in a dioptre."""
+        """Disparity in pixels per dioptre."""
         return self.interocular / self.pixel_angle
 
 
 class _Seen(NamedTuple):
-    """Light, true distance (m), distance that sets the blur (m), vergence of the disparity (D), what was completed."""
+    """One eye's radiance, true distance (m), distance for blur (m), vergence for disparity (D), inpainting mask."""
 
     light: NDArray[np.float32]
     distance: NDArray[np.float64]
@@ -84,45 +85,45 @@ def stereo(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> StereoPair:
-    """See a scene, or a picture whose depth is known, with two eyes.
+    """Render the views of two eyes from a scene, or from a picture with known depth.
 
-    ``stereo(scene, eye, ...)`` ray casts the view of each eye from its own place. ``stereo(picture, distance, eye,
-    ...)`` moves the pixels of the picture, completes what it does not show, and blurs each eye's view by its depth.
+    ``stereo(scene, eye, ...)`` ray casts each eye's view from its own position. ``stereo(picture, distance, eye, ...)``
+    shifts the pixels of the picture, inpaints what it does not show, and blurs each eye's view according to depth.
 
     Parameters
     ----------
     scene
-        A scene of planes and spheres; or a sharp picture in linear light, H x W or H x W x 3.
+        A scene of planes and spheres; or a sharp picture of linear radiance, H x W or H x W x 3.
     distance
-        With a picture: distance in metres along the axis of what each pixel shows, H x W; ``inf`` is allowed.
+        With a picture: distance of each pixel in metres along the axis, H x W; may be ``inf``.
     eye
-        A `Lens` or an `Eye`; or two of them, left and right, that may differ in focus, pupil or aberrations
-        (monovision, anisometropia).
+        A `Lens` or an `Eye`; or two, left and right, which may differ in focus, pupil or aberrations (monovision,
+        anisometropia).
     pixel_angle
-        Angle in radians that one pixel subtends.
+        Angle in radians subtended by one pixel.
     interocular
-        Distance between the eyes in metres.
+        Interocular distance in metres.
     vergence
-        Vergence in dioptres of the plane of zero disparity, that of the screen. None: the mean focus of the eyes.
+        Vergence in dioptres of the plane of zero disparity, i.e. of the screen. None: the eyes' mean focus.
     blur
-        Whether views are blurred; False leaves all sharp.
+        Whether to blur the views.
     blur_distance
-        Distances in metres that set the blur in the place of the true ones: one, one for each pixel (with a picture),
-        or a function of the true ones.
+        Distances in metres that determine blur instead of the true ones: one value, one per pixel (with a picture), or
+        a function of the true distances.
     disparity_distance
-        The same for disparity, and for what hides what. A scene is then seen from the middle, and its picture moved.
+        Likewise for disparity and occlusion. A scene is then rendered from the midpoint, and its picture shifted.
     camera
-        Where the picture was taken from: -0.5 the left eye, 0 the middle, 0.5 the right eye.
+        Position from which the picture was taken: -0.5 left eye, 0 midpoint, 0.5 right eye.
     shape, samples, seed
-        With a scene: height and width in pixels, rays a pixel and their seed.
+        With a scene: height and width in pixels, rays per pixel, and their seed.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     StereoPair
-        Both views with the true distance, disparity and blur of each pixel, what one eye sees alone, and what was
-        completed.
+        Both views with the true distance, disparity and blur of each pixel, and masks of monocular and inpainted
+        pixels.
 
     Raises
     ------
@@ -132,7 +133,7 @@ def stereo(
     Warns
     -----
     FocalGradientWarning
-        If more than a quarter of a view had to be completed.
+        If more than a quarter of a view had to be inpainted.
 
     Examples
     --------
@@ -160,7 +161,7 @@ def stereo(
     say = progress or (lambda share, words: None)
     if isinstance(scene, Scene):
         if distance is not None:
-            raise InputError("distance is given with a scene, which has its own: leave it out.")
+            raise InputError("distance is given with a scene, which defines its own: leave it out.")
         if shape is None:
             raise InputError("shape is missing: give the height and width of the views in pixels.")
         rays = {"shape": shape, "pixel_angle": pixel_angle, "samples": samples, "seed": seed}
@@ -176,7 +177,9 @@ def stereo(
 def _eyes(eye: object) -> tuple[Optics, Optics]:
     pair = eye if isinstance(eye, tuple | list) else (eye, eye)
     if len(pair) != 2:
-        raise InputError(f"eye holds {len(pair)} eyes, but must be one for both sides, or two: left and right.")
+        raise InputError(
+            f"eye contains {len(pair)} optics, but must be one for both eyes, or two: give left and right."
+        )
     for one in pair:
         check_optics(one)
     return pair[0], pair[1]
@@ -193,12 +196,14 @@ def _checked(picture: object, distance: object) -> tuple[NDArray[np.float32], ND
     if far.shape != light.shape[:2]:
         raise InputError(f"distance has shape {far.shape} but picture {light.shape}: give metres for every pixel.")
     if not (np.isfinite(light).all() and (far > 0).all()):
-        raise InputError("picture or distance holds values that are not finite or not positive: repair or crop them.")
+        raise InputError(
+            "picture or distance contains values that are not finite or not positive: repair or crop them."
+        )
     return light.astype(np.float32), far.astype(float)
 
 
 def _distances(given: Distances | None, true: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """Distances that stand for the true ones, refused unless they are positive."""
+    """Return the distances that replace the true ones; raise `InputError` unless all are positive."""
     if given is None:
         return true
     found = np.asarray(given(true) if callable(given) else given, float)
@@ -211,7 +216,7 @@ def _distances(given: Distances | None, true: NDArray[np.float64], name: str) ->
 
 
 def _radius(optics: Optics, distance: NDArray[np.float64], blur: bool) -> NDArray[np.float64]:
-    """Radius of blur in radians."""
+    """Return the blur radius in radians."""
     if not blur:
         return np.zeros(distance.shape)
     return np.asarray(np.abs(optics.focus_vergence - 1 / distance) * (optics.aperture_diameter / 2))
@@ -226,9 +231,11 @@ def _cast_pair(
     blur_distance: Distances | None,
     say: Progress,
 ) -> StereoPair:
-    """Each eye's view, ray cast from its own place."""
+    """Return the pair, with each eye's view ray cast from its own position."""
     if blur_distance is not None and not callable(blur_distance) and np.ndim(blur_distance) > 0:
-        raise InputError("blur_distance is an array, but each eye sees a scene from elsewhere: give a function.")
+        raise InputError(
+            "blur_distance is an array, but each eye sees the scene from its own position: give a function."
+        )
     found = []
     for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
         aside = {"place": side * geometry.interocular, "ahead": -side * geometry.interocular * geometry.vergence}
@@ -258,7 +265,7 @@ def _moved_pair(
     camera: float,
     say: Progress,
 ) -> StereoPair:
-    """Each eye's view, of the pixels of a picture moved by their disparity."""
+    """Return the pair, with the pixels of a picture shifted by their disparity."""
     shown = _distances(blur_distance, far, "blur_distance")
     placed = 1 / _distances(disparity_distance, far, "disparity_distance")
     found = []
@@ -277,7 +284,7 @@ def _moved_pair(
         found.append(_Seen(picture, true, blurred, own, moved.is_invented))
         if (share := float(moved.is_invented.mean())) > MOSTLY_INVENTED:
             warnings.warn(
-                f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was completed: "
+                f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was inpainted: "
                 "give a vergence nearer to the scene's, or a wider picture.",
                 FocalGradientWarning,
                 stacklevel=3,
@@ -286,13 +293,13 @@ def _moved_pair(
 
 
 def _nearest(values: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values of one map at fractional columns: of the nearest pixel, so that no surface appears between two others."""
+    """Return a map's values at fractional columns by nearest neighbour, which creates no intermediate depth."""
     nearest = np.clip(np.rint(columns).astype(int), 0, values.shape[1] - 1)
     return np.take_along_axis(values, nearest, axis=1)
 
 
 def _pair(found: list[_Seen], eyes: tuple[Optics, Optics], geometry: _Geometry, blur: bool) -> StereoPair:
-    """Put the views together, with the truth of their pixels."""
+    """Combine the views, with the ground truth of their pixels."""
     placed = [one.placed - geometry.vergence for one in found]
     views = [
         EyeView(

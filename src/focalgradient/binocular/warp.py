@@ -1,8 +1,8 @@
-"""A picture with its depth as seen from beside its camera: pixels moved by their disparity, what was hidden completed.
+"""Warping of a picture with depth to another viewpoint: pixels shifted by disparity, disocclusions inpainted.
 
-Each row is taken by itself. Neighbouring pixels of one surface move as one strip, which is stretched or squeezed; the
-nearest strip is seen. Where no strip lands something is seen that the picture does not show: the surface behind goes on
-there, mirrored about the last pixel that is seen of it.
+Rows are processed independently. Neighbouring pixels on one surface move as one strip, stretched or compressed; the
+nearest strip is visible. Pixels that no strip covers are disoccluded: the farther surface is continued there by
+mirroring about its last visible pixel.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from numpy.typing import NDArray
 __all__ = ["Warped", "monocular", "sample", "warp"]
 
 JUMP = 1.0
-"""Change of disparity in pixels from one pixel to the next above which they may be of two surfaces; a steeper slope of
-one surface is known by neighbours that slope alike, to a factor of 2."""
+"""Disparity difference (px) between neighbouring pixels above which they may belong to two surfaces; a steep slope of
+one surface is recognised by neighbours of similar slope (within a factor of 2)."""
 
 REACH = 3
-"""Pixels to each side from which light between two pixels is interpolated (Lanczos). For a shift of half a pixel its
-transfer is 1.02 at 1/4 cycle a pixel and 0.76 at 3/8, where linear interpolation has 0.71 and 0.38."""
+"""Half-width in pixels of the Lanczos interpolation kernel. At a shift of half a pixel its transfer is 1.02 at 1/4
+cycle per pixel and 0.76 at 3/8 (linear interpolation: 0.71 and 0.38)."""
 
 NEIGHBOURS = 1.0
-"""Pixels of disparity by which a point may differ from what the other eye sees at its place and still be the same."""
+"""Maximum disparity difference (px) at which the two eyes are taken to see the same point."""
 
 
 class Warped(NamedTuple):
-    """A view from beside the camera.
+    """A picture warped to another viewpoint.
 
     Parameters
     ----------
     source
-        Column of the picture that each pixel shows, H x W, fractional.
+        Fractional column of the picture that each pixel shows, H x W.
     is_invented
-        True where the picture shows nothing for this view, so that it was completed, H x W.
+        True where the picture does not show what this view sees, so that it was inpainted, H x W.
     """
 
     source: NDArray[np.float64]
@@ -43,18 +43,18 @@ class Warped(NamedTuple):
 
 
 def warp(shift: NDArray[np.floating], nearness: NDArray[np.floating]) -> Warped:
-    """Move each pixel of a picture along its row.
+    """Shift each pixel of a picture along its row.
 
     Parameters
     ----------
     shift
-        Pixels by which each goes to the right, H x W.
+        Rightward shift of each pixel in pixels, H x W.
     nearness
-        Which of two pixels hides the other: the greater, H x W (a vergence).
+        Vergence, H x W, which decides occlusion: the larger value is visible.
 
     Examples
     --------
-    A near pixel goes right by 2: it hides the far pixel there, and leaves a hole to its left, which is completed.
+    A near pixel shifted right by 2 occludes the far pixel there, and leaves a hole, which is inpainted.
 
     >>> shift = np.array([[0.0, 0, 2, 0, 0, 0]])
     >>> found = warp(shift, shift)
@@ -73,9 +73,9 @@ def warp(shift: NDArray[np.floating], nearness: NDArray[np.floating]) -> Warped:
 def sample(
     picture: NDArray[np.floating], shift: NDArray[np.floating], source: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return the picture, H x W or H x W x C, at the fractional columns `source`, each from its own surface.
+    """Return the picture, H x W or H x W x C, at the fractional columns `source`, each interpolated on its surface.
 
-    Surfaces are those that `warp` makes out by `shift`.
+    Surfaces are segmented by `shift`, as in `warp`.
     """
     channels = np.ascontiguousarray(picture, np.float32).reshape(*picture.shape[:2], -1)
     found = np.empty(channels.shape, np.float32)
@@ -84,14 +84,14 @@ def sample(
 
 
 def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: float, sign: int) -> NDArray[np.bool_]:
-    """Return where one eye sees what is hidden from the other, or lies beyond its frame.
+    """Return True where one eye sees what is occluded from the other eye or outside its frame.
 
     Parameters
     ----------
     own, other
-        Vergence in dioptres, from the plane of zero disparity, of what each eye sees, H x W.
+        Vergence in dioptres relative to the plane of zero disparity, as seen by each eye, H x W.
     step
-        Pixels of disparity in a dioptre.
+        Disparity in pixels per dioptre.
     sign
         1 for the left eye, -1 for the right.
     """
@@ -102,7 +102,7 @@ def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: floa
 
 
 def _joined(shift: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether each pixel and its right neighbour are of one surface, H x W - 1."""
+    """Return whether each pixel and its right neighbour belong to one surface, H x W - 1."""
     slope = np.diff(shift, axis=1)
     padded = np.pad(slope, ((0, 0), (1, 1)))
     alike = np.zeros(slope.shape, bool)
@@ -113,7 +113,7 @@ def _joined(shift: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 @njit(nogil=True, cache=True)
 def _draw(shift, nearness, joined, source):  # type: ignore[no-untyped-def]
-    """Draw every strip; of two that land on a pixel the nearer stays."""
+    """Draw all strips; where two overlap, keep the nearer."""
     height, width = shift.shape
     depth = np.full(width, -np.inf)
     for i in range(height):
@@ -142,7 +142,7 @@ def _draw(shift, nearness, joined, source):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True)
 def _fill(source, nearness, joined):  # type: ignore[no-untyped-def]
-    """Continue the farther surface into each hole of a row, mirrored about its last pixel."""
+    """Inpaint each hole of a row with the farther surface, mirrored about its last visible pixel."""
     height, width = source.shape
     for i in range(height):
         row = source[i].copy()
@@ -179,7 +179,7 @@ def _fill(source, nearness, joined):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True)
 def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
-    """Lanczos within the surface; beyond its end the last pixel is repeated."""
+    """Interpolate by Lanczos within each surface, repeating its last pixel beyond its edge."""
     height, width, channels = picture.shape
     weights, columns = np.empty(2 * REACH), np.empty(2 * REACH, np.int64)
     for i in range(height):
@@ -211,4 +211,4 @@ def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
                     value = picture[i, columns[n], c]
                     light += weights[n] / total * value
                     low, high = min(low, value), max(high, value)
-                found[i, j, c] = min(max(light, low), high)  # without overshoot beyond what is there
+                found[i, j, c] = min(max(light, low), high)  # clipped to the neighbours' range: no overshoot

@@ -1,4 +1,4 @@
-"""What forms an image: lenses, and the one protocol of all optics.
+"""Image-forming optics: lenses, and the protocol that all optics implement.
 
 Distances are in metres in front of the lens, positive; vergence V = 1/distance in dioptres, 0 at infinity.
 """

@@ -1,4 +1,4 @@
-"""The blur that optics offer themselves, in whichever form."""
+"""Uniform access to optics' own blur models, whichever methods the optics implement."""
 
 from __future__ import annotations
 
@@ -13,33 +13,35 @@ from focalgradient.errors import InputError, described
 __all__ = ["OwnBlur", "own_blur"]
 
 Transfer = NDArray[np.float64] | NDArray[np.complex128]
-"""Real where blur is round, and complex where it need not be."""
+"""Optical transfer function: real for isotropic blur, complex in general."""
 
 FORMS = ("through_focus", "optical_transfer", "transfer")
-"""Methods by which optics may offer a blur of their own: of many vergences at once, of one, and of round blur."""
+"""Methods that define a blur model: for several vergences, for one vergence, and for isotropic blur."""
 
 BLUR_ERROR = 5e-3
-"""Error up to which an optics' own transfer is 1 at frequency 0, and alike in all directions (`eye.Cones`: 1e-3)."""
+"""Tolerance of gain at frequency 0 and of isotropy of optics' own transfer functions (`eye.Cones`: 1e-3)."""
 
 
 @dataclass(frozen=True, slots=True)
 class OwnBlur:
-    """The blur that optics offer themselves, in every form whichever of them the optics have (see `own_blur`)."""
+    """The blur model of optics, available in every form from any one that they implement (see `own_blur`)."""
 
     optics: Any
     isotropic: bool
-    """Whether blur is alike in all directions, its transfer real and a function of the radial frequency."""
+    """Whether blur is rotationally symmetric, so that its transfer is a real function of radial frequency."""
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
-        """Return the transfer of round blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
+        """Return the transfer of isotropic blur for points at `vergence` (D) at `frequency` (cycles/rad); broadcasts.
 
         Raises
         ------
         InputError
-            If the blur is not round, or what the optics return is not a transfer.
+            If the blur is not isotropic, or the optics return an invalid transfer.
         """
         if not self.isotropic:
-            raise InputError(f"the blur of {self.name} is not round, but only round blur can be used here.")
+            raise InputError(
+                f"the blur of {self.name} is not isotropic, but only isotropic blur can be used here: use other optics."
+            )
         radial, level = np.abs(np.asarray(frequency, float)), np.asarray(vergence, float)
         if self._offers("transfer"):
             shape = np.broadcast_shapes(radial.shape, level.shape)
@@ -50,7 +52,7 @@ class OwnBlur:
         return np.asarray(table[number.reshape(level.shape), place.reshape(radial.shape)], float)
 
     def optical_transfer(self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float) -> Transfer:
-        """Return the transfer of points at one `vergence` (D) at frequencies in cycles per radian; broadcasts."""
+        """Return the OTF of points at one `vergence` (D) at frequencies in cycles per radian; broadcasts."""
         if not self._offers("optical_transfer"):
             return self.through_focus(frequency_y, frequency_x, [vergence])[0]
         down, right = np.asarray(frequency_y, float), np.asarray(frequency_x, float)
@@ -58,7 +60,7 @@ class OwnBlur:
         return self._checked(self.optics.optical_transfer(down, right, vergence), shape)
 
     def through_focus(self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike) -> Transfer:
-        """Return the same for each of the `vergences` (D): L x the frequencies' shape."""
+        """Return the OTF at each of the `vergences` (D): shape L x the frequencies' shape."""
         down, right = np.asarray(frequency_y, float), np.asarray(frequency_x, float)
         levels = np.atleast_1d(np.asarray(vergences, float))
         shape = np.broadcast_shapes(down.shape, right.shape)
@@ -70,33 +72,33 @@ class OwnBlur:
         return self.transfer(np.hypot(down, right), levels.reshape(-1, *(1,) * len(shape)))
 
     def check(self, vergence: float, frequency: float) -> None:
-        """Raise `InputError` unless the blur of points at `vergence` (D) keeps light, and is round if said to be.
+        """Raise `InputError` unless the blur at `vergence` (D) has unit gain at frequency 0 and the declared isotropy.
 
-        It is compared along two directions up to `frequency` (cycles per radian).
+        The transfer is compared along two directions up to `frequency` (cycles per radian).
         """
         some = np.linspace(0, frequency, 9)
         right, down = (self.through_focus(y, x, [vergence])[0] for y, x in ((0 * some, some), (some, 0 * some)))
         if not abs(right[0] - 1) <= BLUR_ERROR:
             raise InputError(
-                f"the transfer of {self.name} is {right[0]:.3g} at frequency 0, but must be 1: blur keeps the light."
+                f"the transfer of {self.name} is {right[0]:.3g} at frequency 0, but must be 1: normalise it."
             )
         uneven = max(float(np.abs(right - down).max()), float(np.abs(np.imag(right)).max()))
         if self.isotropic and uneven > BLUR_ERROR:
             raise InputError(
-                f"the blur of {self.name} is said to be round (isotropic), but its transfer differs by {uneven:.2g} "
+                f"the blur of {self.name} is declared isotropic, but its transfer differs by {uneven:.2g} "
                 "between directions: state isotropic = False."
             )
 
     def check_forms(self, vergence: float, frequency: float) -> None:
-        """Raise `InputError` unless the blur is that of real light, and one by each of the methods that are offered."""
+        """Raise `InputError` unless the OTF is Hermitian, and the same by every method that the optics implement."""
         y, x = np.meshgrid(*2 * [np.linspace(-frequency / 2, frequency / 2, 5)], indexing="ij")
         given = {form: getattr(self, f"_by_{form}")(y, x, vergence) for form in FORMS if self._offers(form)}
         for form, values in given.items():
             turned = float(np.abs(values[::-1, ::-1] - np.conj(values)).max())
             if turned > BLUR_ERROR:
                 raise InputError(
-                    f"`{form}` of {self.name} at -f is not the conjugate of that at f (by {turned:.2g}), as that "
-                    "of any real light is: check its signs."
+                    f"`{form}` of {self.name} at -f is not the conjugate of that at f (by {turned:.2g}), as for "
+                    "a real point spread function: check its signs."
                 )
         first = next(iter(given))
         for form, values in given.items():
@@ -108,7 +110,7 @@ class OwnBlur:
                 )
 
     def check_sides(self, vergences: NDArray[np.float64], frequency: float) -> None:
-        """Raise `InputError` unless blur on one side of focus differs from that on the other, as is stated."""
+        """Raise `InputError` unless blur differs between the two sides of focus, as declared by `tells_side`."""
         line = np.linspace(-frequency / 2, frequency / 2, 9)
         y, x = np.meshgrid(line, line, indexing="ij")
         focus = self.optics.focus_vergence
@@ -130,19 +132,19 @@ class OwnBlur:
 
     @property
     def name(self) -> str:
-        """Name of the optics' class, for messages."""
+        """Class name of the optics, for messages."""
         return type(self.optics).__name__
 
     @property
     def forms_views(self) -> bool:
-        """Whether views are taken to be blurred so unless said otherwise: not where the optics say `by_rays`."""
+        """Whether this blur model forms views by default: not if the optics set `by_rays`."""
         return not getattr(self.optics, "by_rays", False)
 
     def _offers(self, form: str) -> bool:
         return callable(getattr(self.optics, form, None))
 
     def _checked(self, found: ArrayLike, shape: tuple[int, ...]) -> Transfer:
-        """What the optics return, refused unless it is finite and of the `shape` asked for."""
+        """Return a transfer computed by the optics; raise `InputError` unless finite and of the given `shape`."""
         values: Transfer = np.asarray(found)
         if values.shape != shape or values.dtype.kind not in "fc" or not np.isfinite(values).all():
             raise InputError(
@@ -153,23 +155,22 @@ class OwnBlur:
 
 
 def own_blur(optics: Any) -> OwnBlur | None:
-    """Return the blur that `optics` offer themselves, or None where they have an aperture and a focus only.
+    """Return the blur model that `optics` implement, or None if they have only an aperture and a focus.
 
-    Optics offer it by one or more of these methods, at frequencies in cycles per radian and vergences in dioptres:
+    The model is one or more of these methods, of frequencies in cycles per radian and vergences in dioptres:
 
-    - ``transfer(frequency, vergence)``: of round blur, by radial frequency; broadcasts;
-    - ``optical_transfer(frequency_y, frequency_x, vergence)``: at one vergence, complex where blur is not symmetric;
+    - ``transfer(frequency, vergence)``: isotropic blur, by radial frequency; broadcasts;
+    - ``optical_transfer(frequency_y, frequency_x, vergence)``: at one vergence, complex if blur is not symmetric;
     - ``through_focus(frequency_y, frequency_x, vergences)``: the same for a list of vergences, L x the frequencies'
       shape.
 
-    ``isotropic`` states whether the blur is round. Where it is absent, blur is taken to be round if ``transfer`` alone
-    is offered, and may depend on direction else. ``by_rays = True`` states that their views are blurred by geometric
-    optics, by a disc, unless ``psf="optics"`` is asked for.
+    ``isotropic`` declares whether the blur is isotropic; by default it is if only ``transfer`` is implemented.
+    ``by_rays = True`` declares that views are formed with the geometric blur disc unless ``psf="optics"`` is requested.
 
     Raises
     ------
     InputError
-        If ``isotropic`` is not a truth value, or is False though only ``transfer`` is offered.
+        If ``isotropic`` is not a boolean, or is False though only ``transfer`` is implemented.
 
     Examples
     --------
@@ -191,7 +192,7 @@ def own_blur(optics: Any) -> OwnBlur | None:
         raise InputError(f"isotropic of {type(optics).__name__} is {described(stated)}, but must be True or False.")
     if not stated and offered == ["transfer"]:
         raise InputError(
-            f"{type(optics).__name__} has blur that is not round (isotropic is False), but offers only `transfer`, "
-            "which is of round blur: add `through_focus` or `optical_transfer`."
+            f"{type(optics).__name__} declares isotropic = False, but implements only `transfer`,  "
+            "which describes isotropic blur: add `through_focus` or `optical_transfer`."
         )
     return OwnBlur(optics, bool(stated))

@@ -1,4 +1,4 @@
-"""What formed an image: what optics must have, and what else they state of themselves."""
+"""The protocol that optics implement, with optional capabilities."""
 
 from __future__ import annotations
 
@@ -16,66 +16,65 @@ __all__ = ["Capabilities", "Mixture", "Optics", "capabilities", "check_optics", 
 
 
 TOLERANCES = ("focus_tolerance", "aperture_tolerance")
-"""Attributes by which optics state how well their focus and aperture are known."""
+"""Attributes that give the relative standard deviations of focus and aperture."""
 
 
 class Optics(Protocol):
-    """What formed an image: a lens, an eye or a class of the user's own. All need an aperture and a focus.
+    """Image-forming optics: a lens, an eye or a user-defined class. An aperture and a focus are required.
 
-    What else optics can do they state by further attributes and methods, of which each may be absent; `capabilities`
-    reads them, and `check_optics` checks them.
+        Further capabilities are declared by the optional attributes and methods below; `capabilities` collects them,
+        and `check_optics` validates them.
 
     ``transfer``, ``optical_transfer``, ``through_focus``
-        A blur of their own: see `own_blur`.
+        A blur model: see `own_blur`.
     ``isotropic``
-        Whether that blur is alike in all directions.
+        Whether that blur is rotationally symmetric.
     ``by_rays``
-        Whether their views are blurred by geometric optics, by a disc, all the same.
+        Whether views are nevertheless formed with the geometric blur disc.
     ``tells_side``
-        Whether blur on one side of focus differs from that on the other, so that views of one focus (the two halves of
-        a dual pixel) tell the side.
+        Whether blur differs between the two sides of focus, so that views with the same focus (the two halves of a dual
+        pixel) determine the side.
     ``uniform``
-        Whether blur is alike all over the field; depth is recovered through such optics only.
+        Whether blur is constant over the field; depth is estimated only through such optics.
     ``mixture``
-        Blur that varies over the field as a `Mixture` of other optics; ``transfer`` is then its mean over the field.
+        Field-dependent blur as a `Mixture` of other optics; ``transfer`` is then its mean over the field.
     ``contrast(vergences)``
-        Of optics that are part of a mixture: contrast of the texture that they see if it lies at each vergence (D),
-        over the mixture's own.
+        Of a component of a mixture: contrast of the texture at each vergence (D), relative to the mixture's.
     ``light``
-        Name of the waveband that they see, as an eye's cones of one class do: surfaces look alike, but for their blur,
-        in views of one name only.
+        Name of the waveband, as for an eye's cones of one class: only views in the same waveband show the same surface
+        radiance.
     ``refocused(vergence)``
-        The same optics focused elsewhere (D): see `refocused`.
+        Return the same optics focused at another vergence (D): see `refocused`.
     ``residual_blur_variance``
-        Variance in rad^2 of the blur that is there even in focus.
+        Variance in rad^2 of the blur that remains in focus.
     ``focus_tolerance``, ``aperture_tolerance``
-        Relative standard deviations of focus vergence and aperture: errors that the whole depth map shares.
+        Relative standard deviations of focus vergence and aperture, which cause errors common to the whole depth map.
     """
 
     @property
     def aperture_diameter(self) -> float:
-        """Diameter of the aperture (pupil) in metres; 0 for a pinhole."""
+        """Aperture (pupil) diameter in metres; 0 for a pinhole."""
 
     @property
     def focus_vergence(self) -> float:
-        """Vergence of the plane in exact focus, in dioptres."""
+        """Vergence of the plane of focus in dioptres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mixture:
-    """Blur that varies over the field: at each pixel, a mixture of the blurs of a few optics.
+    """Field-dependent blur: at each pixel a weighted mixture of the blurs of a few optics.
 
     Parameters
     ----------
     optics
-        C optics of one aperture.
+        C optics with the same aperture.
     shares
-        Share of each at each pixel of the view, C x H x W: 1 in sum.
+        Weight of each at each pixel of the view, C x H x W; the weights sum to 1.
     focus_sd
-        Standard deviation of the focus at each pixel (D), H x W: how well the shares are known.
+        Standard deviation of the focus (D) at each pixel, H x W, due to the uncertainty of the weights.
     gain, gain_sd
-        Contrast of the texture in the optics' waveband (its variation over the mean light of the view), in a unit
-        common to all wavebands; and the standard deviation of its logarithm, infinite where nothing is known of it.
+        Contrast of the texture in the optics' waveband (its variation divided by the mean radiance of the view), in a
+        unit common to all wavebands; and the standard deviation of its logarithm, infinite if unknown.
     """
 
     optics: tuple[Any, ...]
@@ -92,15 +91,15 @@ class Mixture:
                 f"{len(self.optics)} optics of the mixture, and H x W."
             )
         if not np.allclose(np.sum(self.shares, axis=0), 1, atol=1e-3):
-            raise InputError("shares do not add up to 1 everywhere: divide them by their sum over the optics.")
+            raise InputError("shares do not sum to 1 everywhere: divide them by their sum over the optics.")
 
 
 @dataclass(frozen=True, slots=True)
 class Capabilities:
-    """What optics state of themselves beside aperture and focus (see `Optics`), with what holds where they do not."""
+    """Optional capabilities that optics declare (see `Optics`), with defaults."""
 
     blur: OwnBlur | None
-    """The blur that they offer themselves; None: an aperture and a focus only, and blur by the radius."""
+    """The optics' blur model; None: geometric blur from aperture and focus."""
     tells_side: bool
     uniform: bool
     waveband: str
@@ -108,28 +107,28 @@ class Capabilities:
     focus_tolerance: float = 0.0
     aperture_tolerance: float = 0.0
     mixture: Mixture | None = None
-    """How blur varies over the field; None: it does not."""
+    """Field-dependent blur; None: blur is constant over the field."""
     contrast: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None
-    """As part of a mixture: the texture's contrast at each vergence (D, L), over the mixture's own; None: 1."""
+    """Of a component of a mixture: texture contrast at each vergence (D), relative to the mixture's; None: 1."""
 
     @property
     def isotropic(self) -> bool:
-        """Whether blur is alike in all directions."""
+        """Whether blur is rotationally symmetric."""
         return self.blur is None or self.blur.isotropic
 
     @property
     def forms_views(self) -> bool:
-        """Whether views are blurred by the optics' own blur unless said otherwise."""
+        """Whether views are formed with the optics' own blur model by default."""
         return self.blur is not None and self.blur.forms_views
 
 
 def capabilities(optics: Any) -> Capabilities:
-    """Return what `optics` state of themselves.
+    """Return the optional capabilities that `optics` declare.
 
     Raises
     ------
     InputError
-        If what they state is not of its kind.
+        If a declared attribute has an invalid type or value.
 
     Examples
     --------
@@ -157,14 +156,14 @@ def capabilities(optics: Any) -> Capabilities:
     stated = Capabilities(blur, sides, uniform, waveband, residual, mixture=mixture, contrast=contrast, **own)
     if stated.tells_side and stated.blur is None:
         raise InputError(
-            f"{type(optics).__name__} states tells_side = True, but offers no blur of its own that could: add "
+            f"{type(optics).__name__} states tells_side = True, but implements no blur model: add "
             "`optical_transfer`, or leave tells_side out."
         )
     return stated
 
 
 def _flag(optics: Any, name: str, default: bool) -> bool:
-    """A truth value that optics state."""
+    """Return a boolean attribute of optics; raise `InputError` if it is of another type."""
     value = getattr(optics, name, default)
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{name} of {type(optics).__name__} is {described(value)}, but must be True or False.")
@@ -172,21 +171,21 @@ def _flag(optics: Any, name: str, default: bool) -> bool:
 
 
 def check_optics(optics: Any, *, vergences: ArrayLike | None = None, frequency: float | None = None) -> None:
-    """Raise `InputError` unless `optics` implement `Optics`, and their own blur is what they state.
+    """Raise `InputError` unless `optics` implement `Optics` and their blur model is consistent.
 
     Parameters
     ----------
     optics
-        They must have a finite aperture diameter of 0 or more, and a finite focus vergence.
+        Optics with a finite focus vergence and a finite aperture diameter of 0 or more.
     vergences, frequency
-        Of points (D), and the highest frequency (cycles per radian: 0.5 / pixel angle), where their own blur is to be
-        checked, too: unit gain at frequency 0, that of real light (its conjugate at the negative frequency), alike in
-        all directions and on both sides of focus where they state so, and the same by each method that they offer.
+        Vergences (D) and maximum frequency (cycles per radian: 0.5 / pixel angle) at which the blur model is also
+        checked: unit gain at frequency 0, Hermitian symmetry, isotropy and difference between the sides of focus as
+        declared, and agreement between the methods.
 
     Raises
     ------
     InputError
-        The first of what is wrong, by the optics' name.
+        For the first violation found, naming the optics' class.
 
     Examples
     --------
@@ -212,7 +211,7 @@ def check_optics(optics: Any, *, vergences: ArrayLike | None = None, frequency: 
     if vergences is None and frequency is None:
         return
     if vergences is None or frequency is None:
-        raise InputError("only one of vergences and frequency is given, but a blur is checked by both: give both.")
+        raise InputError("only one of vergences and frequency is given, but the blur is checked with both: give both.")
     if stated.blur is not None:
         for vergence in np.atleast_1d(np.asarray(vergences, float)).tolist():
             stated.blur.check(vergence, frequency)
@@ -222,7 +221,7 @@ def check_optics(optics: Any, *, vergences: ArrayLike | None = None, frequency: 
 
 
 def refocused(optics: Any, vergence: float) -> Any:
-    """Return the same optics focused at another `vergence` (D), by their own method ``refocused(vergence)``.
+    """Return the optics focused at another `vergence` (D), by their method ``refocused(vergence)``.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Blur as a filter: from the radius of a blur disc to its optical transfer function, one class a shape of blur.
+"""Point spread functions: from the radius of a blur disc to its optical transfer function, one class per shape.
 
-Frequencies are in cycles per unit of the radius: per pixel for radii in pixels, per radian for angles. A shape has unit
-gain at frequency 0. See `Psf` for what a new shape gives, and `check_psf` for the check that it must pass.
+Frequencies are in cycles per unit of the radius: per pixel for radii in pixels, per radian for angles. Every shape has
+unit gain at frequency 0. See `Psf` for how to define a new shape, and `check_psf` to validate it.
 """
 
 from __future__ import annotations
@@ -47,31 +47,31 @@ __all__ = [
 ]
 
 PsfName = str
-"""Name of a shape of blur (`names`)."""
+"""Name of a blur shape (see `names`)."""
 
 
 def transfer(
     frequency: ArrayLike, radius: ArrayLike, psf: Psf | PsfName, k: float | None = None
 ) -> NDArray[np.float64]:
-    """Transfer at `frequency` of the round blur whose disc has `radius`, of the shape `psf`; broadcasts.
+    """Return the transfer at `frequency` of isotropic blur of shape `psf` and disc radius `radius`; broadcasts.
 
     Parameters
     ----------
     frequency
         Radial frequency, in cycles per unit of `radius`.
     radius
-        Radius of the geometric blur disc; 0 (a pinhole, or a point in focus) transfers everything.
+        Radius of the geometric blur disc; at 0 (a pinhole, or a point in focus) the transfer is 1.
     psf
-        A shape, or the name of one: ``"disc"``, ``"gaussian"``, ``"blend"``, ``"annulus"``, ...
+        A shape, or its name: ``"disc"``, ``"gaussian"``, ``"blend"``, ``"annulus"``, ...
     k
-        Of a Gaussian or a blend that is given by name, sigma / disc radius. The paper takes 1 and asks for
-        calibration; the default of the Gaussian matches the second moment of the disc.
+        sigma / disc radius of a Gaussian or Gaussian-edged disc given by name. The paper uses 1 and recommends
+        calibration; the Gaussian's default matches the second moment of the disc.
 
     Raises
     ------
     InputError
-        If the shape is unknown or not alike in all directions, a frequency is not finite, a radius negative or NaN, or
-        k not positive.
+        If the shape is unknown or not isotropic, a frequency is not finite, a radius is negative or NaN, or k is not
+        positive.
 
     Examples
     --------
@@ -81,5 +81,5 @@ def transfer(
     shape = psf_of(psf, k)
     frequency = check_finite("frequency", frequency, "cycles per unit of the radius")
     if not np.all(np.asarray(radius, dtype=float) >= 0):
-        raise InputError("radius holds negative or undefined values, but the radius of a blur disc is 0 or more.")
+        raise InputError("radius contains negative or NaN values, but blur radii must be 0 or more: correct them.")
     return shape.transfer(frequency, radius)

@@ -1,4 +1,4 @@
-"""The Gaussian-edged disc: real lenses' blur, between a disc and a Gaussian."""
+"""Gaussian-edged disc: the blur of real lenses, between a disc and a Gaussian."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from focalgradient.psf.shape import Psf, parameter
 __all__ = ["Blend", "blend_transfer"]
 
 CHORDS = 512
-"""Chords of the disc over which its Gaussian rim is integrated: 0.006 radii apart, right to 1e-6 for k of 0.01 on."""
+"""Number of chords over which the Gaussian edge is integrated (spacing 0.006 radii): accurate to 1e-6 for k >= 0.01."""
 
 
 def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> NDArray[np.float64]:
-    """Transfer of a disc convolved with a Gaussian, as real lenses' blur is; broadcasts.
+    """Return the transfer of a Gaussian-edged disc, a disc convolved with a Gaussian; broadcasts.
 
-    The Gaussian's standard deviation is `k` x `radius`, the disc's own radius `radius` sqrt(1 - (k / 0.5)^2): the two
-    together have the second moment of the whole disc. 0 is the disc, 0.5 and more the Gaussian.
+    The Gaussian has standard deviation `k` x `radius`, the disc radius `radius` sqrt(1 - (k / 0.5)^2), so that the
+    second moment equals that of a uniform disc of `radius`. k = 0 is a disc, k >= 0.5 a Gaussian.
 
     >>> [round(float(blend_transfer(0.1, 4.0, k)), 3) for k in (0.0, 0.35, 0.5)]
     [0.393, 0.44, 0.454]
@@ -32,7 +32,7 @@ def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> NDArray
 
 
 def _rest(k: float) -> float:
-    """Radius of the disc's part, over the whole radius."""
+    """Return the radius of the disc component, relative to the blur radius."""
     return float(np.sqrt(max(0.0, 1 - (k / DISC_K) ** 2)))
 
 
@@ -43,28 +43,29 @@ class Blend(Psf):
     name = "blend"
 
     k: float = parameter(0.35, K_HELP, least=0.0, exclusive=True)
-    """By default half of the second moment is the disc's, half the Gaussian's. From 0.5 on all is the Gaussian's."""
+    """sigma / blur radius. At the default 0.35 disc and Gaussian have equal second moments; from 0.5 it is a
+    Gaussian."""
 
     @property
     def sd_per_radius(self) -> float:
-        """A disc's, or `k` where that is larger."""
+        """Standard deviation per blur radius: the disc's 0.5, or `k` if larger."""
         return max(DISC_K, self.k)
 
     @property
     def edge_reach(self) -> float:
-        """The disc's radius, and six standard deviations of the Gaussian."""
+        """Disc radius plus six standard deviations of the Gaussian, in blur radii."""
         return _rest(self.k) + SPREAD * self.k
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
-        """See `blend_transfer`."""
+        """Return `blend_transfer` with `k`."""
         return blend_transfer(frequency, radius, self.k)
 
     def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """Return the mean, over the disc's chords, of the normal distribution about each (Gauss-Chebyshev)."""
+        """Return the mean of normal distribution functions centred on the disc's chords (Gauss-Chebyshev)."""
         return self._over_chords(position, radius, line=False)
 
     def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """Return the same of the normal density."""
+        """Return the mean of normal densities centred on the disc's chords (Gauss-Chebyshev)."""
         return self._over_chords(position, radius, line=True)
 
     def _over_chords(self, position: ArrayLike, radius: float, line: bool) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The check that every shape of blur must pass."""
+"""Consistency checks for blur shapes."""
 
 from __future__ import annotations
 
@@ -14,42 +14,44 @@ from focalgradient.psf.shape import Psf
 __all__ = ["check_psf", "check_transfer"]
 
 ERROR = 1e-3
-"""Error that a transfer, or an edge response, may have: shapes read off tables pass."""
+"""Maximum error of a transfer or an edge response; shapes interpolated from tables meet it."""
 
 RADII = (0.3, 1.0, 4.0)
-"""Blur radii at which a shape is checked: it is free of scale, and these show whether it is."""
+"""Blur radii at which a shape is checked, including for scale invariance."""
 
 LARGE, LEFT = 1000.0, 0.05
-"""Blur radius of which almost nothing must be left at 0.25 to 0.5 cycles a unit, and what may be."""
+"""A large blur radius, and the maximum transfer allowed there at 0.25 to 0.5 cycles per unit of the radius."""
 
 DIRECTIONS: NDArray[np.float64] = np.pi * np.arange(12) / 12
+"""Directions in radians in which transfers are compared."""
 
 DIRECTED: NDArray[np.float64] = np.linspace(0.02, 1.5, 80)
-"""Radial frequencies, in cycles a radius, at which directions are compared."""
+"""Radial frequencies (cycles per radius) at which directions are compared."""
 
 EDGE_BLUR, EDGE_TO, EDGE_STEPS = 0.1, 4.0, 1 / 64
-"""Sigma of the Gaussian that both edge responses are smoothed by, the farthest position, and the frequencies' spacing,
-all in standard deviations of the shape or cycles of them: the integral over the transfer then converges."""
+"""Sigma of the Gaussian that smooths both edge responses, maximum position, and frequency spacing, in standard
+deviations of the shape (or cycles per standard deviation); the smoothing makes the integral over the transfer
+converge."""
 
 
 def check_psf(psf: Psf | str) -> None:
-    """Check that a shape of blur is consistent, and raise an error that states all that is not.
+    """Validate a blur shape; the error lists every inconsistency.
 
-    A shape must keep the light (transfer 1 at frequency 0), be no blur at radius 0 and leave nothing of fine detail at
-    a large one; its transfer must be that of real light (its conjugate at the negative frequency, at most 1 in size),
-    depend on frequency times radius only (its derivative by the radius against finite differences), and be alike in all
-    directions, real, or without a change of sign where the shape states so. The standard deviation must agree with the
-    transfer, and the edge response, where it is given, with the integral of the point spread function.
+    A shape must have unit gain at frequency 0, no blur at radius 0, and negligible transfer of fine detail at a large
+    radius. Its transfer must be Hermitian with modulus at most 1, depend only on the product of frequency and radius
+    (checked by finite differences), and be isotropic, real, or free of sign changes where the shape declares so. The
+    standard deviation must agree with the transfer, and the edge response, if defined, with the integral of the point
+    spread function.
 
     Parameters
     ----------
     psf
-        A shape, or the name of one.
+        A shape, or its name.
 
     Raises
     ------
     InputError
-        If it is no shape, or fails.
+        If `psf` is not a shape, or is inconsistent.
 
     Examples
     --------
@@ -65,7 +67,7 @@ def check_psf(psf: Psf | str) -> None:
     shape = psf_of(psf)
     try:
         failures = list(_of_form(shape))
-        # What is of the wrong form cannot be checked further.
+        # A transfer of the wrong form cannot be checked further.
         failures = failures or [*_of_limits(shape), *_of_statements(shape), *_of_moments(shape), *_of_edge(shape)]
     except InputError:
         raise
@@ -76,10 +78,9 @@ def check_psf(psf: Psf | str) -> None:
 
 
 def check_transfer(psf: Psf) -> None:
-    """Check quickly what no use of a shape can do without, and raise an error that states what is wrong.
+    """Validate the form, unit gain and declared isotropy of a shape's transfer, quickly.
 
-    The form of its transfer, unit gain at frequency 0, and directions that are alike where it states so: part of
-    `check_psf`, which `recover_depth` asks for.
+    The part of `check_psf` that `recover_depth` runs.
     """
     failures = list(_of_form(psf)) or [*_of_gain(psf), *_of_directions(psf, _on_circle(psf, DIRECTED, 1.0))]
     if failures:
@@ -87,13 +88,13 @@ def check_transfer(psf: Psf) -> None:
 
 
 def _on_circle(shape: Psf, radial: NDArray[np.float64], radius: float) -> NDArray[np.complex128]:
-    """Transfer at radial frequencies in all `DIRECTIONS`: directions x frequencies."""
+    """Return the transfer at radial frequencies in all `DIRECTIONS`, shape directions x frequencies."""
     y, x = np.sin(DIRECTIONS)[:, None] * radial, np.cos(DIRECTIONS)[:, None] * radial
     return np.asarray(shape.optical_transfer(y, x, radius), np.complex128)
 
 
 def _of_form(shape: Psf) -> Iterator[str]:
-    """What is wrong with the transfer's form."""
+    """Yield faults in the shape, type or finiteness of the transfer."""
     y, x, radius = np.linspace(-0.4, 0.4, 5)[:, None, None], np.linspace(0, 0.4, 4)[:, None], np.array([0.0, 1.5])
     for name, found in (
         ("optical_transfer", shape.optical_transfer(y, x, radius)),
@@ -107,16 +108,16 @@ def _of_form(shape: Psf) -> Iterator[str]:
 
 
 def _of_gain(shape: Psf) -> Iterator[str]:
-    """What is wrong at frequency 0."""
+    """Yield a fault if the gain at frequency 0 is not 1."""
     for radius in RADII:
         zero = np.asarray(shape.optical_transfer(0.0, 0.0, radius)).item()
         if not abs(zero - 1) <= ERROR:
-            yield f"the transfer is {_shown(zero)} at frequency 0, but must be 1 (the light is kept)"
+            yield f"the transfer is {_shown(zero)} at frequency 0, but must be 1 (unit gain)"
             break
 
 
 def _of_directions(shape: Psf, circle: NDArray[np.complex128]) -> Iterator[str]:
-    """Whether the transfer at radius 1 and `DIRECTED` differs between directions, though the shape states not."""
+    """Yield a fault if the transfer depends on direction though the shape is declared isotropic."""
     if shape.isotropic:
         uneven = max(np.abs(circle - shape.transfer(DIRECTED, 1.0)).max(), np.abs(circle.imag).max())
         if uneven > ERROR:
@@ -124,33 +125,36 @@ def _of_directions(shape: Psf, circle: NDArray[np.complex128]) -> Iterator[str]:
 
 
 def _of_limits(shape: Psf) -> Iterator[str]:
-    """What is wrong at radius 0 and a large radius, and with the size of the transfer."""
+    """Yield faults of the transfer at radius 0 and at a large radius, and of its modulus."""
     yield from _of_gain(shape)
     radial = np.linspace(0.01, 0.5, 40)
     none = np.abs(_on_circle(shape, radial, 0.0) - 1).max()
     if none > ERROR:
-        yield f"at radius 0 the transfer differs from 1 by {none:.2g}, but there is no blur then"
+        yield f"at radius 0 the transfer differs from 1 by {none:.2g}, but must equal 1 there"
     left = np.abs(_on_circle(shape, np.linspace(0.25, 0.5, 20), LARGE)).max()
     if left > LEFT:
-        yield f"at a radius of {LARGE:g} the transfer is still {left:.2g} at 0.25 to 0.5 cycles a unit of the radius"
+        yield (
+            f"at a radius of {LARGE:g} the transfer at 0.25 to 0.5 cycles per unit is {left:.2g}, but must be "
+            f"below {LEFT:g}"
+        )
     most = max(float(np.abs(_on_circle(shape, radial, radius)).max()) for radius in RADII)
     if most > 1 + ERROR:
-        yield f"the transfer reaches {most:.3g}, but no positive light has more than 1"
+        yield f"the transfer reaches {most:.3g}, but a non-negative point spread function has at most 1"
 
 
 def _of_statements(shape: Psf) -> Iterator[str]:
-    """What the transfer contradicts: real light, freedom of scale, and what the shape states of itself."""
+    """Yield violations of Hermitian symmetry, of scale invariance and of the shape's declarations."""
     radial = DIRECTED
     circle = _on_circle(shape, radial, 1.0)
     turned = np.abs(_on_circle(shape, -radial, 1.0) - circle.conj()).max()
     if turned > ERROR:
-        yield f"the transfer at -f is not the conjugate of that at f (by {turned:.2g}), as of any real light"
+        yield f"the transfer at -f is not the conjugate of that at f (difference {turned:.2g})"
     yield from _of_directions(shape, circle)
     if shape.symmetric and np.abs(circle.imag).max() > ERROR:
         yield f"it states symmetric = True, but its transfer has an imaginary part of {np.abs(circle.imag).max():.2g}"
     if not shape.ends_sharply and circle.real.min() < -ERROR:
         yield f"it states ends_sharply = False, but its transfer falls to {circle.real.min():.2g}"
-    # By freedom of scale the derivative by the radius is f / radius times that by the frequency.
+    # Scale invariance: the derivative by the radius is f / radius times that by the frequency.
     for radius in RADII:
         f, step = radial / radius, 1e-4
         by_radius, by_frequency = (
@@ -162,13 +166,13 @@ def _of_statements(shape: Psf) -> Iterator[str]:
         if off > 5 * ERROR:
             yield (
                 f"at radius {radius:g} its derivative by the radius differs from finite differences by the frequency "
-                f"by {off:.2g}: only frequency times radius may count"
+                f"by {off:.2g}, but must depend only on frequency times radius"
             )
             break
 
 
 def _of_moments(shape: Psf) -> Iterator[str]:
-    """What is wrong with the law between radius and standard deviation."""
+    """Yield faults in the relation between radius and standard deviation."""
     stated, measured = shape.sd_per_radius, Psf.sd_per_radius.fget(shape)  # type: ignore[attr-defined]
     if not (np.isfinite(stated) and stated > 0):
         yield f"sd_per_radius is {stated!r}, but must be positive and finite"
@@ -181,7 +185,7 @@ def _of_moments(shape: Psf) -> Iterator[str]:
 
 
 def _of_edge(shape: Psf) -> Iterator[str]:
-    """What is wrong with the edge response, against the integral of the point spread function by the transfer."""
+    """Yield faults of the edge and line responses, compared with integrals over the transfer."""
     if not shape.gives_edge_response:
         return
     unit = Psf.sd_per_radius.fget(shape)  # type: ignore[attr-defined]

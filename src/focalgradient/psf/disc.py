@@ -1,4 +1,4 @@
-"""The uniform disc of geometric optics."""
+"""Uniform blur disc of geometric optics."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from focalgradient.psf.shape import Psf
 __all__ = ["DISC_K", "Disc", "disc_edge", "disc_transfer"]
 
 DISC_K = 0.5
-"""sigma / radius of the Gaussian with the second moment, per axis, of a uniform disc."""
+"""sigma / radius of the Gaussian with the second moment (per axis) of a uniform disc."""
 
 
 def disc_transfer(frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
-    """Transfer of a uniform disc, 2 J1(x) / x with x = 2 pi `radius` `frequency` (geometric optics); broadcasts.
+    """Return the transfer of a uniform disc, 2 J1(x) / x with x = 2 pi `radius` `frequency`; broadcasts.
 
-    Negative beyond its first zero at 0.61 cycles per radius: there contrast reverses.
+    Negative (contrast reversal) beyond the first zero at 0.61 cycles per radius.
 
     >>> disc_transfer([0.0, 0.61], 1.0).round(3).tolist()
     [1.0, -0.0]
     """
-    # Imported here, for `import focalgradient` to stay light.
+    # Imported here to keep `import focalgradient` light.
     from scipy.special import j1
 
     x = 2 * np.pi * np.asarray(radius, dtype=float) * np.asarray(frequency, dtype=float)
@@ -33,7 +33,7 @@ def disc_transfer(frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64
 
 
 def disc_edge(u: ArrayLike) -> NDArray[np.float64]:
-    """Edge response of a disc of radius 1: the share of its area left of `u`.
+    """Return the edge response of a disc of radius 1: the fraction of its area left of `u`.
 
     >>> disc_edge([-1.0, 0.0, 0.5]).round(4).tolist()
     [0.0, 0.5, 0.8045]
@@ -51,14 +51,14 @@ class Disc(Psf):
     edge_reach = 1.0
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
-        """See `disc_transfer`."""
+        """Return `disc_transfer`."""
         return disc_transfer(frequency, radius)
 
     def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """See `disc_edge`."""
+        """Return `disc_edge` at `position` / `radius`."""
         return disc_edge(np.asarray(position, float) / radius)
 
     def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """Return the disc's chord at `position`, over its area."""
+        """Return the length of the disc's chord at `position`, divided by the disc's area."""
         u = np.clip(np.asarray(position, float) / radius, -1, 1)
         return np.asarray(2 * np.sqrt(1 - u**2) / np.pi / radius)

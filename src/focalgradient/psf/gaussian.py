@@ -1,4 +1,4 @@
-"""The Gaussian that the paper takes for a lens's blur."""
+"""Gaussian blur, the paper's model of a lens."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["K_HELP", "Gaussian", "gaussian_transfer"]
 K_HELP = "sigma / disc radius"
 
 SPREAD = 6.0
-"""Standard deviations beyond which an edge response is 1: the rest is 1e-9."""
+"""Number of standard deviations beyond which an edge response is taken as 1 (error 1e-9)."""
 
 
 def gaussian_transfer(frequency: ArrayLike, radius: ArrayLike, k: float = DISC_K) -> NDArray[np.float64]:
-    """Transfer of a Gaussian of standard deviation sigma = `k` x `radius`, exp(-2 (pi sigma f)^2); broadcasts.
+    """Return the transfer of a Gaussian of sigma = `k` x `radius`, exp(-2 (pi sigma f)^2); broadcasts.
 
     >>> round(float(gaussian_transfer(0.1, 4.0, k=0.5)), 3)
     0.454
@@ -31,7 +31,7 @@ def gaussian_transfer(frequency: ArrayLike, radius: ArrayLike, k: float = DISC_K
 
 @dataclass(frozen=True)
 class Gaussian(Psf):
-    """Gaussian of sigma = k x blur radius: the paper's, which takes k = 1; 0.5 has a disc's second moment."""
+    """Gaussian of sigma = k x blur radius; the paper uses k = 1, k = 0.5 has a disc's second moment."""
 
     name = "gaussian"
     absorbs_pixel = True
@@ -42,25 +42,25 @@ class Gaussian(Psf):
 
     @property
     def sd_per_radius(self) -> float:
-        """`k`."""
+        """Standard deviation per blur radius, `k`."""
         return self.k
 
     @property
     def edge_reach(self) -> float:
-        """Six standard deviations."""
+        """Six standard deviations, in blur radii."""
         return SPREAD * self.k
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
-        """See `gaussian_transfer`."""
+        """Return `gaussian_transfer` with `k`."""
         return gaussian_transfer(frequency, radius, self.k)
 
     def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """Return the normal distribution at `position` over sigma."""
+        """Return the normal distribution function of `position` / sigma."""
         from scipy.special import ndtr
 
         return np.asarray(ndtr(np.asarray(position, float) / (self.k * radius)), float)
 
     def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """Return the normal density."""
+        """Return the normal density with standard deviation sigma."""
         sigma = self.k * radius
         return np.exp(-((np.asarray(position, float) / sigma) ** 2) / 2) / (math.sqrt(2 * math.pi) * sigma)

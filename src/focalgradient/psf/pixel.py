@@ -1,4 +1,4 @@
-"""The pixel's own blur."""
+"""Blur of the pixel aperture."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["pixel_transfer"]
 
 
 def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> NDArray[np.float64]:
-    """Transfer of a square pixel that averages the light over its whole area, in cycles per pixel; broadcasts.
+    """Return the transfer of a square pixel aperture; frequencies in cycles per pixel; broadcasts.
 
-    The sinc in frequency that the paper's appendix adds to blur.
+    The sinc function that the paper's appendix multiplies by the transfer of the blur.
 
     >>> round(float(pixel_transfer(0.0, 0.5)), 4)
     0.6366

@@ -1,4 +1,4 @@
-"""The regular polygon: the aperture of an iris with straight blades."""
+"""Polygonal blur: the aperture of an iris with straight blades."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from focalgradient.psf.shape import Psf, parameter
 __all__ = ["Polygon"]
 
 SMALL = 1e-3
-"""Phase (rad) at the blur radius below which the transfer is taken from its series: the next term is below 1e-9."""
+"""Phase (rad) at the blur radius below which the transfer is computed from its series (error below 1e-9)."""
 
 
 @dataclass(frozen=True)
 class Polygon(Psf):
-    """Regular polygon: an iris with straight blades, of the area of the f-number's disc.
+    """Regular polygon: an iris with straight blades, with the area of the f-number's disc.
 
-    An f-number states the diameter of the circle that has the aperture's area (ISO 517): the corners lie beyond the
-    disc of the blur radius, the middles of the sides within it. Of an odd number of blades the shape is turned by half
-    a turn on the nearer side of focus.
+    The f-number gives the diameter of the circle with the aperture's area (ISO 517), so the corners lie outside the
+    disc of the blur radius and the midpoints of the sides inside. With an odd number of blades, the shape is rotated by
+    180 degrees on the nearer side of focus.
     """
 
     name = "polygon"
@@ -32,13 +32,13 @@ class Polygon(Psf):
     blades: int = parameter(6, "number of blades", least=3, most=64)
     rotation: float = parameter(
         0.0,
-        "from the right, clockwise, to a corner",
+        "direction of a corner, clockwise from the right",
         least=-360,
         most=360,
         unit="deg",
         per_unit=math.pi / 180,
     )
-    """In radians: the direction of a corner from the middle, from +x (right) towards +y (down)."""
+    """Direction of a corner in radians, from +x (right) towards +y (down)."""
 
     @property
     def symmetric(self) -> bool:
@@ -47,16 +47,16 @@ class Polygon(Psf):
 
     @property
     def circumradius(self) -> float:
-        """From the middle to a corner, in blur radii: the area is that of the disc, pi."""
+        """Distance of the corners from the centre in blur radii; the area is pi."""
         return math.sqrt(2 * math.pi / (self.blades * math.sin(2 * math.pi / self.blades)))
 
     @property
     def sd_per_radius(self) -> float:
-        """The second moment of a regular polygon, R^2 (2 + cos(2 pi / n)) / 12, alike along all axes."""
+        """Standard deviation per blur radius: the variance is R^2 (2 + cos(2 pi / n)) / 12 along every axis."""
         return self.circumradius * math.sqrt((2 + math.cos(2 * math.pi / self.blades)) / 12)
 
     def corners(self) -> NDArray[np.float64]:
-        """Corners (y, x) in blur radii: n x 2.
+        """Return the corners (y, x) in blur radii, shape n x 2.
 
         >>> Polygon(4).corners().round(3).tolist()
         [[0.0, 1.253], [1.253, 0.0], [0.0, -1.253], [-1.253, -0.0]]
@@ -65,7 +65,7 @@ class Polygon(Psf):
         return self.circumradius * np.stack([np.sin(turn), np.cos(turn)], axis=1)
 
     def optical_transfer(self, frequency_y: ArrayLike, frequency_x: ArrayLike, radius: ArrayLike) -> NDArray[Any]:
-        """Return the Fourier transform of the polygon, over its area, as a sum over its sides (Gauss's theorem).
+        """Return the Fourier transform of the polygon divided by its area, as a sum over its sides (Gauss's theorem).
 
         >>> Polygon(4).optical_transfer([0.0, 0.5], [0.5, 0.0], 1.0).round(3).tolist()
         [0.219, 0.219]

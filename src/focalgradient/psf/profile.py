@@ -1,4 +1,4 @@
-"""Edge profile of a blur of any shape, along any direction, and its steepest slope: all in units of the blur radius."""
+"""Edge profile of blur of any shape along any direction, and its maximum slope, in units of the blur radius."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from focalgradient.psf.shape import Psf
 __all__ = ["edge_profile", "steepest_slope"]
 
 PERIOD, PER_RADIUS = 32, 256
-"""Extent of the sampled line response in blur radii, and its samples per blur radius: a disc's edge response is right
-to 3e-5 then."""
+"""Extent in blur radii of the sampled line response, and samples per blur radius: the error of a disc's edge response
+is then 3e-5."""
 
 DIRECTIONS = 24
-"""Directions over half a turn in which the steepest slope is searched: a square's falls by 7 % within 4 degrees of its
-side's, which is less than a picture's edges keep."""
+"""Number of directions, over 180 degrees, among which the maximum slope is searched: a square's slope falls by 7 %
+within 4 degrees of its side's direction, less than the uncertainty of edges in pictures."""
 
 
 def edge_profile(psf: Psf, direction: float = 0.0) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return the function from position (blur radii beyond the edge) to the blurred image of a step from 0 to 1.
+    """Return the edge profile: a function of position (blur radii beyond the edge) that rises from 0 to 1.
 
     Parameters
     ----------
     psf
-        The shape, as pictures show it for points beyond the plane of focus.
+        The shape, as seen in pictures for points beyond the plane of focus.
     direction
-        In which the step rises: radians from +x (right) towards +y (down).
+        Direction in which the step rises, in radians from +x (right) towards +y (down).
 
     Examples
     --------
@@ -48,7 +48,7 @@ def edge_profile(psf: Psf, direction: float = 0.0) -> Callable[[NDArray[np.float
 
 
 def steepest_slope(psf: Psf) -> float:
-    """Return the largest slope of the blurred image of a unit step, in any direction, times the blur radius.
+    """Return the maximum slope, over all directions, of the blurred image of a unit step, times the blur radius.
 
     >>> from focalgradient.psf import Disc, Polygon
     >>> round(steepest_slope(Disc()), 4), round(steepest_slope(Polygon(64)), 2)  # 2 / pi
@@ -61,9 +61,9 @@ def steepest_slope(psf: Psf) -> float:
 
 
 def _line(psf: Psf, direction: float) -> NDArray[np.float64]:
-    """Means of the line response along a direction over each of the samples, from -PERIOD / 2 to PERIOD / 2."""
+    """Return the line response along a direction, averaged over each sample from -PERIOD / 2 to PERIOD / 2."""
     frequency = np.fft.rfftfreq(PERIOD * PER_RADIUS, 1 / PER_RADIUS)
     otf = psf.optical_transfer(frequency * math.sin(direction), frequency * math.cos(direction), 1.0)
-    # Averaged over a sample, and moved by half of one to its middle.
+    # Average over each sample, and shift by half a sample to its centre.
     otf = otf * np.sinc(frequency / PER_RADIUS) * np.exp(1j * np.pi * frequency / PER_RADIUS)
     return np.fft.fftshift(np.fft.irfft(otf)) * PER_RADIUS

@@ -1,4 +1,4 @@
-"""Names of shapes: the one place where a name becomes a shape, and where a package's own shapes are found."""
+"""Registry of blur shapes by name, including those that other installed packages add."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ SHAPES: dict[str, str] = {
     "annulus": "focalgradient.psf.annulus:Annulus",
     "polygon": "focalgradient.psf.polygon:Polygon",
 }
-"""Where each shape of this package is."""
+"""Import path of each shape of this package, by name."""
 
 GROUP = "focalgradient.psf"
-"""Group of entry points by which an installed package adds shapes of its own: name = "package.module:Class"."""
+"""Entry-point group by which installed packages add shapes: name = "package.module:Class"."""
 
 
 @cache
 def _added() -> dict[str, EntryPoint]:
-    """Shapes of other installed packages, by name; not loaded."""
-    from importlib.metadata import entry_points  # which loads much, for `import focalgradient` to stay light
+    """Return the entry points of other installed packages' shapes by name, without loading them."""
+    from importlib.metadata import entry_points  # deferred to keep `import focalgradient` light
 
     return {one.name: one for one in entry_points(group=GROUP) if one.name not in SHAPES}
 
 
 def names() -> list[str]:
-    """Return the names of all shapes, those of other installed packages last.
+    """Return the names of all shapes, with those of other installed packages last.
 
     >>> names()[:5]
     ['disc', 'gaussian', 'blend', 'annulus', 'polygon']
@@ -45,12 +45,12 @@ def names() -> list[str]:
 
 
 def shape_class(name: str, others: tuple[str, ...] = (), called: str = "psf") -> type[Psf]:
-    """Return the class of the shape called `name`; `others` are names that the caller knows beside shapes.
+    """Return the shape class called `name`; `others` are further names that the caller accepts.
 
     Raises
     ------
     InputError
-        If there is none of this name, or the package that adds it cannot be loaded.
+        If there is no shape of this name, or the package that adds it cannot be loaded.
     """
     from pkgutil import resolve_name
 
@@ -66,7 +66,8 @@ def shape_class(name: str, others: tuple[str, ...] = (), called: str = "psf") ->
         made = entry.load()
     except Exception as error:
         raise InputError(
-            f"psf {name!r} of {_package(entry)} cannot be loaded ({type(error).__name__}: {error}): mend or remove it."
+            f"psf {name!r} of {_package(entry)} cannot be loaded ({type(error).__name__}: {error}): repair or "
+            "remove it."
         ) from error
     if not (isinstance(made, type) and issubclass(made, Psf)):
         raise InputError(f"psf {name!r} of {_package(entry)} is {described(made)}, but must be a subclass of Psf.")
@@ -78,23 +79,23 @@ def _package(entry: EntryPoint) -> str:
 
 
 def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), called: str = "psf") -> Psf:
-    """Return the shape that a public function was given: itself, or that of its name with parameters by default.
+    """Return the shape for a public function's argument: the shape itself, or the named one with default parameters.
 
     Parameters
     ----------
     psf
-        A shape, or the name of one.
+        A shape, or its name.
     k
-        Of a shape that is given by name and has such a parameter, sigma / disc radius; None: its default.
+        sigma / disc radius of a shape that is given by name and has this parameter; None: its default.
     others
-        Names that the caller knows beside shapes, for the message.
+        Further names that the caller accepts, for the message.
     called
-        Name of the caller's own parameter, for the message.
+        Name of the caller's parameter, for the message.
 
     Raises
     ------
     InputError
-        If there is no such shape, or `k` is out of range, or given beside a shape that has its own parameters.
+        If there is no such shape, `k` is out of range, or `k` is given together with a shape instance.
 
     Examples
     --------
@@ -106,7 +107,7 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), calle
     """
     if isinstance(psf, Psf):
         if k is not None:
-            raise InputError(f"k is given beside psf {psf}, which has parameters of its own: leave k out.")
+            raise InputError(f"k is given with psf {psf}, which has its own parameters: leave k out.")
         return psf
     if isinstance(psf, type) and issubclass(psf, Psf):
         raise InputError(f"psf is the class {psf.__name__}, but must be a shape of it: give {psf.__name__}().")
@@ -121,14 +122,14 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), calle
 
 
 def _check_k(k: Any) -> None:
-    """Check `k` also beside a shape that has none: callers pass a calibrated camera's with any shape."""
+    """Validate `k` even for a shape without it: callers pass a calibrated camera's k with any shape."""
     from focalgradient.psf.gaussian import Gaussian
 
     Gaussian.parameters()[0].check(k)
 
 
 def psf_from(stated: str | Mapping[str, Any], k: float | None = None) -> Psf:
-    """Return the shape that a file states: a name, or a table with `shape` and its parameters (see `Psf.stated`).
+    """Return the shape stated in a file: a name, or a table with `shape` and its parameters (see `Psf.stated`).
 
     >>> psf_from({"shape": "polygon", "blades": 5})
     Polygon(blades=5, rotation=0.0)

@@ -1,9 +1,9 @@
-"""The shape of a blur: what a new one gives, and what follows from that.
+"""Base class of blur shapes, and their parameters.
 
-A shape is free of scale: only frequency times radius counts, so that radii may be in pixels, radians or metres, with
-frequencies in cycles per the same unit. The radius is that of the geometric blur disc, (aperture diameter / 2) x
-|defocus|. A shape that differs from its mirror image through the middle (a pentagon) is stated as pictures show it for
-points beyond the plane of focus; points nearer than that plane show it turned by half a turn.
+Shapes are scale-invariant: the transfer depends only on frequency times radius, so radii may be in pixels, radians or
+metres, with frequencies in cycles per the same unit. The radius is that of the geometric blur disc, (aperture diameter
+/ 2) x |defocus|. A shape without point symmetry (a pentagon) is defined as pictures show it for points beyond the plane
+of focus; nearer points show it rotated by 180 degrees.
 """
 
 from __future__ import annotations
@@ -26,29 +26,29 @@ __all__ = ["Capability", "Parameter", "Psf", "parameter"]
 FloatArray = NDArray[np.float64]
 
 NEAR_ZERO = 1e-3
-"""Cycles per radius at which the curvature of a transfer gives the variance: the next term is below 1e-5 of it."""
+"""Frequency (cycles per radius) at which the transfer's curvature gives the variance; the relative error is 1e-5."""
 
 
 class Capability(Enum):
-    """What a method may need of a blur; the value is what the method needs, in words."""
+    """Property of a blur that a depth method may require; the value describes it in messages."""
 
-    BY_RADIUS = "blur that follows from its radius alone"
-    ISOTROPIC = "blur that is alike in all directions"
+    BY_RADIUS = "blur determined by its radius alone"
+    ISOTROPIC = "isotropic blur"
     EDGE_RESPONSE = "the edge response"
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number that a shape has beside its radius: what command lines and files ask for."""
+    """A parameter of a shape beside its radius, as command lines and files accept it."""
 
     name: str
     help: str
-    unit: str  # at the command line and in files, such as "deg"; empty for counts and ratios
-    per_unit: float  # the attribute's value of one such unit
-    least: float  # bounds, in that unit
+    unit: str  # on the command line and in files, such as "deg"; empty for counts and ratios
+    per_unit: float  # attribute's value per unit
+    least: float  # bounds, in `unit`
     most: float
-    exclusive: bool  # whether the bounds themselves are left out
-    default: float  # in that unit
+    exclusive: bool  # whether the bounds are exclusive
+    default: float  # in `unit`
 
     @property
     def key(self) -> str:
@@ -62,7 +62,7 @@ class Parameter:
 
     @property
     def whole(self) -> bool:
-        """Whether it counts something."""
+        """Whether the parameter is an integer count."""
         return isinstance(self.default, int)
 
     def check(self, value: Any, name: str | None = None) -> None:
@@ -75,7 +75,7 @@ class Parameter:
 
     @property
     def wanted(self) -> str:
-        """What it must be, in words."""
+        """Description of valid values, for messages."""
         if self.least == 0 and self.exclusive and math.isinf(self.most):
             return f"a positive number{f' of {self.unit}' * bool(self.unit)}, {self.help}"
         kind, unit = "a whole number" if self.whole else "a number", f" {self.unit}" * bool(self.unit)
@@ -95,18 +95,18 @@ def parameter(
     unit: str = "",
     per_unit: float = 1.0,
 ) -> Any:
-    """Return a dataclass field that is a parameter of a shape.
+    """Return a dataclass field that declares a shape parameter.
 
     Parameters
     ----------
     default, least, most
-        Its default and bounds, in `unit`; a default of type int makes it a count.
+        Default and bounds, in `unit`; a default of type int makes the parameter a count.
     help
-        What it is, in a few words.
+        Short description.
     exclusive
-        Whether the bounds themselves are left out.
+        Whether the bounds are exclusive.
     unit, per_unit
-        Unit at the command line and in files, and the attribute's value of one such unit (pi / 180 for "deg").
+        Unit on the command line and in files, and the attribute's value per unit (pi / 180 for "deg").
     """
     bounds = {"least": least, "most": most, "exclusive": exclusive, "unit": unit, "per_unit": per_unit}
     value = default if per_unit == 1 else default * per_unit
@@ -114,24 +114,25 @@ def parameter(
 
 
 class Psf(ABC):
-    """The shape of a blur. A subclass gives `transfer` (round blur) or `optical_transfer` (blur of any form).
+    """Base class of blur shapes; subclasses define `transfer` (isotropic) or `optical_transfer` (general).
 
-    All else follows, and may be given where it is known better: `edge_response` makes the method "edges" work, and
-    `sd_per_radius` is otherwise measured on the transfer. `focalgradient.psf.check_psf` tells whether a new shape is
-    consistent.
+    All other methods have defaults and may be overridden with exact expressions: `edge_response` enables the depth
+    method "edges", and `sd_per_radius` is otherwise computed from the transfer. `focalgradient.psf.check_psf` validates
+    a new shape.
 
     Notes
     -----
-    A subclass may state:
+    A subclass may declare:
 
-    - ``name``, ``description``: the name that results, files and messages use (by default the class's), and a sentence;
-    - ``isotropic``: whether blur is alike in all directions; by default where `transfer` is given;
-    - ``symmetric``: whether the shape is its own mirror image through the middle, so that its transfer is real; by
-      default where it is isotropic;
-    - ``ends_sharply``: whether light ends at a rim, so that the transfer changes sign; detail beyond its second zero is
-      then not compared;
-    - ``absorbs_pixel``: whether the shape, averaged over a pixel, is the same shape, only wider: true of a Gaussian;
-    - ``scale_parameter``: the parameter that is `sd_per_radius` itself, which a calibration along edges measures.
+    - ``name``, ``description``: name in results, files and messages (default: the class's), and a one-sentence
+    description;
+    - ``isotropic``: whether the blur is isotropic; by default if `transfer` is defined;
+    - ``symmetric``: whether the shape is point-symmetric, so that its transfer is real; by default if it is isotropic;
+    - ``ends_sharply``: whether the shape has a sharp rim, so that the transfer changes sign; frequencies beyond its
+    second zero are then not compared;
+    - ``absorbs_pixel``: whether convolution with the pixel aperture gives the same shape, only wider (true of a
+    Gaussian);
+    - ``scale_parameter``: the parameter equal to `sd_per_radius`, which calibration along edges estimates.
 
     Examples
     --------
@@ -159,84 +160,84 @@ class Psf(ABC):
             cls.description = (cls.__doc__ or cls.__name__).strip().splitlines()[0]
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
-        """Refuse `Psf` itself, which has no transfer."""
+        """Raise TypeError for `Psf` itself, which is abstract."""
         if cls is Psf:
             raise TypeError("Psf is abstract: use one of its subclasses, such as focalgradient.psf.Disc.")
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
-        """Check the parameters of a dataclass."""
+        """Validate the parameters of a dataclass."""
         for one in self.parameters():
             value = getattr(self, one.name)
             one.check(value / one.per_unit if is_number(value) and one.per_unit != 1 else value)
 
     @property
     def isotropic(self) -> bool:
-        """Whether blur is alike in all directions."""
+        """Whether the blur is isotropic."""
         return type(self).transfer is not Psf.transfer
 
     @property
     def symmetric(self) -> bool:
-        """Whether the shape is its own mirror image through the middle; otherwise it tells the side of focus."""
+        """Whether the shape is point-symmetric; otherwise it reveals the side of focus."""
         return self.isotropic
 
     @property
     def ends_sharply(self) -> bool:
-        """Whether light ends at a rim."""
+        """Whether the shape has a sharp rim."""
         return True
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
-        """Return the transfer of round blur of `radius` at a radial `frequency` (cycles per its unit); broadcasts.
+        """Return the transfer of isotropic blur of `radius` at a radial `frequency` (cycles per its unit); broadcasts.
 
         Raises
         ------
         InputError
-            If the blur is not alike in all directions.
+            If the blur is not isotropic.
         """
         if not self.isotropic:
-            raise InputError(f"{self} is not alike in all directions: ask for its optical_transfer.")
+            raise InputError(f"{self} is not isotropic: use its optical_transfer.")
         return np.real(self.optical_transfer(0.0, frequency, radius))
 
     def optical_transfer(self, frequency_y: ArrayLike, frequency_x: ArrayLike, radius: ArrayLike) -> NDArray[Any]:
-        """Return the transfer at frequencies along y (down) and x (right), of points beyond focus; broadcasts.
+        """Return the OTF for points beyond focus, at frequencies along y (down) and x (right); broadcasts.
 
-        The Fourier transform, sum of psf(x) exp(-2 pi i f x), real or complex; its conjugate is that of points nearer
-        than focus.
+        The Fourier transform, sum of psf(x) exp(-2 pi i f x), real or complex; for points nearer than focus it is the
+        complex conjugate.
         """
         return self.transfer(np.hypot(frequency_y, frequency_x), radius)
 
     def edge_response(self, position: ArrayLike, radius: float) -> FloatArray:
-        """Return the blurred image of a step from 0 to 1 at `position`, in the radius's unit from the step.
+        """Return the blurred image of a unit step at `position`, measured from the step in the unit of `radius`.
 
         Raises
         ------
         InputError
-            If the shape does not give it.
+            If the shape does not define it.
         """
-        raise InputError(f"{self} does not give its edge response.")
+        raise InputError(f"{self} does not define its edge response: use another shape.")
 
     def line_response(self, position: ArrayLike, radius: float) -> FloatArray:
-        """Return the derivative of `edge_response` by `position`; by default from central differences."""
+        """Return the derivative of `edge_response` by `position`, by default from central differences."""
         step = 1e-4 * radius
         beside = (self.edge_response(np.asarray(position, float) + way * step, radius) for way in (1, -1))
         return np.asarray(np.subtract(*beside) / (2 * step), float)
 
     @property
     def edge_reach(self) -> float:
-        """Radii from the step beyond which `edge_response` is 1 (to 1e-6)."""
+        """Distance from the step, in blur radii, beyond which `edge_response` is 1 (to 1e-6)."""
         radii = np.concatenate([np.linspace(0, 4, 1001), np.geomspace(4, 400, 400)[1:]])
         below = np.flatnonzero(self.edge_response(radii, 1.0) < 1 - 1e-6)
         return float(radii[min(below[-1] + 1, len(radii) - 1)])
 
     @property
     def sd_per_radius(self) -> float:
-        """Standard deviation along either axis over the blur radius; by default from the transfer's curvature at 0."""
+        """Standard deviation along either axis per blur radius, by default from the transfer's curvature at 0."""
         along = [self.optical_transfer(y, x, 1.0) for y, x in ((NEAR_ZERO, 0.0), (0.0, NEAR_ZERO))]
         variance = 1 - float(np.mean(np.real(along)))
         return math.sqrt(max(variance, 0.0) / 2) / (math.pi * NEAR_ZERO)
 
     def sd(self, radius: ArrayLike) -> FloatArray:
-        """Return the standard deviation along either axis of blur of `radius`, in the radius's unit.
+        """Return the standard deviation along either axis of blur of `radius`, in the unit of `radius`.
 
         >>> from focalgradient.psf import Disc
         >>> float(Disc().sd(4.0))
@@ -245,21 +246,21 @@ class Psf(ABC):
         return self.sd_per_radius * np.asarray(radius, float)
 
     def variance(self, radius: ArrayLike) -> FloatArray:
-        """Return the variance along either axis of blur of `radius`, in the radius's unit squared."""
+        """Return the variance along either axis of blur of `radius`, in the unit of `radius` squared."""
         return self.sd(radius) ** 2
 
     def radius_of(self, sd: ArrayLike) -> FloatArray:
-        """Return the blur radius that has the standard deviation `sd` along either axis: the inverse of `sd`."""
+        """Return the blur radius whose standard deviation along either axis is `sd`: the inverse of `sd`."""
         return np.asarray(sd, float) / self.sd_per_radius
 
     @property
     def gives_edge_response(self) -> bool:
-        """Whether `edge_response` can be asked for."""
+        """Whether `edge_response` is defined."""
         return self.isotropic and type(self).edge_response is not Psf.edge_response
 
     @property
     def provides(self) -> frozenset[Capability]:
-        """What methods can build on; see `focalgradient.depth.methods_for`."""
+        """Properties that depth methods may require; see `focalgradient.depth.methods_for`."""
         given = {
             Capability.BY_RADIUS: True,
             Capability.ISOTROPIC: self.isotropic,
@@ -269,7 +270,7 @@ class Psf(ABC):
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """Return the parameters of the shape: the fields of a dataclass that are made by `parameter`."""
+        """Return the parameters of the shape: the dataclass fields made by `parameter`."""
         fields: dict[str, dataclasses.Field[Any]] = getattr(cls, "__dataclass_fields__", {})
         return tuple(
             Parameter(name=one.name, **one.metadata["parameter"])
@@ -279,7 +280,7 @@ class Psf(ABC):
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Psf:
-        """Return the shape of these parameters, by their keys and in their units at doors; others as by default.
+        """Return the shape with the given parameters, by key and in their external units; others have defaults.
 
         >>> from focalgradient.psf import Polygon
         >>> Polygon.of({"blades": 5, "rotation_deg": 90.0}).rotation == np.pi / 2
@@ -288,7 +289,7 @@ class Psf(ABC):
         Raises
         ------
         InputError
-            If one is unknown or out of bounds.
+            If a parameter is unknown or out of bounds.
         """
         known = {one.key: one for one in cls.parameters()}
         for key, value in values.items():
@@ -307,7 +308,7 @@ class Psf(ABC):
         return found
 
     def stated(self) -> dict[str, float]:
-        """Return the parameters by their keys, in their units at doors: the inverse of `of`.
+        """Return the parameters by key, in their external units: the inverse of `of`.
 
         >>> from focalgradient.psf import Polygon
         >>> Polygon(blades=5).stated()
@@ -317,7 +318,7 @@ class Psf(ABC):
         return {one.key: value if one.per_unit == 1 else float(f"{value / one.per_unit:.12g}") for one, value in values}
 
     def __str__(self) -> str:
-        """Return the shape in words: "a disc", "a gaussian of k = 0.5"."""
+        """Return the shape in words, such as "a disc" or "a gaussian of k = 0.5"."""
         stated = self.stated()
         values = [f"{one.name} = {stated[one.key]:g}{f' {one.unit}' * bool(one.unit)}" for one in self.parameters()]
         article = {True: "an ", False: "a "}[self.name[:1] in "aeiou"] if self.name[:1].islower() else ""

@@ -1,4 +1,4 @@
-"""From a scene and optics to a view, with the true distance at every pixel."""
+"""Rendering: from a scene and optics to a view, with ground-truth distance at every pixel."""
 
 from focalgradient.render.blurred import blur, blur_picture, blur_scene
 from focalgradient.render.engines import Engine, render, render_bands, render_series

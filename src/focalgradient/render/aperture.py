@@ -1,4 +1,4 @@
-"""Points of an aperture for a ray caster: where rays pass the lens, in blur radii, for a blur of any shape."""
+"""Sampling of an aperture for ray casting, in blur radii, for blur of any shape."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from focalgradient.render.shaped import shape_picture
 __all__ = ["aperture_points"]
 
 FINE = 96.0
-"""Blur radius, in pixels, of the picture that shapes other than the disc are drawn from: points are right to 1 % of the
-radius."""
+"""Blur radius in pixels of the picture from which shapes other than the disc are sampled: positions are accurate to 1 %
+of the radius."""
 
 
 def aperture_points(psf: Psf, square: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points (x, y), in blur radii, that are distributed as the light of a blur of the shape `psf`.
+    """Return points (x, y) in blur radii, distributed like the radiance of a blur of shape `psf`.
 
     Parameters
     ----------
     psf
-        Shape of the blur.
+        Blur shape.
     square
-        Points of the unit square about 0, from -1/2 to 1/2: ... x 2. Evenly spread ones give evenly spread ones.
+        Points of the unit square centred on 0, shape ... x 2, from -1/2 to 1/2. The mapping preserves uniformity.
 
     Examples
     --------
@@ -39,7 +39,7 @@ def aperture_points(psf: Psf, square: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def _disc(square: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The square mapped to the unit disc, area for area (Shirley and Chiu 1997)."""
+    """Map the unit square to the unit disc with an equal-area map (Shirley and Chiu 1997)."""
     a, b = 2 * square[..., 0], 2 * square[..., 1]
     wide = np.abs(a) > np.abs(b)
     radius, across = np.where(wide, a, b), np.where(wide, b, a)
@@ -49,12 +49,12 @@ def _disc(square: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _drawn(picture: NDArray[np.float64], square: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The square mapped to a picture's light by inverse distribution functions: of the row, then within the row."""
+    """Map the unit square to a picture's radiance by inverse distribution functions: first rows, then columns."""
     side = len(picture)
     rows = np.concatenate([[0.0], np.cumsum(picture.sum(axis=1))])
     y = np.interp((square[..., 1] + 0.5) * rows[-1], rows, np.arange(side + 1))
     row = np.minimum(y.astype(np.intp), side - 1)
-    # The rows' distribution functions one after the other are one increasing function: row + share within the row.
+    # The concatenated distribution functions of the rows form one increasing function: row + fraction within the row.
     within = np.cumsum(picture, axis=1) / np.maximum(picture.sum(axis=1, keepdims=True), 1e-300)
     ends = np.concatenate([np.zeros((side, 1)), within], axis=1)
     at = np.arange(side)[:, None] + np.minimum(ends, 1 - 1e-12)

@@ -1,9 +1,10 @@
-"""A picture with its depth, seen through a lens or an eye.
+"""Depth-dependent blur of a picture with known depth, through a lens or an eye.
 
-A point at vergence V of the pinhole picture lands on a disc of radius r = (A/2) |Vf - V| about its own pixel, or on
-the point spread function that the optics themselves have there. Near things blur over far ones and far things do not
-bleed onto near ones: each point counts by the part of the lens that sees it (`spread`, `visibility`). What an outline
-hides is completed from the surface behind it (`hidden`); a pixel that it crosses is parted (`mixed`).
+A point at vergence V of the pinhole picture is spread over a disc of radius r = (A/2) |Vf - V| about its pixel, or over
+the optics' own point spread function. Near objects blur over far ones, and far objects do not bleed onto near ones:
+each point is weighted by the part of the lens that sees it (`spread`, `visibility`). Surfaces hidden behind occlusion
+boundaries are inpainted from the visible surface behind (`hidden`); pixels that straddle a boundary are unmixed
+(`mixed`).
 """
 
 from __future__ import annotations
@@ -32,22 +33,25 @@ from focalgradient.view import View
 __all__ = ["blur", "blur_picture", "blur_scene", "check_radius"]
 
 LARGEST = 250.0
-"""Radius of blur in pixels up to which pictures are made: the kernels of larger ones fill memory."""
+"""Maximum blur radius in pixels; the kernels of larger radii would exhaust memory."""
 
 STEP = 0.25
-"""Pixels of vergence between the point spread functions of optics that have their own: the nearest is wrong by half."""
+"""Spacing in pixels of blur between the tabulated point spread functions of optics with their own blur model; nearest
+neighbour: error at most half a step."""
 
 FINE_STEP, FEW = 1 / 32, 64
-"""The same where there are only a few distinct blurs, as of planes that face the eye."""
+"""Spacing in pixels, and maximum number, of tabulated functions where only a few distinct blurs occur, as for frontal
+planes."""
 
 SKIRT = 12
-"""Pixels, and half the disc's radius, to which such a function is followed beyond the disc."""
+"""Margin in pixels, in addition to 1.5 times the disc radius, to which such a function is tabulated."""
 
 SHOWS = 3.0, 5.0
-"""Radius of the disc in pixels from which a function begins to show how wide the lens is, and shows it wholly."""
+"""Disc radii in pixels between which a point spread function's width begins to reveal, and fully reveals, the lens's
+diameter."""
 
 FAINT = 1e-6
-"""Share of its light below which a pixel of a point spread function is left out."""
+"""Fraction of the total energy below which a pixel of a point spread function is set to 0."""
 
 
 def blur(
@@ -59,22 +63,22 @@ def blur(
     psf: Psf | str | None = None,
     progress: Progress | None = None,
 ) -> View:
-    """See a picture, of which the depth is known, through a lens or an eye.
+    """Blur a picture with known depth as seen through a lens or an eye.
 
     Parameters
     ----------
     picture
-        Sharp picture in *linear* radiance, H x W, or H x W x 3 (red, green, blue), of which the view has the luminance.
+        Sharp picture in *linear* radiance, H x W, or H x W x 3 (red, green, blue), which is converted to luminance.
     distance
-        Distance in metres along the axis of what each pixel shows, H x W; ``inf`` is allowed.
+        Distance of each pixel in metres along the axis, H x W; may be ``inf``.
     optics
-        A `Lens`, an `Eye` or an eye's `Cones`. Optics that have a transfer of their own blur by it, others by a disc.
+        A `Lens`, an `Eye` or an eye's `Cones`. Optics with their own blur model use it, others a disc.
     pixel_angle
-        Angle in radians that one pixel subtends.
+        Angle in radians subtended by one pixel.
     psf
-        Shape of the blur, a `focalgradient.psf.Psf` or its name, instead of the optics' own or a disc.
+        Blur shape, a `focalgradient.psf.Psf` or its name, which replaces the optics' own blur or the disc.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
@@ -84,19 +88,20 @@ def blur(
     Raises
     ------
     InputError
-        If shapes do not agree, a value is not finite, a distance not positive, or the blur wider than 250 pixels.
+        If shapes do not agree, a value is not finite, a distance is not positive, or the blur radius exceeds 250
+        pixels.
 
     Notes
     -----
-    Light is kept. Beyond the frame the picture is taken to go on mirrored: within a blur's radius of the frame's rim
-    the result rests on that. Against ray casting (`benchmarks/blurred_pictures.py`) it is right to 0.5 % of the mean
-    away from outlines. Within 3 pixels of them the error's median is 0.6 % (`benchmarks/seams.py`: 30 scenes, 0.3 to
-    1.6 %); its 99th percentile is 8 %, and 4 % where it does not matter what is hidden, which is not known. Of 16
-    scenes on which no constant was chosen it is 0.9, 8 and 5 %.
+    Energy is conserved. Beyond the frame the picture is continued by reflection, which affects the result within one
+    blur radius of the frame. Compared with ray casting (`benchmarks/blurred_pictures.py`), the error is 0.5 % of the
+    mean away from occlusion boundaries. Within 3 pixels of them the median error is 0.6 % (`benchmarks/seams.py`: 30
+    scenes, 0.3 to 1.6 %); its 99th percentile is 8 %, and 4 % where hidden surfaces, which are unknown, do not
+    contribute. On 16 scenes not used to choose any constant these values are 0.9, 8 and 5 %.
 
     Examples
     --------
-    A bright point 2 m away, half a dioptre beyond the focus of a lens of 10 mm: a disc of 2.5 pixels' radius.
+    A bright point at 2 m, 0.5 D beyond the focus of a lens with a 10 mm aperture: a disc of 2.5 pixels' radius.
 
     >>> from focalgradient import Lens
     >>> point = np.zeros((15, 15))
@@ -124,12 +129,12 @@ def blur_picture(
     psf: Psf | str | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.float32]:
-    """Blur a picture as `blur` does, every channel alike: H x W or H x W x channels in, the same shape out.
+    """Blur a picture as `blur` does, each channel independently: H x W or H x W x channels in, the same shape out.
 
     >>> from focalgradient import Lens
     >>> grey = np.full((16, 16, 3), 0.5)
     >>> blurred = blur_picture(grey, np.full((16, 16), 2.0), Lens(0.04, 4.0, 1.0), pixel_angle=1e-3)
-    >>> blurred.shape, bool(np.allclose(blurred, 0.5))  # light is kept
+    >>> blurred.shape, bool(np.allclose(blurred, 0.5))  # energy is conserved
     ((16, 16, 3), True)
     """
     image, far, scale = _checked(picture, distance, optics, pixel_angle)
@@ -157,18 +162,18 @@ def blur_scene(
     samples: int = 16,
     seed: int = 0,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """See a scene through optics as `blur` does, with what its outlines hide from a pinhole, and beyond the frame.
+    """Blur a scene as `blur` does, but with the true surfaces behind occlusion boundaries and beyond the frame.
 
     Parameters
     ----------
     scenes
-        Weights and scenes, whose views add up: of the same objects in different paint.
+        Weights and scenes whose views are added: the same objects with different textures.
     optics
         A `Lens`, an `Eye` or an eye's `Cones`.
     shape, pixel_angle
-        Height and width in pixels, and the angle in radians of one.
+        Height and width in pixels, and the angle in radians subtended by one.
     samples, seed
-        Rays in the square of a pixel of the pinhole's picture, and their seed.
+        Rays per pixel of the pinhole view, and their seed.
 
     Returns
     -------
@@ -177,8 +182,8 @@ def blur_scene(
 
     Notes
     -----
-    Behind an outline lies what the scene shows without the object in front. What two outlines hide at one place is
-    left out.
+    The surface behind an occlusion boundary is what the scene shows without the occluding object. Surfaces hidden by
+    two objects at one place are omitted.
 
     Examples
     --------
@@ -192,7 +197,9 @@ def blur_scene(
         check_scene(scene)
     check_frame(optics, shape, pixel_angle, samples, seed)
     if not all(castable(scene) for _, scene in scenes):
-        raise InputError("scenes hold meshes or a sky, but must be made of planes and spheres to be blurred by waves.")
+        raise InputError(
+            "scenes contain meshes or a sky, but must be made of planes and spheres for diffraction: use another scene."
+        )
     scale = optics.aperture_diameter / 2 / pixel_angle
     focus = scale * optics.focus_vergence
 
@@ -215,7 +222,7 @@ def blur_scene(
             uncovered = within & (farther > far)
             hidden[uncovered], behind[uncovered] = there[uncovered], (scale / farther[uncovered])
     before, near, cover, shown, far_part = parted(light[:, :, None], vergence)
-    # What the picture shows of the surface behind, and what no ray past one object finds.
+    # The part of the surface behind that the picture shows, and that rays past one object do not reach.
     parts = (far_part > NOTHING) & ((far_part == vergence) | (behind <= NOTHING))
     hidden[parts], behind[parts] = shown[parts, 0], far_part[parts]
     layers = [
@@ -227,7 +234,7 @@ def blur_scene(
 
 
 def check_radius(pixels: float) -> None:
-    """Raise InputError where a radius of blur is too large for a picture to be made."""
+    """Raise `InputError` if a blur radius exceeds `LARGEST`."""
     if not pixels <= LARGEST:
         raise InputError(
             f"the blur is {pixels:.0f} pixels in radius, but may be {LARGEST:.0f} at most: "
@@ -238,7 +245,7 @@ def check_radius(pixels: float) -> None:
 def _kernels(
     optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_angle: float, psf: Psf | None = None
 ) -> tuple[Kernels, bool]:
-    """Point spread functions for vergences in pixels; whether they go by the size of the blur, alike on both sides."""
+    """Return point spread functions for vergences in pixels, and whether they depend on the blur radius alone."""
     blurs = vergence - np.float32(scale * optics.focus_vergence)
     largest = float(np.abs(blurs).max())
     check_radius(largest)
@@ -251,14 +258,14 @@ def _kernels(
 
 
 def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
-    """Point spread functions by the optics' own transfer, for blurs in pixels (signed), each to the nearest `STEP`."""
+    """Return point spread functions of the optics' own transfer for signed blurs (px), rounded to `STEP`."""
     fine = np.unique(np.rint(blurs / FINE_STEP).astype(np.int64))
     few = len(fine) <= FEW
     steps = FINE_STEP * fine if few else STEP * np.unique(np.rint(blurs / STEP).astype(np.int64))
     pictures = []
     for blur in steps.tolist():
         reach = math.ceil(1.5 * abs(blur)) + SKIRT
-        # Wider, so that what leaves the frame on one side does not come in on the other.
+        # Padded, so that energy leaving the frame on one side does not wrap around to the other.
         edge = reach // 2
         side = 2 * (reach + edge) + 1
         down = np.fft.fftfreq(side)[:, None] / pixel_angle
@@ -269,7 +276,7 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
         pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
     largest = int(np.abs(steps).argmax())
     radius = abs(float(steps[largest]))
-    # A small disc is all diffraction, and does not show the lens.
+    # Small discs are dominated by diffraction and do not reveal the lens's diameter.
     shows = min(max((radius - SHOWS[0]) / (SHOWS[1] - SHOWS[0]), 0.0), 1.0)
     lens = 1.0 if shows == 0 else 1 + shows * (lens_radius(pictures[largest], radius) - 1)
     return kernels_of(steps, pictures, lens)
@@ -278,7 +285,7 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
 def _checked(
     picture: ArrayLike, distance: ArrayLike, optics: Optics, pixel_angle: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float64], float]:
-    """The picture and its distances as arrays, and the pixels of vergence in a dioptre."""
+    """Return the validated picture and distances as arrays, and the scale in pixels of blur radius per dioptre."""
     image, far = np.asarray(picture), np.asarray(distance)
     if image.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
         raise InputError(f"picture and distance are of types {image.dtype} and {far.dtype}, but must be real numbers.")
@@ -295,10 +302,10 @@ def _checked(
             "give a distance in metres for every pixel."
         )
     if not np.isfinite(image).all():
-        raise InputError("picture holds NaN or infinite values, but every pixel must be finite: repair or crop it.")
+        raise InputError("picture contains NaN or infinite values, but every pixel must be finite: repair or crop it.")
     if not (far > 0).all():
         raise InputError(
-            f"distance holds {int((~(far > 0)).sum())} values that are not positive, but every pixel needs its "
+            f"distance contains {int((~(far > 0)).sum())} values that are not positive, but every pixel needs its "
             "distance in metres: fill the holes of the depth map first."
         )
     if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
@@ -307,5 +314,5 @@ def _checked(
     with np.errstate(over="ignore"):
         image = image.astype(np.float32)
     if not np.isfinite(image).all():
-        raise InputError("picture holds values beyond 3e38, which 32 bits do not hold: scale it down.")
+        raise InputError("picture contains values beyond 3e38, the limit of 32-bit floats: scale it down.")
     return image, far.astype(float), optics.aperture_diameter / 2 / pixel_angle

@@ -1,17 +1,18 @@
-"""One call from a scene to a view and its truth, whatever renders it.
+"""Rendering of scenes, with ground truth, by interchangeable engines.
 
 ==========  ======================================================================================================
-engine      light of a ray
+engine      radiance along a ray
 ==========  ======================================================================================================
-``path``    Path traced by Mitsuba: light goes from surface to surface, and all shade each other. For pictures that
-            people look at.
-``shaded``  By Mitsuba, the first surface that is no mirror: albedo x (ambient + sun, unless in shadow). No noise but
-            that of the lens. For images that are measured.
-``cast``    The same by our own ray caster, of planes and spheres: needs no Mitsuba, and is quick.
-``auto``    ``cast`` where the scene allows, else ``shaded``.
+``path``    Path tracing by Mitsuba, with global illumination: surfaces illuminate and shade each other. For pictures
+        to be viewed.
+``shaded``  Mitsuba; at the first surface that is not a mirror, albedo x (ambient + sun, unless in shadow). The only
+noise is
+        that of the lens samples. For images to be measured.
+``cast``    The same by the package's ray caster, for planes and spheres: needs no Mitsuba, and is fast.
+``auto``    ``cast`` if the scene allows, otherwise ``shaded``.
 ==========  ======================================================================================================
 
-All see with the same finite thin lens: blur and occlusion follow from the geometry of rays.
+All use the same finite thin lens: blur and occlusion follow from ray geometry.
 """
 
 from __future__ import annotations
@@ -52,42 +53,42 @@ def render(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Rendered:
-    """Render a scene through a finite thin lens, with the truth about it and the noise of its sampling.
+    """Render a scene through a finite thin lens, with ground truth and an estimate of sampling noise.
 
     The sensor is a plane: pixel (row i, column j) of H x W looks in the direction
-    ((j - (W-1)/2) pixel_angle, (i - (H-1)/2) pixel_angle, 1). A pixel is the mean over its own square.
+    ((j - (W-1)/2) pixel_angle, (i - (H-1)/2) pixel_angle, 1). A pixel's value is the mean over its square.
 
     Parameters
     ----------
     scene
-        What to look at.
+        The scene to render.
     optics
-        A `Lens`, an eye, or whatever has an `aperture_diameter` (m) and a `focus_vergence` (D, any sign).
+        A `Lens`, an eye, or any object with an `aperture_diameter` (m) and a `focus_vergence` (D, any sign).
     shape
         Height and width in pixels.
     pixel_angle
-        Angle in radians of one pixel on the axis: pixel pitch / sensor distance.
+        Angle in radians subtended by one pixel on the axis: pixel pitch / sensor distance.
     engine
-        What renders it, see above. Without Mitsuba planes and spheres are ray cast instead, and that is said once.
+        Rendering engine, see above. Without Mitsuba, planes and spheres are ray cast instead, with one warning.
     samples
-        Rays a pixel, in two independent halves (so at least 2, and powers of 2 are best): 64 for measuring, 256 for
-        looking.
+        Rays per pixel, in two independent halves (so at least 2; powers of 2 are best): 64 for measurement, 256 for
+        viewing.
     seed
-        Seed of the rays. With the same seed two optics are sampled alike, so that a change of focus changes nothing
-        else.
+        Random seed of the rays. With the same seed, two optics are sampled identically, so that a change of focus is
+        the only difference.
     progress
-        Called now and then with the share done, 0 to 1, and what is being done.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     Rendered
-        View, truth, and noise; in colour unless by ``cast``.
+        View, ground truth and noise; in colour unless by ``cast``.
 
     Raises
     ------
     InputError
-        If the engine is unknown or cannot be had, the frame, the pixel or the number of samples is not positive, or the
-        optics not finite.
+        If the engine is unknown or unavailable, the frame, pixel angle or number of samples is not positive, or the
+        optics are not finite.
 
     Examples
     --------
@@ -114,9 +115,10 @@ def render_series(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Rendered]:
-    """Render a scene through several optics, such as an eye that accommodates, all with the same rays.
+    """Render a scene through several optics, such as an accommodating eye, with the same rays.
 
-    Parameters are as for `render`; one result for each of the `optics`, in order. The truth is the same for all.
+    Parameters are as for `render`; there is one result per element of `optics`, in order, all with the same ground
+    truth.
 
     Examples
     --------
@@ -124,7 +126,7 @@ def render_series(
     >>> from focalgradient.scenes import plane
     >>> lenses = [Lens(focal_length=0.025, f_number=4, focus_distance=z) for z in (1.0, 1.1)]
     >>> near, far = render_series(plane(1.0), lenses, (48, 64), pixel_angle=3e-4)
-    >>> float(near.view.image.std()) > float(far.view.image.std())  # the wall is in focus in the first
+    >>> float(near.view.image.std()) > float(far.view.image.std())  # the first has the wall in focus
     True
     """
     check_scene(scene)
@@ -134,7 +136,7 @@ def render_series(
     for one in optics:
         check_frame(one, shape, pixel_angle, samples, seed)
     if samples < 2:
-        raise InputError("samples is 1, but noise is measured between two halves of the samples: give 2 or more.")
+        raise InputError("samples is 1, but noise is estimated from two halves of the samples: give 2 or more.")
     chosen, how = _choose(engine, scene)
     results: list[Rendered] = []
     for one in optics:
@@ -178,11 +180,11 @@ def render_bands(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Rendered]:
-    """Render a scene in red, green and blue light, each with its own optics: longitudinal chromatic aberration.
+    """Render a scene in red, green and blue, each band with its own optics (longitudinal chromatic aberration).
 
-    Parameters are as for `render`, but for three `optics`: for red, green and blue. Each result's view is its own
-    band's radiance; `colour` is left out. All are sampled with the same rays. Put together, the three views are the
-    colour picture that such a lens or eye forms.
+    Parameters are as for `render`, except that `optics` are three: for red, green and blue. Each result's view is the
+    radiance in its band, and `colour` is omitted. All use the same rays. Combined, the three views are the colour
+    picture formed by such a lens or eye.
 
     Examples
     --------
@@ -195,7 +197,8 @@ def render_bands(
     """
     if len(check_list("optics", optics, "three lenses or eyes")) != 3:
         raise InputError(
-            f"optics holds {len(optics)} lenses or eyes, but must hold three: for red, green and blue light."
+            f"optics contains {len(optics)} lenses or eyes, but must contain three: give one each for red, green "
+            "and blue light."
         )
     results = render_series(
         scene, optics, shape, pixel_angle, engine=engine, samples=samples, seed=seed, progress=progress
@@ -207,7 +210,7 @@ def render_bands(
 
 
 def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
-    """The engine to use, and the variant of Mitsuba."""
+    """Return the engine to use and the Mitsuba variant."""
     if engine not in get_args(Engine):
         raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
     chosen = engine
@@ -231,7 +234,7 @@ def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
 
 @cache
 def _say(words: str) -> None:
-    """Warn, the first time."""
+    """Issue a warning once."""
     warnings.warn(words, FocalGradientWarning, stacklevel=5)
 
 
@@ -244,7 +247,7 @@ def _cast(
     seed: int,
     progress: Callable[[float], object],
 ) -> Rendered:
-    """Two ray casts, with half the samples each."""
+    """Return a ray-cast result from two halves of the samples."""
     halves = []
     for half in (0, 1):
 

@@ -1,9 +1,9 @@
-"""What is truly there: the distance of surfaces, and the vergence of what mirrors show.
+"""Ground truth of a scene: surface distance, and the vergence of images seen in mirrors.
 
-Light of one point P crosses the lens at a = (x, y) in a direction t(a) = t0 - V a, all directions being tangents. For a
-surface seen directly V is 1/z times the unit matrix. In a curved mirror the image of P lies at different distances for
-different meridians, and V is a 2 x 2 matrix: found by tracing neighbouring rays. Let h(a, t) be the place, in two
-dimensions, where a ray ends on P's surface. Rays of P keep h: V = (dh/dt)^-1 (dh/da).
+Light from a point P crosses the lens at a = (x, y) in direction t(a) = t0 - V a, directions being tangents. For a
+surface seen directly, V is 1/z times the unit matrix. A curved mirror images P at different distances in different
+meridians, so V is a 2 x 2 matrix, found by tracing neighbouring rays. Let h(a, t) be the two-dimensional position at
+which a ray meets the surface of P. Rays from P share the same h, hence V = (dh/dt)^-1 (dh/da).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ __all__ = ["ground_truth"]
 def ground_truth(
     scene: Scene, shape: tuple[int, int], pixel_angle: float, variant: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """True distance in metres along the axis, H x W, and where there are mirrors the vergence, H x W x 2 x 2.
+    """Return true distance in metres along the axis, H x W, and, if there are mirrors, vergence, H x W x 2 x 2.
 
-    Both as in `Rendered`: of rays through the pixel centres and the centre of the lens.
+    Both are defined as in `Rendered`, for rays through the pixel centres and the centre of the lens.
     """
     height, width = shape
     rows, columns = np.indices(shape).reshape(2, -1)
@@ -43,10 +43,10 @@ def _ends(
 
 
 def _vergence(scene: Scene, tangents: NDArray[np.float64], step: float, variant: str) -> NDArray[np.float64]:
-    """Vergence, n x 2 x 2, seen in each direction; neighbouring rays are a `step` of tangent, and of metres, away."""
+    """Return the vergence, n x 2 x 2, in each direction; rays are perturbed by `step` (tangent, and metres)."""
     centre = np.zeros_like(tangents)
     point, normal, met = _ends(scene, centre, tangents, follow=True, variant=variant)
-    # Two directions in the surface where the ray ends.
+    # Two orthogonal directions in the surface where the ray ends.
     aside = np.where(np.abs(normal[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]])
     first = np.cross(normal, aside)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -54,12 +54,12 @@ def _vergence(scene: Scene, tangents: NDArray[np.float64], step: float, variant:
     smooth = np.ones(len(tangents), bool)
 
     def derivative(lens: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Change of the place h, n x 2, by a move on the lens (m) or a `turn` (tangent), divided by the step."""
+        """Return the change of the position h, n x 2, for a shift on the lens (m) or a `turn` (tangent), per step."""
         ends = []
         for sign in (1, -1):
             end, _, mirrors = _ends(scene, centre + sign * lens, tangents + sign * turn, follow=True, variant=variant)
             away = end - point
-            # On another surface, or around a corner, neighbours are no guide.
+            # Neighbouring rays that end on another surface, or around a corner, are invalid.
             np.logical_and(smooth, mirrors == met, out=smooth)
             off = np.abs(np.einsum("ni,ni->n", away, normal))
             np.logical_and(smooth, off <= 0.2 * np.linalg.norm(away, axis=1) + 1e-6, out=smooth)

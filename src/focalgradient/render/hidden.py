@@ -1,15 +1,16 @@
-"""What an outline hides: completed from the surface behind it.
+"""Inpainting of surfaces hidden behind occlusion boundaries.
 
-A lens looks round an outline, where the pinhole that took the picture could not. Each pixel of a near surface beside
-which a ray of the lens can pass is given a second, hidden point behind it: at the vergence of the nearest visible part
-of the surface behind, with the light of its surroundings on that surface. What is hidden cannot be known; their mean is
-the guess with the least error.
+A lens sees around an occlusion boundary, which the pinhole that took the picture could not. Each pixel of a near
+surface past which rays of the lens can travel is given a second, hidden point behind it: at the vergence of the nearest
+visible part of the farther surface, with the mean radiance of its surroundings on that surface. Hidden texture is
+unknown; the mean minimises the expected error.
 
-Vergence is in pixels here: vergence x half the aperture / the pixel's angle. Two surfaces shift against each other by
-the difference of theirs between the middle of the lens and its rim, and a disc of blur has as radius the difference to
-the focus. A ray of the lens moves by at most one pixel for a pixel of vergence, so that the lens sees all of a surface
-whose slope is less than 1, and passes beside a steeper one as far as the *cone* of slope 1 from the surface behind
-reaches under it. The share of the lens that does so goes to zero with the jump: there is no threshold.
+Vergence here is in pixels: vergence x half the aperture / pixel angle. The parallax between two surfaces, from the
+centre of the lens to its rim, equals the difference of their vergences, and a blur disc's radius equals the difference
+from the focus. Along a ray of the lens the image position changes by at most one pixel per pixel of vergence: the whole
+lens sees a surface with slope below 1, and sees past a steeper one as far as the *cone* of slope 1 from the surface
+behind extends under it. The part of the lens that does so goes to zero with the depth discontinuity: there is no
+threshold.
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ from focalgradient.render.visibility import CELL, highest
 __all__ = ["NOTHING", "ceiling", "complete", "nearest_behind", "surfaces"]
 
 EDGE = 0.5
-"""Pixels from the middle of a pixel of the surface behind to its edge, beyond which all is hidden."""
+"""Distance in pixels from the centre of a pixel of the surface behind to its edge, beyond which all is hidden."""
 
 AROUND = 6
-"""Pixels beyond the nearest visible place from which light is taken."""
+"""Radius in pixels, beyond the nearest visible pixel, of the neighbourhood whose radiance is averaged."""
 
 ACROSS = 12
-"""Places, from the middle to the rim of the surroundings, at which light is taken: wider ones are sampled."""
+"""Maximum number of samples from the centre to the rim of that neighbourhood; wider ones are subsampled."""
 
 BLOCKS = 8
-"""Blocks of rows for each thread, as outlines are not spread evenly."""
+"""Blocks of rows per thread, to balance the load of unevenly distributed occlusion boundaries."""
 
 STRAIGHT, DIAGONAL = math.cos(math.pi / 8), math.sqrt(2) * math.cos(math.pi / 8)
-"""Lengths of a step to the next pixel that make the way along steps nowhere longer than the straight one."""
+"""Lengths of steps to neighbouring pixels for which path length never exceeds the straight-line distance."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
@@ -51,10 +52,10 @@ FloatImage = NDArray[np.float32]
 def complete(
     image: FloatImage, vergence: FloatImage, before: FloatImage | None = None
 ) -> tuple[FloatImage, FloatImage]:
-    """Light (H x W x channels) and vergence (H x W) of the points hidden behind near surfaces that a lens can see.
+    """Return radiance (H x W x channels) and vergence (H x W) of hidden points that the lens can see.
 
-    `vergence` is in pixels, and `before` that of what hides, where it is not the same; where nothing is hidden the
-    vergence of the hidden points is `NOTHING`.
+    `vergence` is in pixels; `before`, if given, is the vergence of the occluding surface. Where nothing is hidden,
+    the vergence of the hidden points is `NOTHING`.
     """
     before = vergence if before is None else before
     row, column = nearest_behind(vergence, before)
@@ -67,7 +68,7 @@ def complete(
 def surfaces(
     image: FloatImage, vergence: FloatImage
 ) -> tuple[tuple[FloatImage, FloatImage, FloatImage], tuple[FloatImage, FloatImage, FloatImage]]:
-    """Light, vergence and share of each pixel covered: of what a picture shows, and of what lies behind it."""
+    """Return radiance, vergence and coverage per pixel: of the visible surface, and of the surface behind it."""
     light, near, cover, shown, far = parted(image, vergence)
     parts, uncovered = far > NOTHING, far == vergence
     hidden, behind = complete(np.where(uncovered[:, :, None], shown, light), vergence, near)
@@ -78,7 +79,7 @@ def surfaces(
 
 @_compiled
 def ceiling(vergence):  # type: ignore[no-untyped-def]
-    """Upper envelope of slope 1: the highest cone that stands on a pixel's vergence, or a little above it."""
+    """Return the upper envelope of cones of slope 1 that stand on the pixels' vergences (never below it)."""
     height, width = vergence.shape
     found = vergence.copy()
     for sweep in range(2):
@@ -105,7 +106,7 @@ def ceiling(vergence):  # type: ignore[no-untyped-def]
 def nearest_behind(
     vergence: FloatImage, before: FloatImage | None = None
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Row and column of the nearest visible pixel behind each whose cone reaches under it; -1 where there is none."""
+    """Return row and column of the nearest visible farther pixel whose cone extends under each pixel; else -1."""
     before = vergence if before is None else before
     row, column = np.full((2, *vergence.shape), -1, np.int32)
     under = binary_dilation(ceiling(-vergence) > -before, np.ones((3, 3), bool))
@@ -115,7 +116,7 @@ def nearest_behind(
 
 @_compiled
 def _find(vergence, before, under, lowest, row, column, first, last):  # type: ignore[no-untyped-def]
-    """Look for them in the cells of the picture that go deep enough, from near to far."""
+    """Search for these pixels, from near to far, in those cells of the picture that are deep enough."""
     height, width = vergence.shape
     deepest = lowest.min()
     for i in range(first, last):
@@ -149,7 +150,7 @@ def _find(vergence, before, under, lowest, row, column, first, last):  # type: i
 
 @_compiled
 def _fill(image, vergence, before, row, column, hidden, behind, first, last):  # type: ignore[no-untyped-def]
-    """Fill in the mean light of the surface behind, weighted by 1 / distance^4, in rows `first` to `last`."""
+    """Fill rows `first` to `last` with the mean radiance of the surface behind, weighted by 1 / distance^4."""
     height, width, channels = image.shape
     for i in range(first, last):
         for j in range(width):

@@ -1,4 +1,4 @@
-"""Point spread functions sampled at the pixels: discs, and those that optics have of their own."""
+"""Discretised point spread functions: discs, and the optics' own blur."""
 
 from __future__ import annotations
 
@@ -19,45 +19,47 @@ from focalgradient.psf import disc_transfer
 __all__ = ["LANES", "Kernels", "disc_kernels", "kernels_of"]
 
 LANES = 8
-"""Numbers by which lines are lengthened, so that loops run in whole vector registers."""
+"""Number of zeros appended to each line, so that loops use whole vector registers."""
 
 LARGE = 6.0
-"""Pixels of a disc's radius from which linear interpolation has its transfer to 0.005 up to 1/8 cycle a pixel."""
+"""Disc radius in pixels from which linear interpolation reproduces the transfer to 0.005 up to 1/8 cycle per pixel."""
 
 WITHIN, WIDEST = 0.98, 2.0
-"""Share of a point spread function's light within the lens's radius, and the largest radius: a choice."""
+"""Fraction of a point spread function's energy within the lens's radius (a choice), and the maximum of that radius in
+disc radii."""
 
 FITTED_TO, STEPS = 0.43, 14
-"""Cycles a pixel to which the transfer of smaller discs is fitted, and steps to there. Of a photograph blurred by about
-a pixel, distance is recovered with a bias of -1.0 % at 0.36 and of -0.5 % at 0.43; at 0.5 it scatters more."""
+"""Maximum frequency (cycles per pixel) up to which the transfer of smaller discs is fitted, and number of frequency
+steps. In a photograph blurred by about a pixel, distance is estimated with a bias of -1.0 % for 0.36 and -0.5 % for
+0.43; for 0.5 it varies more."""
 
 EVEN = 0.005
-"""Weight of a disc's evenness beside its transfer: 0 makes it a few bright pixels. At 0.005 those within a disc of 4
-pixels differ by 6 %, and its transfer is right to 0.0025 up to 1/8 cycle a pixel."""
+"""Weight of a disc's uniformity relative to its transfer in the fit. 0 would give a few bright pixels; with 0.005,
+pixels within a disc of radius 4 px differ by 6 %, and the transfer is accurate to 0.0025 up to 1/8 cycle per pixel."""
 
 FINER = 24
-"""Points to a pixel, in each direction, at which a disc's rim is sampled: its second moment is then right to 0.001."""
+"""Samples per pixel, in each direction, along a disc's rim: the second moment is then accurate to 0.001."""
 
 FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kernels:
-    """Point spread functions for a row of blurs, sampled at the pixels, each of sum 1.
+    """Point spread functions for a sequence of blurs, sampled at the pixels and normalised to sum 1.
 
     Parameters
     ----------
     at
-        The blur that each is for, rising.
+        Blur of each kernel in pixels, increasing.
     values
-        All of them in one line: of each its rows, each row followed by `LANES` zeros.
+        All kernels concatenated: for each, its rows, each followed by `LANES` zeros.
     start, reach
-        Where each begins in `values`; its pixels to each side of the middle.
+        Start of each kernel in `values`; its half-width in pixels.
     extent
-        Pixels to each side that each row of each kernel fills, kernels x rows; -1 for an empty row.
+        Half-width in pixels of the non-zero part of each row, kernels x rows; -1 for an empty row.
     lens
-        Radius to which the lens passes light, over that of its disc of blur: 1.4 for a Gaussian. One for all focus
-        distances, as pictures must not jump with focus.
+        Radius within which the lens passes light, divided by the blur-disc radius: 1.4 for a Gaussian. One value for
+        all focus distances, because pictures must vary continuously with focus.
     """
 
     at: NDArray[np.floating]
@@ -69,7 +71,7 @@ class Kernels:
 
 
 def kernels_of(at: NDArray[np.floating], pictures: Sequence[NDArray[np.float64]], lens: float) -> Kernels:
-    """Put square, odd `pictures` of point spread functions, one for each blur in `at`, into `Kernels`."""
+    """Pack square, odd-sized point spread functions, one for each blur in `at`, into `Kernels`."""
     reach = np.array([len(picture) // 2 for picture in pictures])
     side = 2 * reach + 1
     ends = np.cumsum(side * (side + LANES))
@@ -83,7 +85,7 @@ def kernels_of(at: NDArray[np.floating], pictures: Sequence[NDArray[np.float64]]
 
 
 def lens_radius(picture: NDArray[np.float64], radius: float) -> float:
-    """Radius of `WITHIN` of the light of a point spread function, over that of its disc: 1 to `WIDEST`."""
+    """Return the radius containing `WITHIN` of a point spread function's energy, in disc radii, from 1 to `WIDEST`."""
     away = np.hypot(*(np.indices(picture.shape) - len(picture) // 2)).ravel()
     order = np.argsort(away, kind="stable")
     light = np.cumsum(np.abs(picture).ravel()[order])
@@ -91,9 +93,9 @@ def lens_radius(picture: NDArray[np.float64], radius: float) -> float:
 
 
 def disc_kernels(largest: float) -> Kernels:
-    """Kernels of uniform discs of radius 0 to `largest`, in pixels, of a picture interpolated between its pixels.
+    """Return kernels of uniform discs with radii from 0 to `largest` pixels, for a picture interpolated between pixels.
 
-    Radii lie 0.02 px apart, from 2 px on 1 %: the nearest is wrong by half of that at most. No weight is negative.
+    Radii are 0.02 px apart, 1 % above 2 px; nearest neighbour: error at most half a step. No weight is negative.
     """
     count = 101 if largest <= 2 else 102 + math.ceil(math.log(largest / 2) / math.log(1.01))
     radii = np.concatenate([0.02 * np.arange(100), 2 * 1.01 ** np.arange(count - 100)])
@@ -104,17 +106,17 @@ def disc_kernels(largest: float) -> Kernels:
 
 @cache
 def _small(radius: float) -> NDArray[np.float64]:
-    """A disc below `LARGE`: the even, positive weights that have its transfer, by least squares.
+    """Return a disc below `LARGE`: uniform, non-negative weights whose transfer fits the disc's by least squares.
 
-    Interpolation as level as the fine detail wants that small discs leave has negative weights, which put dark rings
-    around bright points.
+    Exact interpolation at the fine detail that small discs leave would need negative weights, which produce dark
+    rings around bright points.
     """
     reach = math.ceil(radius) + 1
     waves, frequency, octant, count = _waves(reach)
     even = _spread_out(radius, reach)[reach:, reach:]
     even = np.array([even[place] for place in octant])
-    weight = 1 / np.maximum(frequency, frequency[1])  # the amplitude of natural pictures
-    weight[0] = 100 * weight.sum()  # the light is kept
+    weight = 1 / np.maximum(frequency, frequency[1])  # amplitude spectrum of natural images
+    weight[0] = 100 * weight.sum()  # unit gain at frequency 0
     weight[1:] /= np.linalg.norm(weight[1:])
     level = EVEN * np.sqrt(count) / even.max()
     found, _ = nnls(
@@ -129,7 +131,7 @@ def _small(radius: float) -> NDArray[np.float64]:
 
 
 def _disc(radius: float) -> NDArray[np.float64]:
-    """A disc as a square, odd picture."""
+    """Return a disc as a square picture of odd size."""
     if radius < 0.01:
         return np.ones((1, 1))
     return _small(radius) if radius < LARGE else _spread_out(radius, math.ceil(radius))
@@ -139,10 +141,10 @@ def _disc(radius: float) -> NDArray[np.float64]:
 def _waves(
     reach: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[tuple[int, int]], NDArray[np.float64]]:
-    """What each octant of a picture that is alike in all eight has of each frequency.
+    """Return the contribution of each pixel of one octant, in a picture with eightfold symmetry, to each frequency.
 
-    Sums of cosines, frequencies x places; the frequencies in cycles a pixel; the places' rows and columns from the
-    middle; and the number of pixels that each stands for.
+    The result holds sums of cosines, frequencies x pixels; the frequencies in cycles per pixel; the pixels' rows
+    and columns from the centre; and the number of pixels that each represents.
     """
     across, down = np.meshgrid(*2 * [np.linspace(0, FITTED_TO, STEPS + 1)])
     kept = (down <= across) & (np.hypot(down, across) <= FITTED_TO)
@@ -159,19 +161,19 @@ def _waves(
 
 
 def _spread_out(radius: float, reach: int) -> NDArray[np.float64]:
-    """A disc by linear interpolation between pixels; made smaller, so that the second moment stays right."""
+    """Return a disc by linear interpolation between pixels, reduced in size so that the second moment is exact."""
     picture = np.zeros((2 * reach + 1, 2 * reach + 1))
-    # Linear interpolation spreads by 1/6 in each direction, a disc by r^2 / 4.
+    # Linear interpolation adds a variance of 1/6 per axis; a disc has r^2 / 4.
     _fill_disc(math.sqrt(max(radius**2 - 2 / 3, 1 / 4)), picture)
     return picture / picture.sum()
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _fill_disc(radius, picture):  # type: ignore[no-untyped-def]
-    """Fill in a disc of light 1, seen through the pyramid that is each pixel's part in linear interpolation."""
+    """Fill in a disc of radiance 1, weighted by the pyramid kernel of linear interpolation at each pixel."""
     reach = len(picture) // 2
     for i in range(reach + 1):
-        for j in range(i, reach + 1):  # alike in all eight octants
+        for j in range(i, reach + 1):  # eightfold symmetry
             away, light = math.hypot(i, j), 0.0
             if away < radius - math.sqrt(2):
                 light = 1.0

@@ -1,4 +1,4 @@
-"""Which Mitsuba runs on this machine, found out where a crash does no harm: in a process of its own."""
+"""Detection of a working Mitsuba variant, in a separate process because Mitsuba may crash."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REMEDY = (
     "'apt-get install libatomic1 libllvm19'"
 )
 
-# A picture of a ball: with a libLLVM that it does not get on with, Mitsuba aborts here at the latest.
+# Renders a sphere: with an incompatible libLLVM, Mitsuba aborts here at the latest.
 PROBE = """
 import sys, mitsuba
 mitsuba.set_variant(sys.argv[1])
@@ -29,7 +29,7 @@ assert 0.1 < float(sum(mitsuba.render(mitsuba.load_dict(scene), spp=4).array) / 
 
 @cache
 def variant() -> str | None:
-    """The best variant of Mitsuba that runs here: compiled by LLVM, else scalar; None if it cannot be used at all."""
+    """Return the fastest Mitsuba variant that works here (LLVM, else scalar); None if neither does."""
     for name in (LLVM, SCALAR):
         try:
             probe = subprocess.run([sys.executable, "-c", PROBE, name], capture_output=True, timeout=120, check=False)

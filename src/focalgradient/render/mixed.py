@@ -1,9 +1,9 @@
-"""Pixels of a picture that an outline crosses: parted into the light of the surface before it and of that behind.
+"""Unmixing of pixels at occlusion boundaries into the radiance of the near and of the far surface.
 
-A pixel averages light over its area, but has one depth. Where a near surface covers a part of it, the light of the
-surface behind would be blurred as the near one, or the other way round, and leave a line along the outline. The share
-that the near surface covers is estimated from the light of the two surfaces beside the pixel (as in matting: the
-pixel's light is a mean of the two); where they look alike, so that it cannot be known, it does not matter.
+A pixel averages radiance over its area but has one depth. Where a near surface covers part of it, the radiance of the
+far surface would be blurred as if near, or vice versa, which leaves a line along the boundary. The covered fraction is
+estimated, as in matting, from the radiance of the two surfaces beside the pixel, of which the pixel's radiance is a
+weighted mean; where the two look alike the fraction cannot be estimated and has no effect.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from focalgradient.parallel import share_rows
 __all__ = ["NOTHING", "parted"]
 
 BESIDE = 2
-"""Pixels to each side from which the light of the two surfaces is taken."""
+"""Radius in pixels of the neighbourhood from which the radiance of the two surfaces is taken."""
 
 LEAST, CLEAR = 1.0, 2.0
-"""Pixels of vergence between neighbours up to which they are one surface, and from which on they are two: between
-them, what a jump does grows with it. A surface whose slope is less than 1 is seen from all of the lens."""
+"""Vergence differences (px) between neighbours: up to the first they belong to one surface, from the second to two; in
+between, the unmixing is weighted linearly. The whole lens sees a surface whose slope is less than 1."""
 
 NOTHING = -1e30
-"""Vergence of a hidden point where nothing is hidden."""
+"""Vergence that marks the absence of a hidden point."""
 
 MOST = 0.5
-"""Share of a pixel up to which the other surface may cover it: depth is that of the pixel's middle."""
+"""Maximum fraction of a pixel covered by the other surface, since depth is that of the pixel's centre."""
 
 MEAN, VARIANCE = 1 / 8, 0.03
-"""Of the share of a pixel that the other surface covers, before its light is looked at: an outline at a random place
-between two pixels' middles is 0 to 1/2 into one of them, and not at all into the other."""
+"""Prior mean and variance of the fraction of a pixel covered by the other surface: a boundary at a random position
+between two pixel centres covers 0 to 1/2 of one of them, and none of the other."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
@@ -43,11 +43,11 @@ FloatImage = NDArray[np.float32]
 def parted(
     image: FloatImage, vergence: FloatImage
 ) -> tuple[FloatImage, FloatImage, FloatImage, FloatImage, FloatImage]:
-    """Part the pixels that an outline crosses.
+    """Unmix the pixels that an occlusion boundary crosses.
 
-    Takes light (H x W x channels) and vergence in pixels (H x W). Returns light and vergence of the surface before;
-    the share of each pixel that it covers, 1 away from outlines; and light and vergence of what lies behind in a pixel
-    that is parted (`NOTHING` elsewhere).
+    The input is radiance (H x W x channels) and vergence in pixels (H x W). Returns radiance and vergence of the near
+    surface; its coverage of each pixel, 1 away from boundaries; and radiance and vergence of the far surface in unmixed
+    pixels (`NOTHING` elsewhere).
     """
     light, near = image.copy(order="C"), vergence.copy(order="C")
     cover = np.ones_like(near)
@@ -58,7 +58,7 @@ def parted(
 
 @_compiled
 def _jumps(vergence, i, j):  # type: ignore[no-untyped-def]
-    """By how much the nearest and the farthest neighbour differ from a pixel."""
+    """Return the vergence differences of the nearest and the farthest neighbour from a pixel."""
     height, width = vergence.shape
     up, down = np.float32(0), np.float32(0)
     for a in range(max(i - 1, 0), min(i + 2, height)):
@@ -80,7 +80,7 @@ def _part(image, vergence, light, near, cover, behind, far, first, last):  # typ
                 continue
             here = vergence[i, j]
             other = here + up if up > down else here - down
-            # Mean light of both surfaces, of pixels that no outline crosses, and its variance.
+            # Mean radiance of both surfaces over pixels that no boundary crosses, and its variance.
             sums[:] = 0
             count0, count1, squares = np.float32(0), np.float32(0), np.float32(0)
             for a in range(max(i - BESIDE, 0), min(i + BESIDE + 1, height)):
@@ -119,7 +119,7 @@ def _part(image, vergence, light, near, cover, behind, far, first, last):  # typ
                 near[i, j], far[i, j], cover[i, j] = other, here, share
             else:
                 far[i, j], cover[i, j] = other, 1 - share
-            # What is left over is texture: of either surface by its share.
+            # The residual is texture: attributed to the two surfaces by coverage.
             own = (1 - share) / ((1 - share) ** 2 + share**2)
             its = share / ((1 - share) ** 2 + share**2)
             for c in range(channels):

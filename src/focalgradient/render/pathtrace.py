@@ -1,12 +1,12 @@
-"""Mitsuba as a renderer: our scenes in its terms, a lens that focuses by dioptres, and shading without chance.
+"""Mitsuba backend: scene conversion, a lens focused by vergence, and deterministic shading.
 
-Mitsuba's own lens takes a distance in metres, and so can focus neither at infinity nor beyond. `Dioptres` does as the
-ray caster does: a ray leaves the aperture at a in the direction t - a Vf, whatever the sign of the focus vergence Vf.
+Mitsuba's own lens is focused by a distance in metres, so it cannot focus at infinity or beyond. `Dioptres` follows the
+ray caster: a ray leaves the aperture at a in direction t - a Vf, for any sign of the focus vergence Vf.
 
-Two ways to find the light of a ray. Path tracing follows it from surface to surface, looking for the sun at each and
-for the sky by going there: for pictures that people look at. Shading stops at the first surface that does not mirror
-and gives it albedo x (ambient + sun, unless in shadow), as the ray caster does: it has no noise but that of the lens,
-and serves for measuring.
+The radiance along a ray is found in one of two ways. Path tracing follows it from surface to surface, sampling the sun
+at each surface and the sky by escaping rays: for pictures to be viewed. Shading stops at the first surface that is not
+a mirror and returns albedo x (ambient + sun, unless in shadow), as the ray caster does: its only noise is that of the
+lens samples, and it serves for measurement.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from focalgradient.scenes.texture import TILE
 
 __all__ = ["halves", "has_mirrors", "trace"]
 
-PASS = 2**24  # rays in one piece of work
-BOUNCES = 4  # from mirror to mirror
-SCATTERINGS = 4  # of traced light on its way, mirrors not counted: what is left is below 1 % of it
-ENDLESS = 100.0  # what stands for the size of an endless plane, in distances of its anchor
+PASS = 2**24  # maximum number of rays per pass
+BOUNCES = 4  # maximum number of mirror reflections per ray
+SCATTERINGS = 4  # maximum number of diffuse scatterings per path: the remainder is below 1 %
+ENDLESS = 100.0  # substitute size of an infinite plane, in distances of its anchor point
 
 
 def halves(
@@ -44,7 +44,7 @@ def halves(
     variant: str,
     progress: Callable[[float], object],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Two independent pictures of a scene, H x W x 3, with half the samples each; path `traced`, or shaded."""
+    """Return two independent pictures of a scene, H x W x 3, with half the samples each; path `traced`, or shaded."""
     mi = _mitsuba(variant)
     world = _world(scene, variant)
     sensor = _sensor(optics, shape, pixel_angle, variant)
@@ -54,7 +54,7 @@ def halves(
     passes = -(-half // each)
     pictures = np.zeros((2, *shape, 3))
     for index in range(2 * passes):
-        # The seeds of one call lie far from those of the next seed's.
+        # Widely separated seeds, so that calls with neighbouring seeds share none.
         render_seed = (seed * 0x9E3779B1 + index) & 0xFFFFFFFF
         if variant == SCALAR:
             picture = np.array(mi.render(world, sensor=sensor, integrator=integrator, spp=each, seed=render_seed))
@@ -71,9 +71,9 @@ def halves(
 def _averaged(
     world: Any, sensor: Any, integrator: Any, shape: tuple[int, int], samples: int, seed: int, variant: str
 ) -> NDArray[np.floating]:
-    """Mean light, H x W x 3, of so many rays a pixel, to the last bit the same at each call.
+    """Return the mean radiance, H x W x 3, of `samples` rays per pixel, reproducible to the last bit.
 
-    Mitsuba's own film adds up in whatever order its threads come by, and with rounding in another order.
+    Mitsuba's own film adds contributions in the order of its threads, with varying rounding.
     """
     import drjit as dr
 
@@ -81,7 +81,7 @@ def _averaged(
     height, width = shape
     sampler = sensor.sampler()
     sampler.set_sample_count(samples)
-    samples = sampler.sample_count()  # made full: it lays them out in rows and columns
+    samples = sampler.sample_count()  # rounded up by the sampler, which arranges samples in a grid
     sampler.set_samples_per_wavefront(samples)
     sampler.seed(seed, height * width * samples)
     pixel = dr.arange(mi.UInt32, height * width * samples) // dr.opaque(mi.UInt32, samples)
@@ -90,7 +90,7 @@ def _averaged(
     place = (corner + sampler.next_2d()) / mi.Point2f(*(dr.opaque(mi.Float, side) for side in (width, height)))
     ray, _ = sensor.sample_ray(0.0, 0.0, place, sampler.next_2d())
     light, _, _ = integrator.sample(world, sampler, ray)
-    dr.eval(light)  # all three at once
+    dr.eval(light)  # evaluate the three channels together
     sums = dr.block_sum(light, samples, mode="evaluated")
     return np.array(sums).T.reshape(height, width, 3) / samples
 
@@ -98,10 +98,10 @@ def _averaged(
 def trace(
     scene: Scene, origins: NDArray[np.float64], directions: NDArray[np.float64], *, follow: bool, variant: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Where rays (n x 3 each) end: at the first surface, or, if they `follow` mirrors, the first that is none.
+    """Trace rays (n x 3 each) to the first surface, or, if they `follow` mirrors, to the first that is not a mirror.
 
-    Returns the points, n x 3, or where there is nothing the ray's last direction; the normal there, or that direction
-    again; and the mirrors met, or -1 - that number where there is nothing.
+    Returns the end points, n x 3, or the last direction of rays that hit nothing; the surface normal there, or that
+    direction again; and the number of mirrors met, or -1 - that number for rays that hit nothing.
     """
     mi = _mitsuba(variant)
     world = _world(scene, variant)
@@ -128,8 +128,11 @@ def _follow(world: Any, ray: Any, turns: int, variant: str) -> tuple[Any, Any, A
         si = world.ray_intersect(ray, going)
         hit = going & si.is_valid()
         mirror = _is_mirror(mi, si, hit) & (turn < turns)
-        stop, lost = hit ^ mirror, going ^ hit  # not ~, which is none of Python's own truth values, as scalar ones are
-        # Along the ray, which is truer than the surface's own reckoning where that is large.
+        stop, lost = (
+            hit ^ mirror,
+            going ^ hit,
+        )  # ^ instead of ~, which is wrong for the Python booleans of scalar variants
+        # Evaluated along the ray, which is more accurate than the surface's own point on large surfaces.
         point = dr.select(stop, ray(si.t), dr.select(lost, mi.Point3f(ray.d), point))
         normal = dr.select(stop, si.n, dr.select(lost, mi.Normal3f(ray.d), normal))
         ended = dr.select(stop, met, dr.select(lost, -1 - met, ended))
@@ -142,7 +145,7 @@ def _follow(world: Any, ray: Any, turns: int, variant: str) -> tuple[Any, Any, A
 
 
 def _is_mirror(mi: Any, si: Any, hit: Any) -> Any:
-    # Scalar, there is no surface to ask where nothing is hit.
+    # In scalar variants there is no surface to query where nothing is hit.
     return False if hit is False else hit & mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Delta)
 
 
@@ -154,12 +157,12 @@ def _reflected(direction: Any, si: Any) -> Any:
 
 
 def has_mirrors(scene: Scene) -> bool:
-    """Whether anything in the scene mirrors."""
+    """Return whether any object of the scene is a mirror."""
     return any(isinstance(thing, Mesh) and thing.mirror for thing in scene.objects)
 
 
 def _mitsuba(variant: str) -> Any:
-    """Mitsuba with the variant and our own parts in place."""
+    """Return Mitsuba with the variant set and the package's plugins registered."""
     import mitsuba as mi
 
     if mi.variant() != variant:
@@ -171,7 +174,7 @@ def _mitsuba(variant: str) -> Any:
 
 @lru_cache(maxsize=2)
 def _world(scene: Scene, variant: str) -> Any:
-    """Our scene as Mitsuba's."""
+    """Return the scene converted to Mitsuba's format."""
     mi = _mitsuba(variant)
     world: dict[str, Any] = {"type": "scene"}
     for index, thing in enumerate(scene.objects):
@@ -237,8 +240,7 @@ def _sensor(optics: Optics, shape: tuple[int, int], pixel_angle: float, variant:
     lens = {"film": film, "sampler": {"type": "multijitter", "sample_count": 4}}
     aperture, focus = float(optics.aperture_diameter) / 2, float(optics.focus_vergence)
     if variant == SCALAR and aperture > 0 and focus > 1e-3:
-        # Mitsuba's own lens, right for a plane of focus in front of it, is far quicker than calls of Python for every
-        # ray.
+        # Mitsuba's own lens is correct for a plane of focus in front of it, and much faster than a Python call per ray.
         fov = math.degrees(2 * math.atan(width * pixel_angle / 2))
         turned = mi.ScalarTransform4f().look_at([0, 0, 0], [0, 0, 1], [0, -1, 0])
         kind = {"type": "thinlens", "aperture_radius": aperture, "focus_distance": 1 / focus, "near_clip": 1e-3}
@@ -250,7 +252,7 @@ def _sensor(optics: Optics, shape: tuple[int, int], pixel_angle: float, variant:
 
 def _integrator(scene: Scene, traced: bool, variant: str) -> Any:
     mi = _mitsuba(variant)
-    if traced and variant == SCALAR:  # Mitsuba's own is a hundred times as fast as calls of Python for every ray
+    if traced and variant == SCALAR:  # Mitsuba's own is a hundred times as fast as a Python call per ray
         depth = SCATTERINGS + 1 + (BOUNCES if has_mirrors(scene) else 0)
         return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": depth, "hide_emitters": scene.sky is None})
     light = _parts(variant)["Light"](mi.Properties())
@@ -260,7 +262,7 @@ def _integrator(scene: Scene, traced: bool, variant: str) -> Any:
 
 @cache
 def _parts(variant: str) -> dict[str, Any]:
-    """Our sensor, texture and integrator, as classes of Mitsuba's current variant."""
+    """Return the package's sensor, texture and integrator, as classes of Mitsuba's current variant."""
     import mitsuba as mi
 
     mi.register_sensor("dioptres", _sensor_class())
@@ -272,7 +274,7 @@ def _sensor_class() -> Any:
     import mitsuba as mi
 
     class Dioptres(mi.Sensor):
-        """A thin lens that focuses at any vergence."""
+        """A thin lens focused at any vergence."""
 
         def __init__(self, props: Any) -> None:
             super().__init__(props)
@@ -307,7 +309,7 @@ def _texture_class() -> Any:
     import mitsuba as mi
 
     class Skin(mi.Texture):
-        """The texture of a plane or a sphere, laid on just as the ray caster lays it."""
+        """The texture of a plane or sphere, mapped exactly as by the ray caster."""
 
         thing: Plane | Sphere
 
@@ -351,7 +353,7 @@ def _integrator_class(variant: str) -> Any:
     import mitsuba as mi
 
     class Light(mi.SamplingIntegrator):
-        """The light of a ray, shaded or path traced."""
+        """Integrator that returns the radiance along a ray, shaded or path traced."""
 
         def of(self, scene: Scene, traced: bool) -> None:
             self.sun = None if scene.sun is None else (np.array(scene.sun) / np.linalg.norm(scene.sun)).tolist()
@@ -363,7 +365,7 @@ def _integrator_class(variant: str) -> Any:
 
         def sample(self, world: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             ray, going = mi.Ray3f(ray), mi.Bool(active)
-            direct = mi.Bool(True)  # as the camera sees it, but for mirrors
+            direct = mi.Bool(True)  # seen by the camera directly or via mirrors
             seen, share = mi.Color3f(0), mi.Color3f(1)
             for surface in range(self.surfaces + 1):
                 si = world.ray_intersect(ray, mi.RayFlags.All, surface == 0, going)
@@ -395,13 +397,13 @@ def _integrator_class(variant: str) -> Any:
             return seen, mi.Bool(True), []
 
         def beyond(self, world: Any, si: Any, lost: Any, direct: Any) -> Any:
-            """Light of rays that meet nothing: the sky, or the background where it is seen directly."""
+            """Return the radiance of rays that hit nothing: the sky, or the background where seen directly."""
             if self.sky:
                 return world.environment().eval(si, lost)
             return mi.Color3f(dr.select(direct, self.background, self.ambient))
 
         def sunlight(self, world: Any, si: Any, side: Any, plain: Any, first: bool) -> Any:
-            """Light that falls on a surface straight from the sun, per light of a surface that faces it."""
+            """Return the direct sunlight on a surface, relative to a surface that faces the sun."""
             assert self.sun is not None
             sun, tint = mi.Vector3f(*self.sun), mi.Color3f(*self.tint)
             cosine = dr.dot(si.sh_frame.n, sun) * side

@@ -1,12 +1,12 @@
-"""A ray caster: every pixel is the mean of rays through points of the pixel and of the lens.
+"""Ray caster: each pixel is the mean over rays through points of the pixel and of the lens.
 
-A ray leaves the aperture at (ax, ay, 0) and crosses the point of the plane of focus that is conjugate to its point of
-the sensor. With that point seen from the lens's centre in the direction (tx, ty, 1), and the focus vergence Vf,
+A ray leaves the aperture at (ax, ay, 0) and passes through the point of the plane of focus that is conjugate to its
+sensor point. If that point is seen from the lens's centre in the direction (tx, ty, 1), and Vf is the focus vergence,
 
     x(z) = ax + z (tx - ax Vf),    y(z) = ay + z (ty - ay Vf).
 
-Written in vergence it holds for a focus at infinity (Vf = 0) and beyond (Vf < 0). Blur and occlusion follow from the
-geometry of rays: no blur formula and no convolution is used, so such views can judge methods that rest on them.
+In terms of vergence the equations also hold for focus at infinity (Vf = 0) and beyond (Vf < 0). Blur and occlusion
+follow from ray geometry: no blur formula or convolution is used, so such views can test methods based on them.
 """
 
 from __future__ import annotations
@@ -34,11 +34,13 @@ from focalgradient.view import View, check_pixel_angle
 
 __all__ = ["Rendered", "cast", "castable", "check_frame"]
 
-PATTERNS = 256  # sets of rays, dealt out to the pixels at random
-ROWS = 8  # rows in one piece of work
+PATTERNS = 256  # number of ray sets, assigned to the pixels at random
+ROWS = 8  # rows per task
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")  # twice as fast
+_inlined = njit(
+    nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always"
+)  # inlining doubles the speed
 
 FIELDS = "sphere px py pz radius nx ny nz ux uy uz vx vy vz half_u half_v texel projected"
 OBJECT = np.dtype([(name, np.float64) for name in FIELDS.split()])
@@ -57,39 +59,39 @@ def cast(
     psf: Psf | str = "disc",
     progress: Progress | None = None,
 ) -> Rendered:
-    """Render a scene through a finite thin lens.
+    """Render a scene through a finite thin lens by ray casting.
 
     The sensor is a plane: pixel (row i, column j) of H x W looks in the direction
-    ((j - (W-1)/2) pixel_angle + ahead, (i - (H-1)/2) pixel_angle, 1). A pixel is the mean over its own square.
+    ((j - (W-1)/2) pixel_angle + ahead, (i - (H-1)/2) pixel_angle, 1). A pixel's value is the mean over its square.
 
     Parameters
     ----------
     scene
-        What to look at.
+        The scene to render.
     optics
-        A `Lens`, or whatever has its `aperture_diameter` (m) and `focus_vergence` (D, any sign).
+        A `Lens`, or any object with an `aperture_diameter` (m) and a `focus_vergence` (D, any sign).
     shape
         Height and width in pixels.
     pixel_angle
-        Angle in radians of one pixel on the axis: pixel pitch / sensor distance.
+        Angle in radians subtended by one pixel on the axis: pixel pitch / sensor distance.
     samples
-        Rays a pixel; powers of 2 are best. Over natural texture of contrast 0.2 the rays leave noise of about
-        0.3 % (64 rays) or 0.1 % (256) of the mean where blur discs are 4 pixels across, 0.9 % or 0.3 % at 16.
+        Rays per pixel; powers of 2 are best. With natural texture of contrast 0.2, sampling noise is about 0.3 % of the
+        mean with 64 rays, or 0.1 % with 256, for blur discs 4 pixels in diameter, and 0.9 % or 0.3 % for 16 pixels.
     seed
-        Seed of the rays; with the same seed two optics are sampled alike.
+        Random seed of the rays; with the same seed, two optics are sampled identically.
     place
-        Where the lens's centre is, in metres to the right of the origin. Its axis stays parallel to z.
+        Position of the lens's centre in metres to the right of the origin. Its axis stays parallel to z.
     ahead
-        Direction of the frame's middle, as a tangent to the right: of a sensor that is shifted off the axis.
+        Direction of the frame's centre as a tangent to the right, for a sensor shifted off the axis.
     psf
-        Form of the aperture: a `focalgradient.psf.Psf` or its name. Light passes it as the shape's light is spread.
+        Aperture shape, a `focalgradient.psf.Psf` or its name; rays are distributed like the shape's radiance.
     progress
-        Called now and then with the share done, 0 to 1, and what is being done.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Raises
     ------
     InputError
-        If the frame, the pixel or the number of samples is not positive, or the optics, place or ahead not finite.
+        If the frame, pixel angle or number of samples is not positive, or the optics, place or ahead are not finite.
 
     Examples
     --------
@@ -104,7 +106,9 @@ def cast(
     check_frame(optics, shape, pixel_angle, samples, seed)
     aperture, focus = optics.aperture_diameter, optics.focus_vergence
     if not castable(scene):
-        raise InputError("the ray caster knows planes and spheres only, without a sky: render the scene by 'shaded'.")
+        raise InputError(
+            "scene contains meshes or a sky, but the ray caster renders planes and spheres only: use engine 'shaded'."
+        )
     check_number("place", place, "metres")
     check_number("ahead", ahead, "tangent of an angle")
     aside = place, ahead
@@ -127,9 +131,9 @@ def cast_without(
     aside: tuple[float, float] = (0.0, 0.0),
     psf: Psf = Disc(),  # noqa: B008  it is frozen
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Image and distance as `cast` makes them; rays pass through the `skipped` object, which still casts its shadow.
+    """Return image and distance as in `cast`; rays pass through the `skipped` object, which still casts its shadow.
 
-    `aside` is the `place` and the `ahead` of `cast`.
+    `aside` holds `place` and `ahead` of `cast`.
     """
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
     rays, number = _patterns(samples, seed, psf), -1 if skipped is None else skipped
@@ -151,7 +155,7 @@ def cast_without(
 
 
 def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samples: int, seed: int) -> None:
-    """Refuse what no renderer can render."""
+    """Validate the arguments that all renderers share."""
     if not (
         isinstance(shape, Sequence)
         and len(shape) == 2
@@ -166,12 +170,12 @@ def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samp
 
 
 def castable(scene: Scene) -> bool:
-    """Whether `cast` can render the scene: planes and spheres before a uniform background, in grey."""
+    """Return whether `cast` can render the scene: planes and spheres before a uniform background, in grey."""
     return scene.sky is None and not any(isinstance(thing, Mesh) for thing in scene.objects)
 
 
 def _objects(scene: Scene) -> NDArray[np.void]:
-    """The scene's objects as one table for the kernel."""
+    """Return the scene's objects as a structured array for the compiled kernel."""
     table = np.zeros(len(scene.objects), OBJECT)
     for row, thing in zip(table, scene.objects, strict=True):
         assert not isinstance(thing, Mesh)
@@ -204,10 +208,10 @@ def _unit(vector: object) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=4)
 def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
-    """Sets of rays, PATTERNS x samples x 4: place in the aperture (x, y; blur radii), and in the pixel (-1/2 to 1/2).
+    """Return ray sets, PATTERNS x samples x 4: aperture position (x, y; blur radii) and pixel position (-1/2 to 1/2).
 
-    One Sobol net in four dimensions, Owen-scrambled; each set is the net under a digital shift of its own, which
-    leaves it a net.
+    All are one Owen-scrambled four-dimensional Sobol net, each under its own digital shift, which preserves the net
+    property.
     """
     random = np.random.default_rng(seed)
     net = qmc.Sobol(4, bits=30, rng=random).random_base2(math.ceil(math.log2(samples)))[:samples]
@@ -218,7 +222,7 @@ def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
 
 @_inlined
 def _spline(coefficients, u, v):  # type: ignore[no-untyped-def]
-    """The periodic cubic spline at column u, row v."""
+    """Return the periodic cubic spline at column u, row v."""
     j, i = math.floor(u), math.floor(v)
     s, t = u - j, v - i
     j, i = int(j), int(i)
@@ -243,7 +247,7 @@ def _spline(coefficients, u, v):  # type: ignore[no-untyped-def]
 
 @_inlined
 def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-untyped-def]
-    """The first object but the `skipped` that a ray meets beyond `least` of its direction: how far, and which or -1."""
+    """Return parameter and index of the first object beyond `least` along a ray, except `skipped`; index -1: none."""
     first, which = np.inf, -1
     for index in range(objects.shape[0]):
         if index == skipped:
@@ -253,7 +257,8 @@ def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-un
         if thing.sphere:
             d2 = dx * dx + dy * dy + dz * dz
             along = qx * dx + qy * dy + qz * dz
-            # The discriminant from the ray's distance to the centre, which does not cancel for a far small sphere.
+            # The discriminant, computed from the ray's distance to the centre, avoids cancellation for distant small
+            # spheres.
             cx, cy, cz = qx - along / d2 * dx, qy - along / d2 * dy, qz - along / d2 * dz
             inside = thing.radius**2 - (cx * cx + cy * cy + cz * cz)
             if inside < 0:
@@ -281,7 +286,7 @@ def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-un
 
 @_inlined
 def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipped):  # type: ignore[no-untyped-def]
-    """Radiance along the ray from (ox, oy, 0) in direction (dx, dy, 1)."""
+    """Return the radiance along the ray from (ox, oy, 0) in direction (dx, dy, 1)."""
     z, which = _hit(objects, ox, oy, 0.0, dx, dy, 1.0, 0.0, skipped)
     if which < 0:
         return background
@@ -290,13 +295,13 @@ def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipp
     hx, hy, hz = x - thing.px, y - thing.py, z - thing.pz
     if thing.sphere:
         nx, ny, nz = hx / thing.radius, hy / thing.radius, hz / thing.radius
-        # Lambert's azimuthal map: equal areas, and singular only at the back of the sphere.
+        # Lambert's azimuthal projection: equal-area, and singular only at the back of the sphere.
         stretch = thing.radius * math.sqrt(2 / max(1 - nz, 1e-12))
         u, v = stretch * nx, stretch * ny
     else:
         nx, ny, nz = thing.nx, thing.ny, thing.nz
         u, v = thing.ux * hx + thing.uy * hy + thing.uz * hz, thing.vx * hx + thing.vy * hy + thing.vz * hz
-        if nx * dx + ny * dy + nz > 0:  # the side that is seen
+        if nx * dx + ny * dy + nz > 0:  # orient the normal towards the viewer
             nx, ny, nz = -nx, -ny, -nz
     if thing.projected:
         u, v = x / z, y / z
@@ -349,7 +354,7 @@ def _cast_rows(  # type: ignore[no-untyped-def]
 
 @_inlined
 def _deal(i, j, seed):  # type: ignore[no-untyped-def]
-    """Which set of rays a pixel gets: a hash of its place (the 32-bit finaliser of MurmurHash3)."""
+    """Return the index of the ray set for a pixel: a hash of its position (32-bit finaliser of MurmurHash3)."""
     h = (i * 0x1F123BB5 + j * 0x5F356495 + seed * 0x2545F491) & 0xFFFFFFFF
     h = ((h ^ (h >> 16)) * 0x85EBCA6B) & 0xFFFFFFFF
     h = ((h ^ (h >> 13)) * 0xC2B2AE35) & 0xFFFFFFFF

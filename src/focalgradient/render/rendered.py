@@ -1,4 +1,4 @@
-"""What comes out of rendering: a view with the truth about its scene."""
+"""Result of rendering: a view with the ground truth of its scene."""
 
 from __future__ import annotations
 
@@ -15,26 +15,25 @@ __all__ = ["LUMINANCE", "Rendered"]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Rendered:
-    """A view with the truth about its scene.
+    """A view with the ground truth of its scene.
 
     Parameters
     ----------
     view
-        What the camera sees, as 32-bit radiance: of a coloured scene its luminance.
+        The camera's view, as 32-bit radiance; luminance for a coloured scene.
     distance
-        True distance in metres along the axis, H x W, of the first surface through the pixel centres and the centre of
-        the lens; ``inf`` where there is nothing.
+        True distance in metres along the axis, H x W, of the first surface on rays through the pixel centres and the
+        centre of the lens; ``inf`` where there is none.
     colour
-        Radiance in red, green and blue, H x W x 3, of which the view is the `LUMINANCE`; None where the renderer sees
-        grey only.
+        Radiance in red, green and blue, H x W x 3, whose `LUMINANCE` is the view; None if rendered in grey.
     residual
-        Half the difference of two independent halves of the samples, H x W: the view is their mean, so this has just
-        the view's own sampling noise. None where it was not measured.
+        Half the difference between the two independent halves of the samples, H x W. The view is their mean, so this
+        has exactly the view's sampling noise. None if it was not estimated.
     vergence
-        Where a mirror is among the objects: vergence of what is *seen* in each pixel, H x W x 2 x 2, in dioptres. Light
-        of one point, crossing the lens at (x, y), runs in the direction (tx, ty) - vergence (x, y), the directions
-        being tangents; so a surface seen directly has 1/distance times the unit matrix, and a curved mirror shows an
-        image that differs by meridian. NaN at the border of a surface; 0 where nothing is seen.
+        With a mirror among the objects: vergence of what each pixel *shows*, H x W x 2 x 2, in dioptres. Light from one
+        point that crosses the lens at (x, y) travels in direction (tx, ty) - vergence (x, y), directions being
+        tangents; so a surface seen directly has 1/distance times the unit matrix, and a curved mirror forms an
+        astigmatic image. NaN at the border of a surface; 0 where no surface is seen.
     """
 
     view: View
@@ -44,12 +43,12 @@ class Rendered:
     vergence: NDArray[np.float64] | None = None
 
     def __repr__(self) -> str:
-        """The view, and between which distances the scene lies."""
+        """Return the view, and the range of distances in the scene."""
         near, far = self._range()
         return f"Rendered({self.view!r}, {near:.3g} to {far:.3g} m)"
 
     def summary(self) -> str:
-        """A few lines on the view, the true distance and the noise.
+        """Return a few lines on the view, the true distance and the noise.
 
         >>> from focalgradient import Lens
         >>> from focalgradient.render import cast
@@ -77,7 +76,7 @@ class Rendered:
         )
 
     def _range(self) -> tuple[float, float]:
-        """Least and greatest distance in metres of what is in the frame; infinite where nothing is."""
+        """Return the smallest and largest distance in metres in the frame; infinite if no surface is seen."""
         there = self.distance[np.isfinite(self.distance)]
         return (float(there.min()), float(there.max())) if there.size else (math.inf, math.inf)
 
@@ -85,6 +84,6 @@ class Rendered:
     def noise(self) -> float:
         """Standard deviation of the view's sampling noise over the whole picture, in the image's unit.
 
-        NaN if it was not measured. Views of one scene rendered with one seed share much of it.
+        NaN if it was not estimated. Views of one scene rendered with the same seed share much of their noise.
         """
         return float("nan") if self.residual is None else float(np.sqrt(np.mean(np.square(self.residual, dtype=float))))

@@ -1,4 +1,4 @@
-"""What a sensor adds to a view."""
+"""Sensor noise."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ __all__ = ["noisy"]
 
 
 def noisy(view: View, sd: float, seed: int) -> View:
-    """The view with independent Gaussian noise added to every pixel.
+    """Return the view with independent Gaussian noise added to every pixel.
 
     Parameters
     ----------
     view
-        Any view; it is left as it is.
+        Any view, which is not modified.
     sd
-        Standard deviation of the noise, in the image's own unit.
+        Standard deviation of the noise, in the image's unit.
     seed
-        Seed of the noise: give two views of one scene different ones.
+        Random seed of the noise; use different seeds for two views of one scene.
 
     Raises
     ------
     InputError
-        If `sd` is negative or not finite, or `seed` no whole number of 0 or more.
+        If `sd` is negative or not finite, or `seed` is not an integer of 0 or more.
 
     Examples
     --------
@@ -38,7 +38,9 @@ def noisy(view: View, sd: float, seed: int) -> View:
     0.01
     """
     if not (sd >= 0 and math.isfinite(sd)):
-        raise InputError(f"sd is {sd!r}, but must be a noise of 0 or more in the image's unit.")
+        raise InputError(
+            f"sd is {sd!r}, but must be a finite standard deviation of 0 or more: give it in the image's unit."
+        )
     check_seed(seed)
     noise = sd * np.random.default_rng(seed).standard_normal(view.shape)
     return replace(view, image=(view.image + noise).astype(view.image.dtype))

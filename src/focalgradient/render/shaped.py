@@ -1,4 +1,4 @@
-"""Point spread functions of any shape of blur, sampled at the pixels."""
+"""Discretised point spread functions for blur of any shape."""
 
 from __future__ import annotations
 
@@ -15,30 +15,31 @@ from focalgradient.render.kernels import EVEN, FITTED_TO, STEPS, Kernels, kernel
 __all__ = ["shape_kernels", "shape_picture"]
 
 FITTED = 8.0
-"""Blur radius in pixels below which weights are fitted to the transfer. Linear interpolation between pixels has a
-pentagon's transfer to 0.004 up to 1/8 cycle a pixel from 9 pixels on, but to 0.009 only at 6."""
+"""Blur radius in pixels below which weights are fitted to the transfer. Linear interpolation between pixels reproduces
+a pentagon's transfer up to 1/8 cycle per pixel to 0.004 from 9 pixels on, but only to 0.009 at 6."""
 
 EXTENT = 4.0
-"""Standard deviations to which a shape is followed: a triangle ends at 2.8, and a Gaussian leaves 6e-5 outside."""
+"""Extent of a tabulated shape in standard deviations: a triangle ends at 2.8; a Gaussian has 6e-5 outside."""
 
 FAINT = 1e-4
-"""Share of the brightest pixel below which a pixel is left out."""
+"""Fraction of the brightest pixel below which a pixel is set to 0."""
 
 FINE_STEP, FEW = 1 / 32, 64
-"""Pixels between blur radii, the nearest being wrong by half, where there are only a few distinct ones."""
+"""Spacing in pixels, and maximum number, of blur radii where only a few distinct ones occur; nearest neighbour: error
+at most half a step."""
 
 MEASURED = 12.0
-"""Radius in pixels at which a shape shows how wide the lens is: a pixel is a twelfth of it."""
+"""Radius in pixels at which a shape's extent relative to the disc is measured: to a twelfth of the radius."""
 
 STEP, GROWTH = 0.05, 0.02
-"""The same where there are many: pixels, or a share of the radius, whichever is more."""
+"""Spacing of blur radii where many occur: in pixels, or as a fraction of the radius, whichever is larger."""
 
 
 def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
-    """Kernels of a shape for `blurs` in pixels, negative beyond focus and positive nearer; no weight is negative.
+    """Return kernels of a shape for `blurs` in pixels, negative beyond focus, positive nearer; no weight is negative.
 
-    Of a shape that is its own mirror image they go by the size of the blur alone; others are turned by half a turn
-    nearer than focus.
+    Kernels of point-symmetric shapes depend on the absolute blur alone; others are rotated by 180 degrees nearer
+    than focus.
     """
     signed = np.abs(blurs) if psf.symmetric else blurs
     steps: NDArray[Any] = FINE_STEP * np.unique(np.rint(signed / FINE_STEP).astype(np.int64))
@@ -62,7 +63,7 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
 
 
 def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
-    """Return a shape of `radius` pixels, as shown beyond focus, as a square, odd picture: positive, of sum 1."""
+    """Return a shape of `radius` pixels, as seen beyond focus, as a square picture of odd size, non-negative, sum 1."""
     if radius < 0.01:
         return np.ones((1, 1))
     even = _interpolated(psf, radius)
@@ -70,12 +71,12 @@ def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
 
 
 def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
-    """A shape by linear interpolation between pixels; made smaller, so that the second moment stays right."""
-    # Linear interpolation spreads by 1/6 in each direction.
+    """Return a shape by linear interpolation between pixels, reduced in size so that the second moment is exact."""
+    # Linear interpolation adds a variance of 1/6 per axis.
     smaller = math.sqrt(max(radius**2 - 1 / 6 / psf.sd_per_radius**2, 1 / 4))
     reach = math.ceil(EXTENT * psf.sd_per_radius * radius) + 2
     side = 2 * reach + 1
-    # What lies beyond the pixels' own frequencies is folded into them, as sampling does.
+    # Frequencies beyond Nyquist are aliased, as by sampling.
     folds = np.arange(-2, 3) if radius < FITTED else np.arange(-1, 2)
     axis = (np.fft.fftfreq(side)[:, None] + folds).ravel()
     spectrum = psf.optical_transfer(axis[:, None], axis, smaller) * np.outer(np.sinc(axis), np.sinc(axis)) ** 2
@@ -88,7 +89,7 @@ def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
 
 
 def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The positive weights that have the shape's transfer, by least squares, close to `even` ones (see `kernels`)."""
+    """Return non-negative weights that fit the shape's transfer by least squares, close to uniform (see `kernels`)."""
     reach = len(even) // 2
     down, right = np.meshgrid(
         np.linspace(-FITTED_TO, FITTED_TO, 2 * STEPS + 1), np.linspace(0, FITTED_TO, STEPS + 1), indexing="ij"
@@ -99,7 +100,7 @@ def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.fl
     down, right, radial = (values.ravel()[order] for values in (down, right, radial))
     y, x = np.nonzero(even)
     waves = np.exp(-2j * np.pi * (down[:, None] * (y - reach) + right[:, None] * (x - reach)))
-    weight = 1 / np.maximum(radial, radial[1])  # the amplitude of natural pictures
+    weight = 1 / np.maximum(radial, radial[1])  # amplitude spectrum of natural images
     weight[0] = 100 * weight.sum()  # unit gain at frequency 0
     weight[1:] /= np.linalg.norm(weight[1:])
     wanted = weight * psf.optical_transfer(down, right, radius)

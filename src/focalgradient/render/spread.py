@@ -1,10 +1,11 @@
-"""Spreading every pixel by its own blur over the places from which it is seen.
+"""Scattering of every pixel by its own blur, restricted to the positions from which it is visible.
 
-A point is spread by its kernel, of which each part belongs to a part of the lens; where nearer surfaces hide the point
-from a part of the lens (`visibility`), that part is left out. What arrives at a place adds up, over the sum of its
-weights: every ray of the lens meets one point, so that the sum is 1 but for what is not known. A slanted surface's
-pixel p takes the share (1 + d . grad ln|Vf - V|) / (pi r^2) of the lens, d being the way from p: the areas of the
-picture and of the lens that its rays join differ so, and light is kept where blur changes from place to place.
+A point is spread by its kernel, each part of which corresponds to a part of the lens; parts of the lens from which
+nearer surfaces hide the point (`visibility`) are omitted. Contributions at a position are summed and divided by the sum
+of their weights: every ray of the lens meets exactly one point, so the sum is 1 except where surfaces are unknown. A
+pixel p of a slanted surface receives the fraction (1 + d . grad ln|Vf - V|) / (pi r^2) of the lens, d being the vector
+from p: this is the ratio of the areas of picture and lens that its rays connect, and conserves energy where blur
+varies.
 """
 
 from __future__ import annotations
@@ -29,21 +30,22 @@ from focalgradient.render.visibility import CELL, LENS, SHARE, highest, sees_all
 __all__ = ["Layer", "layer_of", "rim_of", "spread"]
 
 BLOCK = 64
-"""Side in pixels of the blocks of points that threads share: what a block sums up then fits into a cache."""
+"""Side in pixels of the blocks of points processed by one thread, chosen so that a block's sums fit into a cache."""
 
 STEEPEST = 3.0
-"""Slope in pixels a pixel from which on a surface counts as no steeper."""
+"""Maximum slope of a surface (pixels of vergence per pixel); steeper slopes are clipped."""
 
 SPLIT = 1.0, 2.0
-"""Pixels of blur up to which all parts of the lens are taken alike, as a pixel is hardly smaller than the disc, and
-from which each by itself; between, both are mixed. Parts by themselves from 0.5 on let light past nearer surfaces
-(steps of 5 % where a picture is blurred by 0.7 pixels); without the mixture pictures jump by 7 % as focus changes."""
+"""Blur radii in pixels: up to the first, all parts of the lens are weighted equally, since the disc is hardly larger
+than a pixel; from the second, each part individually; in between, both are blended. Individual weighting from 0.5 px
+would let light pass nearer surfaces (steps of 5 % where a picture is blurred by 0.7 px); without blending, pictures
+would jump by 7 % as focus changes."""
 
 NONE = 1e-3
-"""Sum of weights up to which nothing is known of a place, which is then left sharp."""
+"""Sum of weights up to which a position is considered unknown and left sharp."""
 
 RIM = 1.0
-"""Cells of the lens's grid beyond its rim from which nearer surfaces still cover a part of it."""
+"""Margin around the lens, in cells of its grid, within which nearer surfaces still cover part of it."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
@@ -52,7 +54,7 @@ FloatImage = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Points to spread: light (H x W x channels), vergence in pixels, kernel, and the gradient of ln|Vf - V|."""
+    """Points to spread: radiance (H x W x channels), vergence (px), coverage, kernel, and gradient of ln|Vf - V|."""
 
     light: FloatImage
     vergence: FloatImage
@@ -65,7 +67,7 @@ class Layer:
 def layer_of(
     light: FloatImage, vergence: FloatImage, cover: FloatImage, focus: float, kernels: Kernels, by_radius: bool
 ) -> Layer:
-    """Give the points of a picture the kernel of their blur: by its radius, or by their vergence itself."""
+    """Return a layer that assigns each point the kernel for its blur, by radius or by signed blur."""
     number = np.empty(vergence.shape, np.int16)
     down, right = np.zeros(vergence.shape, np.float32), np.zeros(vergence.shape, np.float32)
     between = (kernels.at[1:] + kernels.at[:-1]) / 2
@@ -75,7 +77,7 @@ def layer_of(
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _place(vergence, focus, between, by_radius, number, down, right, first, last):  # type: ignore[no-untyped-def]
-    """In rows `first` to `last`: the kernel nearest to each pixel's blur, and the gradient; none across outlines."""
+    """For rows `first` to `last`, find the nearest kernel of each blur, and the gradient (0 at discontinuities)."""
     height, width = vergence.shape
     for i in range(first, last):
         for j in range(width):
@@ -96,9 +98,10 @@ def _flatter(a, b):  # type: ignore[no-untyped-def]
 
 
 def rim_of(kernels: Kernels) -> int:
-    """Pixels of rim that `spread` needs: whole cells, as what is hidden is looked for by cells.
+    """Return the margin in pixels that `spread` needs: whole cells, since hidden surfaces are searched by cells.
 
-    Where they began elsewhere, another of several equally near surfaces would be found: pictures jumped with focus.
+    With cells aligned otherwise, another of several equally near surfaces might be found, and pictures would jump
+    with focus.
     """
     return CELL * -(-(int(kernels.reach.max()) + 1) // CELL)
 
@@ -106,9 +109,9 @@ def rim_of(kernels: Kernels) -> int:
 def spread(
     layers: list[Layer], focus: float, kernels: Kernels, pad: int, threads: int, progress: Callable[[float], object]
 ) -> FloatImage:
-    """Spread `layers`, all of one size with a rim of `pad` pixels, into the picture within the rim.
+    """Spread `layers`, all of one size with a margin of `pad` pixels, into the picture within the margin.
 
-    The first layer is what the pinhole sees, which hides parts of the lens from all that lies behind.
+    The first layer is the pinhole view, which hides parts of the lens from everything behind.
     """
     visible = layers[0]
     height, width = visible.vergence.shape
@@ -139,7 +142,7 @@ def spread(
     pool = ThreadPoolExecutor(threads)
     try:
         futures = deque(pool.submit(fill, *place) for place in places)
-        for done, (y, x) in enumerate(places, 1):  # in order: the same sums however many threads
+        for done, (y, x) in enumerate(places, 1):  # in order, so that sums do not depend on the number of threads
             rim, sums = futures.popleft().result()
             top, left = max(y - rim, 0), max(x - rim, 0)
             into = total[:, top : y - rim + sums.shape[1], left : x - rim + sums.shape[2] - LANES]
@@ -159,7 +162,8 @@ def _scatter(  # type: ignore[no-untyped-def]
     light, vergence, cover, kernel, gradient_y, gradient_x, values, starts, reaches, extent,
     sheets, cells, tops, over, visible, focus, lens, y0, x0, size_y, size_x, rim, tall, line, sums,
 ):  # fmt: skip
-    """Add to `sums` (weight and channels x lines) every point of a block, by the parts of the lens that see it."""
+    """Add every point of a block, weighted by the visible parts of the lens, to `sums` (weight and channels x
+    lines)."""
     channels = light.shape[2]
     plane = tall * line
     blocked = np.zeros(max((2 * rim + 1) ** 2, LENS * LENS) + LANES, np.float32)
@@ -174,7 +178,7 @@ def _scatter(  # type: ignore[no-untyped-def]
             reach = reaches[n]
             share, split = cover[i, j], np.float32(0)
             blur = here - focus
-            alike = np.float32(1)  # share of the lens that sees the point, where all parts are taken alike
+            alike = np.float32(1)  # fraction of the lens that sees the point, under equal weighting
             if not visible or over[i, j]:
                 split = (abs(blur) - np.float32(SPLIT[0])) / np.float32(SPLIT[1] - SPLIT[0])
                 split = min(max(split, np.float32(0)), np.float32(1))
@@ -203,14 +207,15 @@ def _scatter(  # type: ignore[no-untyped-def]
                     share *= alike
                     if share <= 0:
                         continue
-            # The gradient of the logarithm is 1 / blur times that of blur, but level in focus, where it has no say.
+            # The gradient of the logarithm is 1 / blur times that of blur, regularised near focus, where it has no
+            # effect.
             pull = blur / (blur * blur + np.float32(1))
             down, right = pull * gradient_y[i, j], pull * gradient_x[i, j]
             for y in range(-reach, reach + 1):
                 wide = extent[n, y + reach]
                 if wide < 0:
                     continue
-                # Unsigned: an index that cannot be negative needs no test, and the loops become vector instructions.
+                # Unsigned indices need no bounds test, so that the loops are vectorised.
                 count = np.uint64((2 * wide + 1 + LANES - 1) // LANES * LANES)
                 source = np.uint64(starts[n] + (y + reach) * (2 * reach + 1 + LANES) + reach - wide)
                 target = np.uint64((i - y0 + rim + y) * line + j - x0 + rim - wide)

@@ -1,9 +1,9 @@
-"""Which part of the lens a point is seen from: the nearer surfaces, projected from the point onto the lens.
+"""Visibility: the parts of the lens from which a point is seen past nearer surfaces.
 
-A pixel of a nearer surface, higher by h pixels of vergence and d pixels aside, hides the point from the part of the
-lens about d / h (in units of its radius) whose side is 1 / h. These parts are added up on a grid over the lens. A
-surface whose slope is less than 1 hides no part of itself, and what hides little counts little: visibility is a
-continuous function of depth.
+A pixel of a nearer surface, h pixels of vergence nearer and d pixels aside, hides the point from a part of the lens
+centred on d / h (in lens radii) with side 1 / h. These parts are accumulated on a grid over the lens. A surface with
+slope below 1 does not hide itself, and small occlusions have small weight: visibility is a continuous function of
+depth.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ from numpy.typing import NDArray
 __all__ = ["CELL", "LENS", "SHARE", "highest", "sees_all"]
 
 LENS = 9
-"""Cells of the grid across the lens."""
+"""Number of grid cells across the lens."""
 
 CELL = 8
-"""Side in pixels of the cells of the picture whose nearest point is kept, to pass over those that hide nothing."""
+"""Side in pixels of the picture's cells, whose nearest vergences allow skipping cells that hide nothing."""
 
 FEWEST = 6.0
-"""Samples of a nearer surface, at least, across the radius of the lens: far above, not every pixel is one."""
+"""Minimum number of samples of a nearer surface across the lens radius; far above it, pixels are subsampled."""
 
 FADES, APART, SHARP = 1.0, 0.5, 0.1
-"""Pixels of vergence above a visible point's own surface, continued, from which on another hides it, wholly from one
-pixel more; the same above a hidden point; and how much more there."""
+"""Vergence differences in pixels. A surface begins to hide a visible point at the first above that point's extrapolated
+surface (complete one pixel later); it begins to hide a hidden point at the second, over a transition of the third."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
 
 def highest(vergence: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Nearest vergence in each cell of the picture."""
+    """Return the nearest vergence in each cell of the picture."""
     height, width = vergence.shape
     wide = np.pad(vergence, ((0, -height % CELL), (0, -width % CELL)), mode="edge")
     return wide.reshape(wide.shape[0] // CELL, CELL, -1, CELL).max(axis=(1, 3))
 
 
 def _parts() -> NDArray[np.float32]:
-    """Share of the lens in each cell of its grid."""
+    """Return the fraction of the lens in each cell of its grid."""
     fine = (np.arange(32 * LENS) + 0.5) / (16 * LENS) - 1
     inside = np.hypot(*np.meshgrid(fine, fine)) < 1
     share = inside.reshape(LENS, 32, LENS, 32).mean(axis=(1, 3))
@@ -52,16 +52,16 @@ SHARE = _parts()
 def sees_all(  # type: ignore[no-untyped-def]
     vergence, cover, gradient_y, gradient_x, cells, top, i, j, here, visible, down, right, lens, scale, half, blocked
 ):
-    """Add to `blocked` (side x side, in one line) the parts of the lens that are hidden from a point; True if none is.
+    """Add the parts of the lens that are hidden from a point to `blocked` (side x side, flattened); True if none is.
 
     The point lies at row `i` and column `j`, at vergence `here`, on the visible surface or behind it. `cells` is
-    `highest(vergence)`, `top` its maximum. `lens` is the radius to which the lens is looked at; the lens's radius is
-    `scale` cells of the grid, whose side is 2 `half` + 1.
+    `highest(vergence)`, `top` its maximum. `lens` is the radius up to which the lens is considered; the lens's
+    radius is `scale` cells of the grid, whose side is 2 `half` + 1.
     """
     height, width = vergence.shape
     side = 2 * half + 1
     whole = True
-    # From a slope of 1 on a surface hides parts of itself.
+    # A surface hides parts of itself from a slope of 1.
     down, right = min(max(down, np.float32(-1)), np.float32(1)), min(max(right, np.float32(-1)), np.float32(1))
     steep = np.float32(1) / lens
     own = np.float32(FADES if visible else APART)
@@ -91,7 +91,7 @@ def sees_all(  # type: ignore[no-untyped-def]
                     if excess <= 0:
                         continue
                     whole = False
-                    # A slanted surface is seen foreshortened.
+                    # Account for foreshortening of slanted surfaces.
                     tilt = np.float32(1) - (y * gradient_y[a, b] + x * gradient_x[a, b]) / above
                     excess = min(excess, np.float32(1)) * cover[a, b] * max(tilt, np.float32(0))
                     ratio = scale / above

@@ -1,17 +1,17 @@
-"""Blurred lines in closed form, and the Necker cube drawn with them.
+"""Closed-form rendering of blurred lines, and of the Necker cube drawn with them.
 
 In perspective the vergence of a straight edge, and with it the blur of a thin lens, is linear along the edge's image.
-A line whose every point spreads its light as a Gaussian of standard deviation sigma(s) = a + b s, at s = 0 to L from p
-in the direction d, shines at x with (r0 = x - p, r1 = r0 - L d, Q = b r0 + a d)
+A line whose points each spread their energy as a Gaussian of standard deviation sigma(s) = a + b s, at s = 0 to L from
+p in the direction d, has at x the radiance (with r0 = x - p, r1 = r0 - L d, Q = b r0 + a d)
 
     I(x) = exp(-(r0 x d)^2 / 2|Q|^2) [erf(Q.r0 / sqrt(2) a |Q|) - erf(Q.r1 / sqrt(2) (a + b L) |Q|)] / 2 sqrt(2 pi) |Q|
 
 because r(s) x Q = sigma(s) (r0 x d), so that |r|^2 / sigma^2 = (r.Q)^2 / (sigma |Q|)^2 + (r0 x d)^2 / |Q|^2, and the
 derivative of r.Q / (sigma |Q|) along the line is -|Q| / sigma^2.
 
-Lines have a width w of their own, so sigma is really hypot(w, blur) with a linear blur of either sign: a line that
-crosses the plane of focus needs no case of its own. It is cut into pieces that are nearly linear: of
-hypot(w, w tan(angle)), a chord that spans an angle of delta errs by at most delta^2 / 8, wherever it lies.
+Lines have a width w of their own, so sigma is hypot(w, blur), with a linear blur of either sign: a line that crosses
+the plane of focus needs no special case. It is divided into nearly linear pieces: for hypot(w, w tan(angle)), a chord
+over an angle of delta has a relative error of at most delta^2 / 8 everywhere.
 """
 
 from __future__ import annotations
@@ -34,19 +34,21 @@ from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 __all__ = ["Focus", "Gradient", "blur_at", "line_light", "necker_frame", "necker_loop", "wireframe"]
 
 Gradient = Literal["none", "rigid", "nonrigid"]
-"""Which reading's depth the blur agrees with, if any."""
+"""Interpretation of the cube with whose depth the blur is consistent, if any."""
 
 Focus = Literal["near", "far"]
-"""The depth in exact focus: the nearest or the farthest that the cube reaches in a turn."""
+"""Depth in focus: the nearest or the farthest that the cube reaches during a rotation."""
 
-REACH = 5.0  # sigmas, beyond which a line is dark: 6e-7 of its light
-PIECE = 0.1  # radians of arctan(blur / width) in one linear piece: sigma is right within 0.13 %
-THINNEST = 1.6  # pixels of line width below which lines twinkle as they cross the pixels: at 1.6 by 5e-5 of their light
+REACH = 5.0  # extent of a line's profile in sigmas: 6e-7 of its energy lies outside
+PIECE = 0.1  # maximum change of arctan(blur / width) within a linear piece (rad): sigma is accurate to 0.13 %
+THINNEST = (
+    1.6  # minimum line width in pixels; thinner lines flicker as they cross pixels (at 1.6 px by 5e-5 of their energy)
+)
 WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
-PIXEL = 1 / 12  # px^2, the variance of a pixel's own square, over which it averages the light
+PIXEL = 1 / 12  # px^2, variance of the square pixel aperture
 
 THREADS = min(MOST_THREADS, cores())
-"""Threads that draw rows; the limit of eight is our choice."""
+"""Number of threads that draw rows; the limit of eight is a design choice."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
@@ -65,32 +67,32 @@ def wireframe(
     width: float,
     brightness: float = 1.0,
 ) -> NDArray[np.float32]:
-    """Picture of blurred lines on black; where they cross, their light adds.
+    """Draw blurred lines on black; where they cross, their radiance adds.
 
     Parameters
     ----------
     lines
-        Start and end of each, n x 2 x 2 (x, y), in pixels: (0, 0) is the middle of the first pixel. They may leave
-        the frame.
+        Start and end of each line, n x 2 x 2 (x, y), in pixels; (0, 0) is the centre of the first pixel. Lines may
+        extend beyond the frame.
     blur
         Standard deviation of the blur at start and end, n x 2, in pixels, linear in between; a change of sign along a
-        line is a crossing of the plane of focus.
+        line marks a crossing of the plane of focus.
     shape
         Height and width of the picture in pixels.
     width
-        Standard deviation of a line's own profile in pixels; below 0.7 the pixels sample it unevenly.
+        Standard deviation of a line's own profile in pixels; below 0.7, aliasing makes lines uneven.
     brightness
-        Light of a line per pixel of its length: however blurred, each line gives off brightness x length.
+        Energy of a line per pixel of its length: regardless of blur, each line contributes brightness x length.
 
     Returns
     -------
     ndarray
-        Linear radiance at the middles of the pixels, H x W, 32-bit.
+        Linear radiance at the pixel centres, H x W, 32-bit.
 
     Raises
     ------
     InputError
-        If an array's shape or a value is not as stated.
+        If an array's shape or a value is invalid.
 
     Examples
     --------
@@ -104,11 +106,13 @@ def wireframe(
             f"lines and blur are {lines.shape} and {blur.shape}, but must be n x 2 x 2 and n x 2, for both ends."
         )
     if not (np.isfinite(lines).all() and np.isfinite(blur).all()):
-        raise InputError("lines or blur hold values that are not finite, but must be places and blurs in pixels.")
+        raise InputError(
+            "lines or blur contain values that are not finite, but must be positions and blurs in pixels: correct them."
+        )
     _check_shape(shape)
     for name, value in (("width", width), ("brightness", brightness)):
         if not (value > 0 and math.isfinite(value)):
-            raise InputError(f"{name} is {value!r}, but must be a positive finite number, in pixels.")
+            raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in pixels.")
     image = np.zeros(shape, np.float32)
     rest = [_pool().submit(_draw, lines, blur, width, brightness, k, THREADS, image) for k in range(1, THREADS)]
     _draw(lines, blur, width, brightness, 0, THREADS, image)
@@ -120,31 +124,31 @@ def wireframe(
 def blur_at(
     necker: NeckerCube, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
 ) -> NDArray[np.float64]:
-    """Signed blur in the cube's picture of points at `depth` z (m, any shape): sd in radians, positive beyond focus.
+    """Return the signed blur of the cube's points at `depth` z (m, any shape): sd in radians, positive beyond focus.
 
-    sigma = `k` x magnification x (aperture / 2) (V_f - 1/z): a thin lens's blur disc, magnified with the picture.
+    sigma = `k` x magnification x (aperture / 2) (V_f - 1/z): the blur disc of a thin lens, magnified with the picture.
 
     Parameters
     ----------
     necker
         The cube.
     depth
-        In metres from the centre of projection.
+        Distance in metres from the centre of projection.
     aperture
-        Diameter in metres of the lens or pupil that looks at the cube.
+        Diameter in metres of the lens or pupil.
     focus
-        ``"near"`` or ``"far"``: the least or greatest depth of a whole turn; or a vergence in dioptres.
+        ``"near"`` or ``"far"``: the smallest or largest depth during a rotation; or a vergence in dioptres.
     k
         Standard deviation of the blur / radius of the blur disc.
 
     Raises
     ------
     InputError
-        If `aperture`, `focus` or `k` is not as stated.
+        If `aperture`, `focus` or `k` is invalid.
 
     Examples
     --------
-    A cube seen at its natural size, through a pupil of 4 mm: 2 mm x 0.5 x 1.505 D of blur across its depth.
+    A cube at its natural size, seen through a 4 mm pupil: 2 mm x 0.5 x 1.505 D of blur across its depth.
 
     >>> cube = NeckerCube(size=0.4, perspective=0.4)
     >>> blur_at(cube, [cube.nearest, cube.farthest], aperture=0.004).round(6).tolist()
@@ -175,31 +179,31 @@ def necker_frame(
     focus: Focus | float = "near",
     k: float = DISC_K,
 ) -> NDArray[np.float32]:
-    """One moment of the turning cube, its lines blurred by the depth of one of its two readings.
+    """Draw one frame of the rotating cube, its lines blurred by the depth of one of its two interpretations.
 
-    The places of the lines are the same under every gradient, and so is the light of each.
+        The positions of the lines are the same under every gradient, and so is the energy of each.
 
     Parameters
     ----------
     necker
         The cube.
     turn
-        Turns done.
+        Rotation angle in turns.
     shape
-        Height and width in pixels; the axis of the picture is in the middle.
+        Height and width in pixels; the optical axis is at the centre of the picture.
     pixel_angle
-        Angle in radians that a pixel subtends in the picture.
+        Angle in radians subtended by a pixel of the picture.
     gradient
-        ``"none"``: every line is sharp. ``"rigid"``: blurred by its true depth. ``"nonrigid"``: blurred by the depth
-        that it has in the depth-reversed shape.
+        ``"none"``: all lines sharp. ``"rigid"``: blurred by true depth. ``"nonrigid"``: blurred by the depth in the
+        depth-reversed shape.
     aperture, focus, k
-        As in `blur_at`: with focus ``"near"`` what is near in that reading is sharp, and what is far is blurred.
+        As in `blur_at`; with focus ``"near"``, lines near in that interpretation are sharp, and far lines blurred.
 
     Returns
     -------
     ndarray
-        Linear radiance on black, H x W, 32-bit. Light adds where lines cross; 1 is the peak of a sharp line of many
-        pixels' width, away from others. A pixel averages over its square (to the second moment).
+        Linear radiance on black, H x W, 32-bit. Radiance adds where lines cross; 1 is the peak of an isolated sharp
+        line many pixels wide. Pixels average over their square (to the second moment).
 
     Raises
     ------
@@ -221,8 +225,8 @@ def necker_frame(
         raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
     if necker.line_width < THINNEST * pixel_angle:
         raise InputError(
-            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {THINNEST:g} twinkle "
-            "as they move: draw wider lines or take smaller pixels."
+            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {THINNEST:g} flicker "
+            "as they move: draw wider lines or use smaller pixels."
         )
     centre = (np.array(shape[::-1]) - 1) / 2
     lines = necker.project(necker.vertices(turn))[EDGES] / pixel_angle + centre
@@ -246,9 +250,10 @@ def necker_loop(
     focus: Focus | float = "near",
     k: float = DISC_K,
 ) -> Iterator[NDArray[np.float32]]:
-    """The frames of a quarter turn, evenly spaced: shown again and again they make a turning without a seam.
+    """Yield the frames of a quarter rotation, evenly spaced; repeated, they form a seamless rotation.
 
-    `NeckerCube.loop_frames` gives the `frames` that make the cube turn at its speed; all else is as in `necker_frame`.
+        `NeckerCube.loop_frames` gives the number of `frames` for the cube's speed; other parameters are as in
+        `necker_frame`.
 
     >>> loop = necker_loop(NeckerCube(), 120, shape=(320, 320), pixel_angle=5e-4, gradient="nonrigid")
     >>> next(loop).shape
@@ -276,20 +281,20 @@ def _check_shape(shape: tuple[int, int]) -> None:
 
 @_inlined
 def line_light(along, across, length, first, last):  # type: ignore[no-untyped-def]
-    """Light of a line at one point, for a line that gives off 1 per unit of its length.
+    """Return the radiance at one point of a line that emits unit energy per unit length.
 
     Parameters
     ----------
     along, across
-        The point's place from the line's start, along it and at right angles to it.
+        Coordinates of the point relative to the line's start, along the line and perpendicular to it.
     length
-        Of the line; any unit, the same for all.
+        Length of the line; any unit, the same for all.
     first, last
-        Standard deviation of the blur at the line's start and end, linear in between; positive.
+        Standard deviation of the blur at the line's start and end (linear in between), positive.
 
     Examples
     --------
-    In the middle of a long line of even blur: the peak of a Gaussian, 1 / (sqrt(2 pi) sigma).
+    In the middle of a long line with constant blur: the peak of a Gaussian, 1 / (sqrt(2 pi) sigma).
 
     >>> round(line_light(50.0, 0.0, 100.0, 2.0, 2.0), 6)
     0.199471
@@ -301,7 +306,7 @@ def line_light(along, across, length, first, last):  # type: ignore[no-untyped-d
     q = math.sqrt(q2)
     gap = length * q / (math.sqrt(2.0) * first * last)
     if gap < 3e-5:
-        # The erfs would cancel, and at |Q| = 0 be undefined: the integrand's value at the middle instead.
+        # The erfs would cancel, and be undefined at |Q| = 0: use the midpoint rule instead.
         s = length * first / (first + last)
         sigma = first + b * s
         square = (along - s) ** 2 + across * across
@@ -313,7 +318,7 @@ def line_light(along, across, length, first, last):  # type: ignore[no-untyped-d
 
 @_compiled
 def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[no-untyped-def]
-    """Add the lines to every `step`-th row from `first` on."""
+    """Add the lines to every `step`-th row, starting at `first`."""
     for line in range(lines.shape[0]):
         x0, y0, x1, y1 = lines[line, 0, 0], lines[line, 0, 1], lines[line, 1, 0], lines[line, 1, 1]
         length = math.hypot(x1 - x0, y1 - y0)
@@ -339,7 +344,7 @@ def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[n
 
 @_compiled
 def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, first, step, image):  # type: ignore[no-untyped-def]
-    """Add one piece, to the pixels that its blur reaches."""
+    """Add one piece to the pixels within reach of its blur."""
     height, width = image.shape
     reach = REACH * max(sigma0, sigma1)
     top, low = min(y0, y0 + length * dy) - reach, max(y0, y0 + length * dy) + reach
@@ -347,7 +352,7 @@ def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, first, step,
     row += (first - row) % step
     while row < height and row <= low:
         y = row - y0
-        # Columns where the place across the line is within reach, and the place along it within reach of its ends.
+        # Columns whose position is within reach across the line, and within reach of its ends along the line.
         left, right = -x0, width - 1 - x0
         if abs(dy) > 1e-12:
             a, b = (y * dx - reach) / dy, (y * dx + reach) / dy
