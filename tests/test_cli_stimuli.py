@@ -85,7 +85,7 @@ def test_necker(tmp_path: Path) -> None:
         (["depth-rating", "--out", "x", "--seed", 1, "--engine", "blender"], "Invalid value for '--engine'"),
         (["depth-rating", "--out", "x", "--seed", -3, "--engine", "cast"], "seed is -3"),
         (["necker", "--out", "x", "--gradient", "sideways"], "Invalid value for '--gradient'"),
-        (["necker", "--out", "x", "--speed", "0.13"], "loop without a seam"),
+        (["necker", "--out", "x", "--speed", "0.13"], "seamless loop"),
         (["necker", "--out", "x", "--perspective", "1.4"], "perspective is 1.4"),
     ],
 )

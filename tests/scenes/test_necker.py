@@ -160,7 +160,7 @@ def test_a_loop_takes_a_whole_number_of_frames_or_says_which_speed_would() -> No
         ({"distance": math.inf}, "distance is inf"),
         ({"speed": math.nan}, "speed is nan"),
         ({"line_width": -1.0}, "line_width is -1.0"),
-        ({"tilt": math.radians(90)}, "less than a right angle"),
+        ({"tilt": math.radians(90)}, "smaller than a right angle"),
         ({"direction": "up"}, "must be 'right' or 'left'"),
         ({"perspective": 1.4}, "take at most"),
     ],

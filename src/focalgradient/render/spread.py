@@ -162,8 +162,7 @@ def _scatter(  # type: ignore[no-untyped-def]
     light, vergence, cover, kernel, gradient_y, gradient_x, values, starts, reaches, extent,
     sheets, cells, tops, over, visible, focus, lens, y0, x0, size_y, size_x, rim, tall, line, sums,
 ):  # fmt: skip
-    """Add every point of a block, weighted by the visible parts of the lens, to `sums` (weight and channels x
-    lines)."""
+    """Add each point of a block, weighted by the visible parts of the lens, to `sums` (weight and channels x lines)."""
     channels = light.shape[2]
     plane = tall * line
     blocked = np.zeros(max((2 * rim + 1) ** 2, LENS * LENS) + LANES, np.float32)

@@ -1,7 +1,7 @@
-"""What is in the world: surfaces and what they are painted with, and scenes made of them.
+"""Scene geometry and materials.
 
-The camera stands at the origin and looks along +z; x points right, y down; lengths are in metres. A scene knows nothing
-of optics or pixels: the same scene through two lenses is the same world.
+The camera is at the origin and looks along +z; x points right, y down; lengths are in metres. A scene is independent of
+optics and pixels, so that views through two lenses show the same scene.
 """
 
 from focalgradient.scenes.bottle import bottle

@@ -1,4 +1,4 @@
-"""A mirrored bottle on a checkered plane: a surface at one depth that shows things at another (the paper's Fig. 1)."""
+"""Mirrored bottle on a checkered plane: mirror images lie at other depths than the surface (the paper's Fig. 1)."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from focalgradient.scenes.shapes import Paint, lathe
 __all__ = ["BODY_RADIUS", "bottle"]
 
 BODY_RADIUS = 0.045
-"""Radius in metres of the bottle's upright body."""
+"""Radius in metres of the bottle's cylindrical body."""
 
-REFLECTANCE = 0.9  # of silvered glass, nearly even over the visible band
-CHECK = 0.03  # metres, a side of a check
-EYE = 0.16  # metres, of the camera above the plane
-ROUND = 2.6  # metres, to the wall that stands all around
+REFLECTANCE = 0.9  # reflectance of silvered glass, nearly constant over the visible band
+CHECK = 0.03  # side of a check (m)
+EYE = 0.16  # camera height above the plane (m)
+ROUND = 2.6  # radius of the surrounding wall (m)
 
 
 def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
-    """A mirrored bottle, a quarter of a metre high, on a checkered plane within a painted round wall.
+    """Return a mirrored bottle, 0.26 m high, on a checkered plane within a painted cylindrical wall.
 
-    Its body is a cylinder: upright, light is reflected as by a plane mirror, and across as by a convex one, so that its
-    images are astigmatic.
+    Its body is a cylinder, which reflects like a plane mirror vertically and like a convex mirror horizontally, so that
+    its images are astigmatic.
 
     Parameters
     ----------
     seed
-        Seed of the wall's and the plane's paint, and of how the checks are turned.
+        Random seed of the wall's and the plane's texture, and of the orientation of the checks.
     distance
-        Of the bottle's axis, in metres; its nearest point is `BODY_RADIUS` nearer.
+        Distance of the bottle's axis in metres; its nearest point is `BODY_RADIUS` nearer.
 
     Returns
     -------
     Scene
-        With the marks ``"nearest"`` and ``"farthest"``: on the bottle's body, and on the wall beside it.
+        Scene with the marks ``"nearest"`` (on the bottle's body) and ``"farthest"`` (on the wall beside it).
 
     Examples
     --------
@@ -50,7 +50,7 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
     """
     if not (is_number(distance) and 0.3 <= distance <= 2):
         raise InputError(
-            f"distance is {described(distance)}, but must be 0.3 to 2 metres, for the bottle to stand within its wall."
+            f"distance is {described(distance)}, but must be 0.3 to 2 (m), so that the wall encloses the bottle."
         )
     check_seed(seed)
     random = np.random.default_rng([seed, 1])
@@ -77,7 +77,7 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
 
 
 def _profile() -> NDArray[np.float64]:
-    """Radius and height of the bottle, from the middle of its top to that of its foot, in metres."""
+    """Return radius and height (m) of the bottle's profile, from the centre of its top to that of its foot."""
     share = np.linspace(0, 1, 60)[1:-1]
     neck, shoulder, body = 0.0135, 0.205, 0.14
     bend = np.stack(
@@ -89,7 +89,7 @@ def _profile() -> NDArray[np.float64]:
     length = np.concatenate([[0], np.hypot(*np.diff(corners, axis=0).T).cumsum()])
     along = np.linspace(0, length[-1], 500)
     profile = np.stack([np.interp(along, length, part) for part in corners.T], axis=1)
-    # Rounded at its edges, over some 6 mm; the body stays upright and straight, and foot and top stay shut.
+    # Edges are rounded over some 6 mm; the body stays straight and vertical, and foot and top stay closed.
     kernel = np.exp(-(np.linspace(-2, 2, 17) ** 2))
     padded = np.pad(profile, ((8, 8), (0, 0)), mode="edge")
     soft = np.stack([np.convolve(part, kernel / kernel.sum(), "valid") for part in padded.T], axis=1)
@@ -98,13 +98,13 @@ def _profile() -> NDArray[np.float64]:
 
 
 def _checks(seed: int, turn: float) -> Mesh:
-    """The plane: dark and light checks with a grain, 8 x 8 in a tile that repeats."""
+    """Return the plane: dark and light checks with 1/f grain, 8 x 8 in a repeating tile."""
     cells, texels = 8, 1024
     row, column = np.indices((texels, texels)) * cells // texels
     noise = np.random.default_rng([seed, 3]).standard_normal((texels, texels))
     frequency = np.hypot(np.fft.fftfreq(texels)[:, None], np.fft.rfftfreq(texels))
     frequency[0, 0] = np.inf
-    grain = np.fft.irfft2(np.fft.rfft2(noise) / frequency, noise.shape)  # 1/f, and it repeats without a seam
+    grain = np.fft.irfft2(np.fft.rfft2(noise) / frequency, noise.shape)  # periodic 1/f noise
     tone = np.where((row + column) % 2, 0.62, 0.09) * np.exp(0.13 * grain / grain.std())
     corners = 4.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     c, s = math.cos(turn), math.sin(turn)
@@ -115,7 +115,7 @@ def _checks(seed: int, turn: float) -> Mesh:
 
 
 def _mural(seed: int) -> Paint:
-    """Paint of the wall: hills upon hills in earthen colours."""
+    """Return the wall's paint: fractal noise in earth colours."""
     colours = ((0.08, 0.07, 0.07), (0.22, 0.20, 0.17), (0.42, 0.36, 0.27), (0.66, 0.58, 0.45))
 
     def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:

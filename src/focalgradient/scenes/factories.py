@@ -1,4 +1,4 @@
-"""Scenes for measuring: a wall, a slanted plane, a step in depth, spheres in front of a wall."""
+"""Measurement scenes: a wall, a slanted plane, a depth step, spheres in front of a wall."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from focalgradient.scenes.texture import Texture
 __all__ = ["plane", "slant", "spheres", "step"]
 
 FINE = Texture(texel=0.3e-3, projected=True)
-"""Texels of 0.3 mrad, about the pixel of a 25 mm lens with 8 um pixels, at every distance."""
+"""Projected texture with texels of 0.3 mrad at every distance, about the pixel of a 25 mm lens with 8 um pixels."""
 
 
 def plane(distance: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
-    """A wall facing the camera, `distance` metres away.
+    """Return a wall facing the camera at `distance` metres.
 
     Parameters
     ----------
     distance
-        Metres along the axis.
+        Distance along the axis in metres.
     seed
-        Seed of the texture's field.
+        Random seed of the texture.
     texture
-        Everything else about the texture.
+        All other parameters of the texture.
 
     Raises
     ------
@@ -45,25 +45,26 @@ def plane(distance: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
 
 
 def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
-    """A slanted plane, `near` metres away at the left edge of the frame and `far` at the right edge.
+    """Return a slanted plane, at `near` metres at the left edge of the frame and `far` at the right edge.
 
-    In between its *vergence* is linear in the image's x, as every plane's is.
+    In between, its *vergence* is linear in image position x, as for any plane.
 
     Parameters
     ----------
     near, far
-        Distances along the axis in metres; near > far slants it the other way.
+        Distances along the axis in metres; near > far reverses the slant.
     field
-        Width of the frame as a tangent: columns x pixel angle.
+        Width of the frame as a tangent: number of columns x pixel angle.
     seed
-        Seed of the texture's field.
+        Random seed of the texture.
     texture
-        Everything else about the texture. A plane that runs through metres within a few degrees is seen almost
-        edge-on, so that a texture laid on it in metres is squeezed to stripes: hence one projected from the camera.
+        All other parameters of the texture. A plane that covers metres of depth within a few degrees is seen almost
+        edge-on, which would compress a texture defined on the surface to stripes; the default is therefore projected
+        from the camera.
 
     Examples
     --------
-    >>> round(slant(1.0, 3.0, 0.1).objects[0].point[2], 6)  # in the middle, 2/3 D
+    >>> round(slant(1.0, 3.0, 0.1).objects[0].point[2], 6)  # 2/3 D at the centre
     1.5
     """
     _check_distance("near", near)
@@ -76,21 +77,21 @@ def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Text
 
 
 def step(near: float, far: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
-    """A wall that hides the left half of another: depth jumps from `near` metres to `far` at the middle of the frame.
+    """Return two walls: one at `near` metres occludes the left half of another at `far` metres.
 
     Parameters
     ----------
     near, far
         Distances along the axis in metres, near < far.
     seed
-        Seed of the textures' fields; the two walls have different ones.
+        Random seed of the textures; the two walls have different ones.
     texture
-        Everything else about the textures.
+        All other parameters of the textures.
 
     Returns
     -------
     Scene
-        With the marks ``"nearest"`` and ``"farthest"``, 2 degrees to either side of the edge.
+        Scene with the marks ``"nearest"`` and ``"farthest"``, 2 degrees to either side of the edge.
 
     Examples
     --------
@@ -100,9 +101,9 @@ def step(near: float, far: float, *, seed: int = 0, texture: Texture = FINE) -> 
     _check_distance("near", near)
     _check_distance("far", far)
     if near >= far:
-        raise InputError(f"near is {near!r} m and far {far!r} m, but near must be the smaller.")
+        raise InputError(f"near is {near!r} m and far {far!r} m, but near must be the smaller: swap them.")
     _check(seed, texture)
-    # A card so large that its other sides are out of sight.
+    # A card large enough for its other sides to lie outside the frame.
     size = 20.0 * near
     front = Plane((-size / 2, 0.0, float(near)), (0.0, 0.0, -1.0), replace(texture, seed=seed), (size, size))
     (back,) = plane(far, seed=seed + 1, texture=texture).objects
@@ -112,15 +113,15 @@ def step(near: float, far: float, *, seed: int = 0, texture: Texture = FINE) -> 
 
 
 def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
-    """Six spheres, 0.6 to 2.4 m away, on a floor in front of a wall 3 m away, in sunlight.
+    """Return six spheres at 0.6 to 2.4 m on a floor, in front of a wall at 3 m, in sunlight.
 
     Parameters
     ----------
     seed
-        Seed of the places, sizes and textures.
+        Random seed of the positions, sizes and textures.
     field
-        Width of the frame that the spheres fill, as a tangent: columns x pixel angle. The frame's height is meant to
-        be three quarters of it.
+        Width of the frame that the spheres fill, as a tangent: number of columns x pixel angle. The intended frame
+        height is three quarters of it.
 
     Examples
     --------
@@ -137,7 +138,7 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
 
     distances = np.geomspace(0.6, 2.4, 6)
     places = random.permutation(np.linspace(-0.4, 0.4, 6)) + random.uniform(-0.04, 0.04, 6)
-    # The farther ones are larger even to the eye, so that they show above the nearer.
+    # Farther spheres subtend larger angles, so that they are visible above the nearer ones.
     sizes = random.uniform(0.09, 0.13, 6) * np.linspace(1, 1.4, 6)
     balls = []
     for z, place, size in zip(distances.tolist(), places.tolist(), sizes.tolist(), strict=True):

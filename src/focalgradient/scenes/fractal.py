@@ -1,8 +1,8 @@
-"""Fractal noise in space: octave upon octave of smooth noise, the stuff of rock, ground, clouds and mountains.
+"""Three-dimensional fractal noise for rock, ground, clouds and mountains.
 
-Each octave is gradient noise (Perlin 1985, with the smoother weights of 2002) on a lattice half as wide as the one
-before. Octaves finer than a stated detail are left out, so that a surface can be as fine as the pixels that will see
-it and no finer, near and far alike.
+Each octave is gradient noise (Perlin 1985, with the smoother weights of 2002) on a lattice of half the previous
+spacing. Octaves finer than a given detail are omitted, so that near and far surfaces have detail down to the pixel size
+and no further.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract
 def fractal(
     points: ArrayLike, seed: int, *, coarsest: float, finest: ArrayLike, roughness: float = 0.5
 ) -> NDArray[np.float64]:
-    """Fractal noise at points in space: mean 0, most of it between -1 and 1.
+    """Return fractal noise at points in space, with mean 0, mostly between -1 and 1.
 
     Parameters
     ----------
     points
-        ... x 3, in metres.
+        Positions in metres, shape ... x 3.
     seed
-        The same seed is the same noise.
+        Random seed of the noise.
     coarsest
-        Wavelength in metres of the first octave.
+        Wavelength of the first octave in metres.
     finest
-        Wavelength of the finest, at each point or everywhere: octaves fade out as they come near it.
+        Finest wavelength in metres, per point or common; octaves fade out as they approach it.
     roughness
-        Amplitude of an octave relative to the one before. 0.5 gives a surface an amplitude spectrum of 1/f^2, as
-        mountains have; near 1 the noise has the 1/f of natural pictures.
+        Amplitude ratio of successive octaves. 0.5 gives surfaces the amplitude spectrum 1/f^2 of mountains; values near
+        1 the 1/f of natural images.
 
     Returns
     -------
     ndarray
-        Of the shape of `points` without its last axis.
+        Noise, of the shape of `points` without its last axis.
 
     Examples
     --------
@@ -68,13 +68,13 @@ def _fractal(points, detail, seed, coarsest, octaves, roughness, values, start, 
         total, weight, wavelength = 0.0, 0.0, coarsest
         amplitude = 1.0
         for octave in range(octaves):
-            # From full strength at twice the finest wavelength down to nothing at the finest itself.
+            # Full strength at twice the finest wavelength, fading to zero at the finest.
             share = min(1.0, wavelength / detail[n] - 1.0)
             if octave > 0 and share <= 0:
                 break
             share = max(share, 0.0) if octave > 0 else 1.0
             x, y, z = points[n, 0] / wavelength, points[n, 1] / wavelength, points[n, 2] / wavelength
-            # Lattices of different octaves must not share their corners.
+            # Offsets, so that lattices of different octaves share no corners.
             total += (
                 amplitude
                 * share
@@ -88,7 +88,7 @@ def _fractal(points, detail, seed, coarsest, octaves, roughness, values, start, 
 
 @_inlined
 def _corner(h, x, y, z):  # type: ignore[no-untyped-def]
-    """A lattice corner's gradient, three numbers of ten bits that its hash holds, times the way from it."""
+    """Return the scalar product of a lattice corner's gradient (three 10-bit numbers of its hash) and the offset."""
     h = ((h ^ (h >> 15)) * 0x85EBCA6B) & 0xFFFFFFFF
     h ^= h >> 13
     return ((h & 1023) - 511.5) * x + (((h >> 10) & 1023) - 511.5) * y + (((h >> 20) & 1023) - 511.5) * z
@@ -96,7 +96,7 @@ def _corner(h, x, y, z):  # type: ignore[no-untyped-def]
 
 @_inlined
 def _noise(x, y, z, seed):  # type: ignore[no-untyped-def]
-    """One octave: gradients at the corners of a unit lattice, blended."""
+    """Return one octave of gradient noise: gradients at the corners of a unit lattice, interpolated."""
     fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
     x, y, z = x - fx, y - fy, z - fz
     u = x * x * x * (x * (x * 6 - 15) + 10)

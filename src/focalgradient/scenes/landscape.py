@@ -1,4 +1,4 @@
-"""Fractal land under a sky: ground that rises to mountains, as fine as the pixels see it, near and far."""
+"""Fractal landscapes with mountains under a sky, with detail down to the pixel size at every distance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from focalgradient.scenes.shapes import sheet
 
 __all__ = ["GROUNDS", "Land", "clouded_sky", "terrain"]
 
-# Reflectances of the ground, from its hollows to its crests.
+# Reflectances of the ground, from hollows to crests.
 GROUNDS = {
     "meadow": ((0.05, 0.045, 0.02), (0.10, 0.12, 0.035), (0.17, 0.19, 0.06), (0.33, 0.31, 0.16)),
     "sand": ((0.22, 0.14, 0.08), (0.42, 0.30, 0.18), (0.52, 0.40, 0.26), (0.64, 0.54, 0.40)),
@@ -24,26 +24,26 @@ GROUNDS = {
     "heath": ((0.05, 0.03, 0.025), (0.15, 0.085, 0.06), (0.22, 0.17, 0.09), (0.36, 0.30, 0.20)),
     "loam": ((0.045, 0.028, 0.018), (0.13, 0.08, 0.05), (0.23, 0.155, 0.10), (0.38, 0.29, 0.20)),
 }
-HAZE = (0.55, 0.63, 0.74)  # linear RGB of air seen through kilometres of it: our choice
-PLAIN, FARTHEST = 30.0, 400.0  # metres: where the plain becomes mountains, and the end of the land
+HAZE = (0.55, 0.63, 0.74)  # linear RGB of kilometres of air (a design choice)
+PLAIN, FARTHEST = 30.0, 400.0  # distances (m) at which the mountains begin, and the land ends
 
 
 @dataclass(frozen=True, slots=True)
 class Land:
-    """A fractal landscape: its height above the camera's feet at any place.
+    """A fractal landscape: ground height as a function of position.
 
     Parameters
     ----------
     seed
-        The same seed is the same land.
+        Random seed of the landscape.
     eye
         Height of the camera above the ground at its feet, in metres.
     relief
-        Height of the near ground's bumps, in metres.
+        Height of bumps of the near ground, in metres.
     mountains
-        Height of the far mountains as a tangent, seen from the camera.
+        Height of the distant mountains as a tangent, seen from the camera.
     ground
-        Which of `GROUNDS` it is.
+        Ground cover, a key of `GROUNDS`.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class Land:
     ground: str = "meadow"
 
     def height(self, x: ArrayLike, z: ArrayLike, finest: ArrayLike = 1e-3) -> NDArray[np.float64]:
-        """Height in metres at places (metres right and away, any shape), with bumps down to a `finest` wavelength."""
+        """Return the height in metres at x (right) and z (away) in metres, with detail down to wavelength `finest`."""
         x, z = np.broadcast_arrays(np.asarray(x, float), np.asarray(z, float))
         place = np.stack([x, np.zeros_like(x), z], axis=-1)
 
@@ -67,7 +67,7 @@ class Land:
             detail = np.minimum(finest, coarsest)
             return fractal(place, self.seed + key, coarsest=coarsest, finest=detail, roughness=roughness)
 
-        # Ridged, as erosion leaves them, crests sharp and valleys round; they stand in a chain, with nothing behind.
+        # Ridged noise, as left by erosion: sharp crests, round valleys, in one chain with nothing behind.
         crest = 0.7 - 1.9 * np.abs(noise(2, 80.0, 0.5)) + 1.2 * noise(3, 120.0, 0.45)
         crest = np.where(crest > 0, crest, 0.3 * crest)
         chain = np.exp(-((np.log(np.maximum(z, 1.0) / 190) / 0.55) ** 2))
@@ -80,10 +80,10 @@ class Land:
         )
 
     def mesh(self, field: float, *, rows: int = 480, columns: int = 481, texels: int = 1200) -> Mesh:
-        """The ground that a camera sees whose frame is `field` wide (a tangent), and some to either side of it."""
+        """Return the ground visible in a frame `field` wide (a tangent), with a margin on both sides."""
 
         def places(rows: int, columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-            # Evenly spaced in the picture: on flat ground by 1/z; the mountains, which stand upright, by log z.
+            # Evenly spaced in the picture: by 1/z on flat ground, by log z on the mountains.
             near = 1 / np.linspace(0.55 * field / (0.8 * self.eye), 1 / PLAIN, 2 * rows // 3)
             far = np.geomspace(PLAIN, FARTHEST, rows - len(near) + 1)[1:]
             z, across = np.meshgrid(
@@ -107,21 +107,22 @@ class Land:
                 place, self.seed + 10 + key, coarsest=coarsest, finest=np.minimum(finest, coarsest), roughness=roughness
             )
 
-        # Patches of every size, then blades and grains; far away the land's own folds.
+        # Patches of all sizes, blades and grains; far away, folds of the land.
         tone = 0.45 * noise(0, 1.6, 0.8) + 0.9 * noise(1, 0.04, 0.95) + 0.4 * noise(2, 40.0, 0.8)
         colour = ramp(1.2 * tone, GROUNDS[self.ground])
         bare = np.clip(2.2 * noise(3, 0.8, 0.7) - 0.7, 0, 1)[..., None]
         colour = colour * (1 - 0.6 * bare) + 0.6 * bare * ramp(tone, GROUNDS["loam"])
-        # Air between: mountains go pale and blue.
+        # Aerial perspective: distant mountains become pale and blue.
         air = (0.65 * (1 - np.exp(-z / 220)))[..., None]
         colour = colour * (1 - air) + 0.7 * np.array(HAZE) * air
         return np.clip(colour, 0.01, 0.95).astype(np.float32)
 
 
 def clouded_sky(seed: int, *, cover: float, brightness: float, warmth: float = 0.0) -> Sky:
-    """A sky with fractal clouds.
+    """Return a sky with fractal clouds.
 
-    `cover` goes from 0 (clear) to 1, `brightness` is its mean radiance, `warmth` 0 to 1 is that of the horizon.
+    `cover` is the cloud cover from 0 (clear) to 1, `brightness` the mean radiance, `warmth` (0 to 1) the horizon's
+    reddening.
 
     >>> clouded_sky(1, cover=0.5, brightness=0.4).radiance.shape
     (1024, 2048, 3)
@@ -135,9 +136,9 @@ def clouded_sky(seed: int, *, cover: float, brightness: float, warmth: float = 0
     zenith, horizon = np.array([0.16, 0.33, 0.68]), np.array([0.60, 0.73, 0.88])
     horizon = horizon * (1 - warmth) + warmth * np.array([1.0, 0.74, 0.48])
     blue = horizon + (zenith - horizon) * (np.sin(up)[..., None] ** 0.42)
-    # Banks of cloud, flat at their feet: noise stretched along the horizon, the more so the lower.
+    # Banks of cloud with flat bases: noise stretched along the horizon, increasingly towards it.
     place = np.stack([np.cos(up) * np.sin(around), 2.6 * np.sqrt(up + 0.02), np.cos(up) * np.cos(around)], axis=-1)
-    finest = np.where(up < 0.6, 0.006, 0.04)  # no camera that sees the ground looks higher
+    finest = np.where(up < 0.6, 0.006, 0.04)  # higher parts lie outside frames that show the ground
     billow = fractal(place, seed, coarsest=0.22, finest=finest, roughness=0.6)
     bank = fractal(place, seed + 1, coarsest=0.7, finest=0.1, roughness=0.5)
     thick = _ease((0.9 * billow + bank + 1.8 * cover - 0.9) * 1.8)[..., None]
@@ -148,19 +149,19 @@ def clouded_sky(seed: int, *, cover: float, brightness: float, warmth: float = 0
     seen *= brightness / float((seen * np.cos(up)[..., None]).mean() * np.pi / 2)
     radiance = np.empty((rows, columns, 3), np.float32)
     radiance[: rows // 2] = seen
-    # Below the horizon the sky is the ground's light, for what looks past the edge of the land.
+    # Below the horizon, the sky has the ground's radiance, for rays that miss the land's edge.
     radiance[rows // 2 :] = 0.3 * seen[-1].mean(axis=0)
     return Sky(radiance)
 
 
 def _ease(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """0 below 0, 1 above 1, and a smooth step between."""
+    """Return a smooth step from 0 at 0 to 1 at 1, constant outside."""
     share = np.clip(share, 0, 1)
     return share * share * (3 - 2 * share)
 
 
 def sunlight(random: np.random.Generator) -> tuple[Point, Point, float]:
-    """Where a sun stands (behind the camera to either side), its colour, and how warm the sky is by it."""
+    """Return a random sun direction (behind the camera, to either side), its colour, and the sky's warmth."""
     azimuth = random.uniform(0.5, 1.25) * random.choice([-1, 1])
     elevation = random.uniform(0.35, 1.0)
     warmth = float(np.clip((0.7 - elevation) / 0.5, 0, 1)) * random.uniform(0.4, 1.0)
@@ -173,14 +174,14 @@ def sunlight(random: np.random.Generator) -> tuple[Point, Point, float]:
 
 
 def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
-    """A fractal landscape, from the ground at the camera's feet to mountains hundreds of metres away, under a sky.
+    """Return a fractal landscape, from the ground at the camera's feet to mountains hundreds of metres away.
 
     Parameters
     ----------
     seed
-        Seed of the land, its cover, the clouds and the light.
+        Random seed of the land, its cover, the clouds and the light.
     field
-        Width of the frame as a tangent: columns x pixel angle.
+        Width of the frame as a tangent: number of columns x pixel angle.
 
     Examples
     --------
@@ -201,7 +202,7 @@ def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
     sun, tint, warmth = sunlight(random)
     sky = clouded_sky(int(random.integers(2**20)), cover=random.uniform(0.15, 0.75), brightness=0.42, warmth=warmth)
     ground = land.mesh(field)
-    # Down the middle of the frame, what no nearer ground hides: a place in the foreground, and one amid the mountains.
+    # Visible points on the frame's vertical midline: one in the foreground, and one in the mountains.
     x, y, z = ground.vertices[np.abs(ground.vertices[:, 0]) < 1e-3 * field * ground.vertices[:, 2]].T
     seen = np.flatnonzero(y / z <= np.minimum.accumulate(y / z))
     near = seen[np.argmax((y / z)[seen] <= 0.38 * field)]

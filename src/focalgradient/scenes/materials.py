@@ -1,4 +1,4 @@
-"""What bodies are made of: paints with the colours and the grain of stone, earth, wood and plaster."""
+"""Materials: textures with the colours and grain of stone, earth, wood and plaster."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from focalgradient.scenes.shapes import Paint
 
 __all__ = ["NATURAL", "material", "ramp"]
 
-# Reflectances, red, green and blue, from the dark parts to the light.
+# Reflectances in red, green and blue, from dark to light parts.
 NATURAL: dict[str, tuple[tuple[float, float, float], ...]] = {
     "granite": ((0.05, 0.05, 0.055), (0.22, 0.20, 0.19), (0.42, 0.38, 0.36), (0.62, 0.58, 0.55)),
     "sandstone": ((0.18, 0.09, 0.05), (0.40, 0.23, 0.13), (0.55, 0.36, 0.21), (0.68, 0.52, 0.35)),
@@ -24,7 +24,7 @@ NATURAL: dict[str, tuple[tuple[float, float, float], ...]] = {
 
 
 def ramp(value: ArrayLike, colours: ArrayLike) -> NDArray[np.float64]:
-    """Colours, ... x 3, along a scale: -1 is the first of `colours` (k x 3), 1 the last.
+    """Return colours, ... x 3, interpolated on a scale from -1 (first of `colours`, k x 3) to 1 (last).
 
     >>> ramp([-1.0, 0.0], [[0.1, 0.1, 0.1], [0.3, 0.2, 0.1]]).round(2).tolist()
     [[0.1, 0.1, 0.1], [0.2, 0.15, 0.1]]
@@ -36,7 +36,7 @@ def ramp(value: ArrayLike, colours: ArrayLike) -> NDArray[np.float64]:
 
 
 def material(name: str, seed: int, size: float) -> Paint:
-    """The paint of a natural material, on a body of some `size` in metres.
+    """Return the paint of a natural material for a body of `size` metres.
 
     >>> material("granite", 1, 0.1)(np.zeros((5, 4, 3)), 0.001).shape
     (5, 4, 3)
@@ -66,7 +66,7 @@ def material(name: str, seed: int, size: float) -> Paint:
             case _:
                 tone = 0.8 * tone + 0.6 * grain
         colour = ramp(1.2 * tone, colours)
-        # Stains drift through it, of another hue.
+        # Irregular stains of another hue.
         stain = np.clip(noise(4, 0.6, 0.6) * 2 - 0.5, 0, 1)[..., None]
         return colour * (1 - stain * np.array([0.15, 0.3, 0.45]))
 

@@ -1,4 +1,4 @@
-"""Scenes by name, each from a seed."""
+"""Named scenes, each generated from a seed."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ SCENES: dict[str, tuple[Callable[[int], Scene], float]] = {
     "slant": (lambda seed: slant(0.8, 2.0, 0.1, seed=seed), 0.1),
     "step": (lambda seed: step(0.8, 1.6, seed=seed), 0.1),
 }
-"""By name: what makes the scene from a seed, and the width of the frame that it is made for, as a tangent."""
+"""Function that generates the scene from a seed, and intended width of the frame as a tangent, by name."""
 
 
 def scene(name: str, seed: int = 0) -> Scene:
-    """Make the scene of that name from a seed.
+    """Return the named scene for a seed.
 
     Raises
     ------
     InputError
-        If there is none of that name, or the seed is negative.
+        If the name is unknown, or the seed is negative.
 
     Examples
     --------

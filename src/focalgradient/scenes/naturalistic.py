@@ -1,7 +1,7 @@
-"""Spheres in a landscape: a near one, and several farther objects, on fractal ground before mountains and a sky.
+"""Naturalistic scenes: a near object and several farther ones on fractal ground, with mountains and a sky.
 
-The scenes of the depth-rating experiment. People look at the nearest or at the farthest object while the rest is
-blurred.
+They are the scenes of the depth-rating experiment, in which subjects fixate the nearest or the farthest object while
+the rest is blurred.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ TRIES = 1000
 
 
 def naturalistic(seed: int = 0, *, field: float = 0.35) -> Scene:
-    """A near sphere, five or six farther bodies, textured ground, mountains and a sky: every seed another place.
+    """Return a near sphere and five or six farther bodies on textured ground, with mountains and a sky.
 
-    Seeds next to each other differ in ground and material; all differ in layout, textures, clouds and light.
+    Neighbouring seeds differ in ground and material; all seeds differ in layout, textures, clouds and light.
 
     Parameters
     ----------
     seed
-        Seed of everything.
+        Random seed of the whole scene.
     field
-        Width of the frame as a tangent: columns x pixel angle. The frame's height is meant to be three quarters of it
-        at least.
+        Width of the frame as a tangent: number of columns x pixel angle. The intended frame height is at least three
+        quarters of it.
 
     Returns
     -------
     Scene
-        With the marks ``"nearest"`` and ``"farthest"``: the points of these two objects on the line of sight to their
-        middles, neither of them hidden.
+        Scene with the marks ``"nearest"`` and ``"farthest"``: the visible points of these two objects on the lines of
+        sight to their centres.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def naturalistic(seed: int = 0, *, field: float = 0.35) -> Scene:
 
 
 def _layout(random: np.random.Generator, field: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distances (m), places across and radii (tangents) of the bodies, near to far, none behind another's middle."""
+    """Return distances (m), lateral positions and radii (tangents) of the bodies, near to far, all centres visible."""
     count = int(random.integers(6, 8))
     for _ in range(TRIES):
         z = np.concatenate([[random.uniform(0.52, 0.7)], np.geomspace(1.1, random.uniform(3.6, 5.0), count - 1)])
@@ -86,7 +86,7 @@ def _layout(random: np.random.Generator, field: float) -> tuple[np.ndarray, np.n
         across[0] = random.choice([-1, 1]) * random.uniform(0.08, 0.24) * field
         for index in (count - 1, *range(1, count - 1)):
             far = index == count - 1
-            # The farthest stands free; of the others nobody hides another's middle.
+            # The farthest is fully visible; no other body occludes another's centre.
             keep = 1.15 * (radius[index] + radius) if far else 1.05 * np.maximum(radius[index], radius)
             keep[-1] = 1.15 * (radius[index] + radius[-1])
             places = random.uniform(-0.42, 0.42, 100) * field
@@ -102,7 +102,7 @@ def _layout(random: np.random.Generator, field: float) -> tuple[np.ndarray, np.n
 def _body(
     shape: str, foot: tuple[float, float, float], radius: float, stuff: str, seed: int, near: bool
 ) -> tuple[Mesh, tuple[float, float, float]]:
-    """A body standing on its foot, and its middle."""
+    """Return a body standing at `foot`, and its centre."""
     x, y, z = foot
     paint = material(stuff, seed, 2 * radius)
     texels = 1024 if near else 512
@@ -127,10 +127,10 @@ def _body(
 
 
 def _front(body: Mesh, middle: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Where the line of sight to a body's middle first meets it."""
+    """Return the first intersection of the line of sight to a body's centre with its surface."""
     sight = np.array(middle) / np.linalg.norm(middle)
     a, b, c = (body.vertices[corner] for corner in body.faces.T)
-    # Each triangle's share of the line: Cramer's rule for a + u (b - a) + v (c - a) = t sight.
+    # Intersection with each triangle, by Cramer's rule for a + u (b - a) + v (c - a) = t sight.
     across = np.cross(sight, c - a)
     volume = np.einsum("ni,ni->n", across, b - a)
     volume[volume == 0] = np.inf  # seen edge-on
@@ -147,7 +147,7 @@ def _front(body: Mesh, middle: tuple[float, float, float]) -> tuple[float, float
 def _stones(
     land: Land, random: np.random.Generator, field: float, distances: np.ndarray, across: np.ndarray, sizes: np.ndarray
 ) -> list[Mesh]:
-    """Pebbles and rocks lying about, small against the bodies and out of their way."""
+    """Return scattered pebbles and rocks, small relative to the bodies and clear of them."""
     made = []
     for kind in range(2):
         paint = material(

@@ -1,9 +1,9 @@
-"""The rotating Necker cube: a wireframe in perspective that can be seen in two ways.
+"""The rotating Necker cube: a perspective wireframe with two interpretations.
 
-Seen rigidly, it is a cube that turns as it does. Reversed in depth, each vertex moves along its own line of sight to
-the other side of the centre: the picture is the same to the last pixel, but what was far is near, the shape turns the
-other way, and because perspective made its near edges large, it must stretch and shrink as it turns. How much is the
-price of that reading: `departure_from_rigid`.
+In the rigid interpretation it is a rotating cube. Reversed in depth, each vertex moves along its line of sight to the
+other side of the centre: the picture is identical, but near and far are exchanged, the shape rotates in the opposite
+direction, and, since perspective enlarged its near edges, it must stretch and shrink as it rotates.
+`departure_from_rigid` quantifies this deformation.
 
 Lengths are in metres, x right, y down, z away from the viewer at the origin; angles are in radians.
 """
@@ -31,49 +31,49 @@ __all__ = [
 ]
 
 Direction = Literal["right", "left"]
-"""Where the near side moves."""
+"""Direction in which the near side moves."""
 
 Reading = Literal["rigid", "nonrigid"]
-"""How the picture is seen: as the cube that it shows, or as that cube reversed in depth."""
+"""Interpretation of the picture: the depicted cube (rigid), or its depth reversal (nonrigid)."""
 
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-"""The vertices of a cube of edge 1 about its centre, 8 x 3."""
+"""Vertices of a unit cube centred on the origin, 8 x 3."""
 
 EDGES = np.array([(i, i | bit) for bit in (2, 1, 4) for i in range(8) if not i & bit])
-"""The two vertices of each edge, 12 x 2: four upright edges (along the axis of rotation), then the eight level ones."""
+"""Vertex indices of each edge, 12 x 2: four edges parallel to the axis of rotation, then the eight others."""
 
 SYMMETRY = 0.25
-"""Turns after which the picture repeats: the cube stands on a face, and all its edges are alike."""
+"""Rotation in turns after which the picture repeats: the cube stands on a face, and all edges are alike."""
 
 
 @dataclass(frozen=True, slots=True)
 class NeckerCube:
-    """A wireframe cube that turns about its upright axis, and the picture of it.
+    """A wireframe cube rotating about its vertical axis, and its picture.
 
-    The picture is a central projection. With `size` equal to `perspective` it is seen as the cube itself would be;
-    any other size enlarges or shrinks the picture as a whole, its blur included, as on a screen.
+    The picture is a central projection. With `size` equal to `perspective` it subtends the angles of the cube itself;
+    any other size scales the picture, including its blur, as on a screen.
 
     Parameters
     ----------
     size
-        Angle in the picture, in radians, of an edge that faces the viewer at the distance of the cube's centre.
+        Angle in the picture, in radians, subtended by a frontal edge at the distance of the cube's centre.
     perspective
-        Strength of perspective: edge of the cube / distance of its centre. 0.1 is weak, 0.8 strong.
+        Strength of perspective: edge length / distance of the cube's centre. 0.1 is weak, 0.8 strong.
     distance
-        From the centre of projection (the eye's or lens's pupil) to the cube's centre, in metres.
+        Distance from the centre of projection (the pupil of eye or lens) to the cube's centre, in metres.
     tilt
-        Lean of the axis in radians, positive with its top toward the viewer: the cube is then seen from above.
+        Tilt of the axis in radians, positive with its top towards the viewer, so that the cube is seen from above.
     direction
-        Where the near side of the true cube moves.
+        Direction in which the near side of the true cube moves.
     speed
-        Turns per second.
+        Rotation speed in turns per second.
     line_width
-        Width of the sharp lines in the picture, in radians: full width at half maximum of their Gaussian profile.
+        Width of the sharp lines in the picture, in radians (full width at half maximum of a Gaussian profile).
 
     Raises
     ------
     InputError
-        If a value is out of range, or the turning cube would reach the viewer.
+        If a value is out of range, or the rotating cube would come too close to the viewer.
 
     Examples
     --------
@@ -93,7 +93,7 @@ class NeckerCube:
     def __post_init__(self) -> None:
         for name, unit in (
             ("size", "radians"),
-            ("perspective", "edges of the cube to the distance"),
+            ("perspective", "edge length / distance"),
             ("distance", "metres"),
             ("speed", "turns per second"),
             ("line_width", "radians"),
@@ -101,17 +101,17 @@ class NeckerCube:
             check_number(name, getattr(self, name), unit, positive=True)
         check_fields(self)
         if not abs(self.tilt) < math.pi / 2:
-            raise InputError(f"tilt is {self.tilt!r}, but must be less than a right angle: give it in radians.")
+            raise InputError(f"tilt is {self.tilt!r}, but must be smaller than a right angle: give it in radians.")
         if self._reach > 0.95:
             raise InputError(
-                f"perspective is {self.perspective:g}, with which the turning cube comes within "
+                f"perspective is {self.perspective:g}, with which the rotating cube comes within "
                 f"{max(1 - self._reach, 0):.2g} of its distance from the viewer, but 0.05 must be left: "
                 f"take at most {math.floor(950 * (self.perspective / self._reach)) / 1000:g}."
             )
 
     @property
     def _reach(self) -> float:
-        """How far a vertex comes before or behind the centre, over the distance."""
+        """Largest depth of a vertex relative to the centre, divided by the distance."""
         return self.perspective * (math.cos(self.tilt) / math.sqrt(2) + abs(math.sin(self.tilt)) / 2)
 
     @property
@@ -121,38 +121,38 @@ class NeckerCube:
 
     @property
     def nearest(self) -> float:
-        """Least depth z in metres that the cube reaches in a turn; in either reading."""
+        """Smallest depth z in metres during a rotation, in either interpretation."""
         return self.distance * (1 - self._reach)
 
     @property
     def farthest(self) -> float:
-        """Greatest depth z in metres that the cube reaches in a turn; in either reading."""
+        """Largest depth z in metres during a rotation, in either interpretation."""
         return self.distance * (1 + self._reach)
 
     @property
     def magnification(self) -> float:
-        """Angles in the picture / angles at the centre of projection."""
+        """Ratio of angles in the picture to angles at the centre of projection."""
         return self.size / self.perspective
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half the width and half the height, in radians about the axis, of a frame that just holds the turning cube.
+        """Half-width and half-height, in radians, of the smallest frame that contains the rotating cube.
 
         >>> tuple(round(angle, 4) for angle in NeckerCube(size=0.2, perspective=0.2, tilt=0.0).extent)
         (0.1429, 0.1165)
         """
-        half, radius = self.perspective / 2, self.perspective / math.sqrt(2)  # over the distance
+        half, radius = self.perspective / 2, self.perspective / math.sqrt(2)  # relative to the distance
         sin, cos = abs(math.sin(self.tilt)), math.cos(self.tilt)
         width = radius / math.sqrt((1 - half * sin) ** 2 - (radius * cos) ** 2)
-        # Along a vertex's circle y / z is greatest and least at its near and far ends.
+        # Along a vertex's circle, y / z has its extremes at the nearest and farthest points.
         height = max(abs(y * cos - z * sin) / (1 + y * sin + z * cos) for y in (-half, half) for z in (-radius, radius))
         return self.magnification * width, self.magnification * height
 
     def vertices(self, turn: ArrayLike) -> NDArray[np.float64]:
-        """Vertices of the true cube after `turn` turns (any shape) in its direction, ... x 8 x 3, in metres.
+        """Return the vertices of the true cube after `turn` turns (any shape) in its direction, ... x 8 x 3, in metres.
 
         >>> cube = NeckerCube(perspective=0.5, distance=1.0, tilt=0.0)
-        >>> cube.vertices(0.125)[0].round(3).tolist()  # the left, upper, near vertex, brought to the front
+        >>> cube.vertices(0.125)[0].round(3).tolist()  # the left upper near vertex, rotated to the front
         [-0.0, -0.25, 0.646]
         """
         angle = 2 * np.pi * np.asarray(turn, dtype=float)[..., None] * (1 if self.direction == "right" else -1)
@@ -162,13 +162,13 @@ class NeckerCube:
         return np.stack([x, y, self.distance + z], axis=-1)
 
     def reversed(self, turn: ArrayLike) -> NDArray[np.float64]:
-        """Vertices of the depth-reversed shape, ... x 8 x 3, in metres: the nonrigid reading of the same picture.
+        """Return the vertices of the depth-reversed shape (nonrigid interpretation), ... x 8 x 3, in metres.
 
-        Each true vertex slides along its line of sight to where its depth is mirrored about the cube's centre,
-        z' = 2 `distance` - z. Edges stay straight.
+        Each true vertex moves along its line of sight to the depth mirrored about the cube's centre, z' = 2 `distance`
+        - z. Edges stay straight.
 
         >>> cube = NeckerCube(perspective=0.5, distance=1.0, tilt=0.0)
-        >>> cube.reversed(0.125)[0].round(3).tolist()  # the front vertex, now at the back, and stretched
+        >>> cube.reversed(0.125)[0].round(3).tolist()  # the front vertex, now at the back and stretched
         [-0.0, -0.523, 1.354]
         """
         true = self.vertices(turn)
@@ -176,13 +176,13 @@ class NeckerCube:
         return true * (2 * self.distance - depth) / depth
 
     def seen(self, turn: ArrayLike, reading: Reading) -> NDArray[np.float64]:
-        """Vertices of the shape that a `reading` sees, ... x 8 x 3, in metres."""
+        """Return the vertices of the shape under an interpretation (`reading`), ... x 8 x 3, in metres."""
         if reading not in ("rigid", "nonrigid"):
             raise InputError(f"reading is {reading!r}, but must be 'rigid' or 'nonrigid'.")
         return self.vertices(turn) if reading == "rigid" else self.reversed(turn)
 
     def direction_seen(self, reading: Reading) -> Direction:
-        """Where the near side moves in a `reading`: near and far sides change places, and they go opposite ways.
+        """Return the direction in which the near side moves under an interpretation; depth reversal inverts it.
 
         >>> NeckerCube(direction="right").direction_seen("nonrigid")
         'left'
@@ -192,7 +192,7 @@ class NeckerCube:
         return "left" if self.direction == "right" else "right"
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Places in the picture, ... x 2 (right, down) in radians, of `points` (... x 3, in metres).
+        """Return the picture coordinates, ... x 2 (right, down) in radians, of `points` (... x 3, in metres).
 
         >>> NeckerCube(size=0.2, perspective=0.4).project([0.1, 0.0, 0.5]).round(3).tolist()
         [0.1, 0.0]
@@ -201,12 +201,12 @@ class NeckerCube:
         return self.magnification * points[..., :2] / points[..., 2:]
 
     def loop_frames(self, frame_rate: float) -> int:
-        """Frames, at `frame_rate` a second, in a quarter turn: after as many the picture repeats without a seam.
+        """Return the number of frames per quarter turn, after which the picture repeats, at `frame_rate` (Hz).
 
         Raises
         ------
         InputError
-            If they are not a whole number, or so few that the picture does not show which way the cube turns.
+            If the number is not an integer, or too small to define the direction of rotation.
 
         Examples
         --------
@@ -221,7 +221,7 @@ class NeckerCube:
             speed = SYMMETRY * frame_rate / better
             raise InputError(
                 f"speed is {self.speed:g} turns per second, which makes {frames:.6g} frames in a quarter turn, "
-                f"but a loop without a seam needs a whole number of 3 or more: take {speed:.6g}, "
+                f"but a seamless loop needs a whole number of 3 or more: use {speed:.6g}, "
                 f"which makes {better}."
             )
         return whole
@@ -229,15 +229,15 @@ class NeckerCube:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Departure:
-    """How far a shape that is seen to turn is from being rigid.
+    """Deformation of a shape during a rotation.
 
     Parameters
     ----------
     whole
-        Root mean square, over the turn and the 12 edges, of each edge's change of length relative to its own mean
-        over the turn; 0 for a rigid shape.
+        Root mean square, over the rotation and the 12 edges, of the relative deviation of each edge's length from its
+        mean over the rotation; 0 for a rigid shape.
     by_frame
-        The same, over the 12 edges, at each moment.
+        Root mean square over the 12 edges in each frame.
     """
 
     whole: float
@@ -245,7 +245,7 @@ class Departure:
 
 
 def edge_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lengths of the 12 edges, ... x 12, of vertices ... x 8 x 3.
+    """Return the lengths of the 12 edges, ... x 12, from vertices ... x 8 x 3.
 
     >>> edge_lengths(NeckerCube(perspective=0.5, distance=1.0).vertices(0.1)).round(6).tolist() == [0.5] * 12
     True
@@ -255,21 +255,21 @@ def edge_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
-    """How far a shape departs from rigid over a turn.
+    """Return the deformation of a shape during a rotation.
 
-    For a cube upright in weak perspective p the reversed shape departs by p / sqrt(2): an upright edge is longer
-    by sqrt(2) p where it is nearest in truth, and so seen farthest, and shorter by as much half a turn later.
+    For an upright cube in weak perspective p, the reversed shape has a deformation of p / sqrt(2): a vertical edge is
+    longer by sqrt(2) p where it is truly nearest (seen farthest), and shorter by the same amount half a turn later.
 
     Parameters
     ----------
     shape
-        Its vertices at moments evenly spaced over one whole turn, n x 8 x 3, as `NeckerCube.vertices` or
-        `NeckerCube.reversed` give them.
+        Vertices in frames evenly spaced over one whole turn, n x 8 x 3, as returned by `NeckerCube.vertices` or
+        `NeckerCube.reversed`.
 
     Raises
     ------
     InputError
-        If that is not the shape of the array.
+        If the array has another shape.
 
     Examples
     --------
@@ -280,7 +280,7 @@ def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
     """
     shape = check_finite("shape", shape, "metres")
     if shape.ndim != 3 or shape.shape[1:] != CORNERS.shape or len(shape) == 0:
-        raise InputError(f"shape is {shape.shape}, but must be n x 8 x 3: vertices at n moments of a turn.")
+        raise InputError(f"shape is {shape.shape}, but must be n x 8 x 3: give the vertices in n frames of a turn.")
     lengths = edge_lengths(shape)
     change = lengths / lengths.mean(axis=0) - 1
     return Departure(float(np.sqrt(np.mean(change**2))), np.sqrt(np.mean(change**2, axis=1)))

@@ -1,4 +1,4 @@
-"""Planes, spheres, meshes, and the scene that holds them."""
+"""Planes, spheres, meshes, skies, marks, and the scenes composed of them."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from focalgradient.scenes.texture import Texture
 __all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_field", "check_scene"]
 
 Point = tuple[float, float, float]
-"""x (right), y (down), z (away from the camera), in metres."""
+"""Coordinates x (right), y (down), z (away from the camera), in metres."""
 
 
 NARROWEST, WIDEST = 1e-6, 100.0
-"""Width of a frame, as a tangent: a thousandth of a pixel of a camera, and 179 degrees."""
+"""Minimum and maximum width of a frame as a tangent: a thousandth of a camera pixel, and 179 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """A textured plane, endless or cut to a rectangular card.
+    """A textured plane, infinite or bounded by a rectangle.
 
     Parameters
     ----------
     point
-        A point of the plane, the centre of the card, in metres. The texture is anchored there.
+        A point of the plane (the centre of the rectangle) in metres, where the texture is anchored.
     normal
-        A vector at right angles to the plane, of any length; either side is seen.
+        Normal vector of any length; both sides are visible.
     texture
-        Its reflectance. Texture and card run along the plane's own horizontal (x as far as it lies in the plane) and
-        at right angles to it.
+        Reflectance. Texture and rectangle are aligned with the plane's horizontal (the projection of x onto the plane)
+        and the direction perpendicular to it.
     size
-        Width and height of the card in metres; infinite for an endless plane.
+        Width and height of the rectangle in metres; infinite for an infinite plane.
 
     Examples
     --------
@@ -54,18 +54,18 @@ class Plane:
         _check_point("point", self.point)
         _check_point("normal", self.normal)
         if not any(self.normal):
-            raise InputError("normal is the zero vector, but must point at right angles to the plane.")
+            raise InputError("normal is the zero vector, but must be perpendicular to the plane: give three numbers.")
         if not (len(self.size) == 2 and all(side > 0 for side in self.size)):
             raise InputError(f"size is {self.size!r}, but must be a positive width and height in metres.")
 
     def frame(self) -> NDArray[np.float64]:
-        """Unit vectors along the plane's horizontal and at right angles to it, and its normal: 3 x 3, one a row.
+        """Return unit vectors along the plane's horizontal, perpendicular to it, and its normal: 3 x 3, one per row.
 
         >>> Plane((0, 0, 2.0), (0, 0, -3.0)).frame()[2].tolist()
         [0.0, 0.0, -1.0]
         """
         normal = np.asarray(self.normal, float) / np.linalg.norm(self.normal)
-        # The plane's horizontal is x laid into it; a plane across x is given z instead.
+        # The horizontal is x projected onto the plane; for planes perpendicular to x, z instead.
         axis = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.999 else np.array([0.0, 0.0, 1.0])
         across = axis - normal * (axis @ normal)
         across /= np.linalg.norm(across)
@@ -79,11 +79,11 @@ class Sphere:
     Parameters
     ----------
     centre
-        Its centre, in metres.
+        Centre in metres.
     radius
-        Its radius, in metres; the lens must lie outside.
+        Radius in metres; the lens must lie outside the sphere.
     texture
-        Its reflectance, laid on by equal areas from the point that faces the camera's plane (the least z).
+        Reflectance, mapped with an equal-area projection centred on the point with the smallest z.
 
     Examples
     --------
@@ -108,24 +108,24 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """A surface of triangles, painted or mirroring; either side is seen.
+    """A triangle mesh, diffuse or mirroring, with both sides visible.
 
     Parameters
     ----------
     vertices
-        Corners, n x 3, in metres.
+        Vertices, n x 3, in metres.
     faces
-        Indices of three vertices for each triangle, m x 3.
+        Indices of the three vertices of each triangle, m x 3.
     uv
-        Where each vertex lies on the paint, n x 2: (0, 0) is its upper left corner, (1, 1) its lower right. The paint
-        repeats beyond.
+        Texture coordinates of each vertex, n x 2: (0, 0) is the upper left corner of the paint, (1, 1) the lower right.
+        The paint repeats outside.
     paint
-        Reflectance in red, green and blue light, h x w x 3, between 0 and 1; interpolated linearly. Of a mirror, the
-        share of light that it reflects.
+        Reflectance in red, green and blue, h x w x 3, between 0 and 1, interpolated linearly; of a mirror, its specular
+        reflectance.
     smooth
-        Whether normals are interpolated between vertices, so that the surface looks, and mirrors, as a curved one.
+        Whether normals are interpolated between vertices, so that the surface appears curved.
     mirror
-        Whether it mirrors, and does not scatter.
+        Whether the surface is a mirror.
 
     Examples
     --------
@@ -155,7 +155,9 @@ class Mesh:
         ):
             raise InputError(f"faces of shape {self.faces.shape} must be m x 3 indices of the {count} vertices.")
         if self.uv.shape != (count, 2):
-            raise InputError(f"uv is of shape {self.uv.shape}, but must be {count} x 2, a place for each vertex.")
+            raise InputError(
+                f"uv is of shape {self.uv.shape}, but must be {count} x 2, texture coordinates of each vertex."
+            )
         paint = self.paint
         if not (paint.ndim == 3 and paint.shape[2] == 3 and paint.size and 0 <= paint.min() <= paint.max() <= 1):
             raise InputError(f"paint of shape {paint.shape} must be h x w x 3 reflectances between 0 and 1.")
@@ -163,13 +165,13 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sky:
-    """What is seen where there is nothing: radiance from every direction, infinitely far away.
+    """Environment map: radiance from every direction, infinitely far away.
 
     Parameters
     ----------
     radiance
-        Red, green and blue, h x w x 3. Rows go from straight up to straight down by equal angles, columns once round to
-        the right, with the camera's axis in the middle.
+        Red, green and blue, h x w x 3. Rows go from zenith to nadir in equal angles; columns go once around to the
+        right, with the camera's axis in the middle.
 
     Examples
     --------
@@ -205,17 +207,17 @@ class Mark:
 
     @property
     def distance(self) -> float:
-        """Metres along the camera's axis."""
+        """Distance in metres along the camera's axis."""
         return self.point[2]
 
     @property
     def direction(self) -> tuple[float, float]:
-        """Where it is seen: tangents to the right and down of the axis."""
+        """Direction in which it is seen: tangents to the right of and below the axis."""
         x, y, z = self.point
         return x / z, y / z
 
     def pixel(self, shape: tuple[int, int], pixel_angle: float) -> tuple[float, float]:
-        """Row and column, counted from the centre of the first pixel, in a picture of that shape and pixel angle.
+        """Return row and column, from the centre of the first pixel, in a picture of `shape` and `pixel_angle` (rad).
 
         >>> Mark("near", (0.05, 0.0, 0.5)).pixel((64, 64), 0.01)
         (31.5, 41.5)
@@ -226,24 +228,25 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Everything in the world: objects and what lights them.
+    """A scene: objects and their illumination.
 
     Parameters
     ----------
     objects
         Planes, spheres and meshes, in any order.
     background
-        Radiance where a ray meets nothing, unless there is a sky.
+        Radiance of rays that hit nothing, unless there is a sky.
     sun
-        Direction towards a distant sun, of any length; it casts shadows. None: radiance is reflectance, unshaded.
+        Direction towards a distant sun, of any length, which casts shadows. None: radiance equals reflectance,
+        unshaded.
     ambient
-        Share of light, 0 to 1, that comes from everywhere, the sun giving the rest to a surface that faces it.
+        Fraction of illumination, 0 to 1, that is ambient; the sun provides the rest on a surface that faces it.
     sky
-        What is seen where there is nothing; to a path tracer the ambient light comes from it.
+        Environment map seen by rays that hit nothing; in path tracing it is the source of ambient light.
     tint
-        Colour of the sunlight, red, green and blue.
+        Colour of the sunlight: red, green, blue.
     marks
-        Points to look at. Where a scene is made for it, ``"nearest"`` and ``"farthest"`` are on its nearest and
+        Fixation points. In scenes made for experiments, ``"nearest"`` and ``"farthest"`` lie on the nearest and
         farthest objects.
 
     Examples
@@ -265,7 +268,9 @@ class Scene:
         if not (self.background >= 0 and math.isfinite(self.background)):
             raise InputError(f"background is {self.background!r}, but must be a radiance of 0 or more.")
         if not 0 <= self.ambient <= 1:
-            raise InputError(f"ambient is {self.ambient!r}, but must be a share of the light between 0 and 1.")
+            raise InputError(
+                f"ambient is {self.ambient!r}, but must be a fraction of the illumination between 0 and 1."
+            )
         if self.sun is not None:
             _check_point("sun", self.sun)
             if not any(self.sun):
@@ -273,7 +278,7 @@ class Scene:
         _check_point("tint", self.tint)
 
     def mark(self, name: str) -> Mark:
-        """The mark of that name.
+        """Return the mark called `name`.
 
         >>> Scene((), marks=(Mark("nearest", (0.0, 0.0, 0.5)),)).mark("nearest").distance
         0.5
@@ -291,7 +296,7 @@ def _check_point(name: str, point: Point) -> None:
 
 
 def check_field(field: float) -> None:
-    """Refuse what is no width of a frame, as a tangent."""
+    """Validate the width of a frame, given as a tangent."""
     if not (is_number(field) and NARROWEST <= field <= WIDEST):
         raise InputError(
             f"field is {described(field)}, but must be from {NARROWEST:g} to {WIDEST:g}: the frame's columns x the "
@@ -300,8 +305,8 @@ def check_field(field: float) -> None:
 
 
 def check_scene(scene: object) -> None:
-    """Refuse what is no `Scene`."""
+    """Raise `InputError` unless `scene` is a `Scene`."""
     if not isinstance(scene, Scene):
         raise InputError(
-            f"scene is {described(scene)}, but must be a Scene: make one with focalgradient.scenes, as plane(2.0)."
+            f"scene is {described(scene)}, but must be a Scene: make one with focalgradient.scenes, such as plane(2.0)."
         )

@@ -1,4 +1,4 @@
-"""A room: a sand castle on a table, a refrigerator, and a door in the far wall (for the paper's Fig. 4)."""
+"""Indoor scene: a sand castle on a table, a refrigerator, and a door in the far wall (for the paper's Fig. 4)."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from focalgradient.scenes.shapes import Paint, box, lathe
 
 __all__ = ["room"]
 
-EYE = 1.0  # metres, of the camera above the floor
-TABLE = 0.14  # metres, of the table's top below the camera
-DOOR = 4.4  # metres, to the far wall
+EYE = 1.0  # camera height above the floor (m)
+TABLE = 0.14  # depth of the table top below the camera (m)
+DOOR = 4.4  # distance of the far wall (m)
 
 SAND = ((0.25, 0.17, 0.10), (0.46, 0.34, 0.21), (0.56, 0.43, 0.28), (0.68, 0.56, 0.40))
 PLASTER = ((0.42, 0.40, 0.34), (0.55, 0.53, 0.46), (0.61, 0.58, 0.51), (0.68, 0.65, 0.58))
@@ -27,19 +27,19 @@ STEEL = ((0.10, 0.10, 0.11), (0.22, 0.22, 0.23), (0.30, 0.30, 0.31), (0.45, 0.45
 
 
 def room(seed: int = 0) -> Scene:
-    """A room in sunlight: a sand castle on a table, a metre away, a refrigerator at 3 m, a door at 4.4 m.
+    """Return a sunlit room with a sand castle on a table at 1 m, a refrigerator at 3 m and a door at 4.4 m.
 
-    Meant for a frame about 0.45 wide and high (a tangent: columns x pixel angle).
+    Intended for a frame about 0.45 wide and high (a tangent: number of columns x pixel angle).
 
     Parameters
     ----------
     seed
-        Seed of all materials, the castle's layout and the light.
+        Random seed of all materials, the castle's layout and the illumination.
 
     Returns
     -------
     Scene
-        With the marks ``"nearest"`` (the castle's gate tower), ``"refrigerator"`` and ``"farthest"`` (the door).
+        Scene with the marks ``"nearest"`` (the castle's gate tower), ``"refrigerator"`` and ``"farthest"`` (the door).
 
     Examples
     --------
@@ -50,7 +50,7 @@ def room(seed: int = 0) -> Scene:
     random = np.random.default_rng([seed, 3])
     towers, gate = _castle(seed, random)
     things = [*towers, *_fridge(seed), *_door(seed, _grained(GREEN, seed + 11, 0.8, 0.8))]
-    # The table, the floor, the far wall and the wall to the left; the sun comes in from behind the camera.
+    # Table, floor, far wall and left wall; the sun shines in from behind the camera.
     things.append(box((-0.5, TABLE, 0.62), (0.45, TABLE + 0.04, 1.5), _planks(seed + 1, 0.12, 0), texel=0.5e-3))
     things.append(box((-2.4, EYE, 0.5), (2.4, EYE + 0.05, DOOR), _planks(seed + 2, 0.14, 1), texel=2.5e-3))
     things.append(box((-2.4, -1.6, DOOR), (2.4, EYE, DOOR + 0.1), _grained(PLASTER, seed + 3, 1.5, 0.8), texel=2.5e-3))
@@ -67,7 +67,7 @@ def room(seed: int = 0) -> Scene:
 
 
 def _grained(colours: tuple[tuple[float, float, float], ...], seed: int, size: float, contrast: float) -> Paint:
-    """Stains of some `size` (m) with a grain as fine as the eye sees."""
+    """Return a paint of stains up to `size` metres, with grain down to the pixel size."""
 
     def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
         tone = fractal(points, seed, coarsest=size, finest=2 * detail, roughness=0.85)
@@ -77,7 +77,7 @@ def _grained(colours: tuple[tuple[float, float, float], ...], seed: int, size: f
 
 
 def _planks(seed: int, width: float, axis: int) -> Paint:
-    """Boards that run across (axis 0) or away (1), each of its own tone, with grain along them and gaps between."""
+    """Return a paint of boards running across (axis 0) or away (1), with grain along them and gaps between."""
     colours = ((0.10, 0.05, 0.025), (0.26, 0.15, 0.08), (0.38, 0.24, 0.13), (0.50, 0.35, 0.21))
 
     def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
@@ -94,7 +94,7 @@ def _planks(seed: int, width: float, axis: int) -> Paint:
 
 
 def _castle(seed: int, random: np.random.Generator) -> tuple[list[Mesh], Mark]:
-    """Four round towers, walls with battlements, and a keep, of sand; and the mark on its foremost tower."""
+    """Return four round towers, battlemented walls and a keep of sand, and the mark on the foremost tower."""
     sand = _grained(SAND, seed + 20, 0.05, 1.0)
     half, z0 = 0.085, 0.86
     made = [box((-0.16, TABLE - 0.012, z0 - 0.06), (0.14, TABLE, z0 + 0.24), sand, texel=0.4e-3)]

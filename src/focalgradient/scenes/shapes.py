@@ -1,4 +1,4 @@
-"""Shapes as meshes: sheets, lathed and lumpy bodies, boxes; painted by a function of place."""
+"""Mesh primitives (sheets, lathed bodies, boulders, boxes), painted by a function of position."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from focalgradient.scenes.objects import Mesh
 __all__ = ["Paint", "ball", "box", "grid_faces", "lathe", "sheet", "strewn"]
 
 Paint = Callable[[NDArray[np.float64], float], NDArray[np.float64]]
-"""Reflectance (... x 3) of points (... x 3, metres from the middle of the body), with detail down to a length (m)."""
+"""Function that returns reflectance (... x 3) at points (... x 3, m from the body's centre) with given detail (m)."""
 
 
 def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
-    """Triangles, 2 (rows - 1)(columns - 1) x 3, between the vertices of a grid that run row by row.
+    """Return the triangles, 2 (rows - 1)(columns - 1) x 3, of a grid of vertices in row-major order.
 
     >>> grid_faces(2, 2).tolist()
     [[0, 1, 3], [0, 3, 2]]
@@ -31,7 +31,7 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
 def sheet(
     points: NDArray[np.float64], paint: NDArray[np.floating], *, smooth: bool = True, mirror: bool = False
 ) -> Mesh:
-    """A surface through a grid of points, r x c x 3, with its paint stretched over it from edge to edge.
+    """Return a surface through a grid of points, r x c x 3, with the paint stretched over it.
 
     >>> y, x = np.mgrid[0:1:3j, 0:1:4j]
     >>> len(sheet(np.stack([x, y, 1 + 0 * x], -1), np.full((2, 2, 3), 0.5)).faces)
@@ -39,7 +39,7 @@ def sheet(
     """
     rows, columns = points.shape[:2]
     height, width = paint.shape[:2]
-    # The paint's first and last texels lie on the sheet's borders: texel i has its middle at (i + 1/2) / n.
+    # The first and last texels lie on the borders: texel i is centred on (i + 1/2) / n.
     v, u = np.meshgrid(
         (0.5 + np.linspace(0, height - 1, rows)) / height,
         (0.5 + np.linspace(0, width - 1, columns)) / width,
@@ -59,9 +59,9 @@ def lathe(
     mirror: bool = False,
     smooth: bool = True,
 ) -> Mesh:
-    """A body turned about the vertical: `profile` is k x 2, radius and height above `centre` (m), from top to bottom.
+    """Return a solid of revolution about the vertical, from a `profile` of radius and height (k x 2, m), top down.
 
-    `texels` is the paint's number of texels around.
+    Heights are relative to `centre`; `texels` is the number of texels around the circumference.
 
     >>> upright = np.array([[0.1, 0.3], [0.1, 0.0]])
     >>> can = lathe((0, 0, 1), upright, lambda points, detail: np.full(points.shape, 0.5), around=64)
@@ -88,7 +88,7 @@ def lathe(
     mesh = sheet(
         turned(length, around + 1) + np.asarray(centre, float), _clipped(paint_here), smooth=smooth, mirror=mirror
     )
-    # Texels are evenly spaced along the profile, its points need not be.
+    # Texels are evenly spaced along the profile; profile points need not be.
     v = (0.5 + length / length[-1] * (height - 1)) / height
     mesh.uv[:, 1] = np.repeat(v, around + 1)
     return mesh
@@ -105,7 +105,7 @@ def ball(
     texels: int = 512,
     mesh: int = 384,
 ) -> Mesh:
-    """A sphere, or with `lumpy` above 0 a boulder: its radius varies by about that share; `squash` is height / width.
+    """Return a sphere, or a boulder with relative radius variation `lumpy`; `squash` is height / width.
 
     >>> earth = ball((0, 0, 2), 0.5, lambda points, detail: np.full(points.shape, 0.5), texels=64)
     >>> bool(np.allclose(np.linalg.norm(earth.vertices - (0, 0, 2), axis=1), 0.5))
@@ -117,7 +117,7 @@ def ball(
         way = np.stack([np.sin(down) * np.sin(angle), -np.cos(down), -np.sin(down) * np.cos(angle)], axis=-1)
         if lumpy:
             bumps = fractal(way, seed, coarsest=1.3, finest=0.03, roughness=0.5)
-            # Flattened facets between ridges: stone breaks rather than bulges.
+            # Flattened facets between ridges, as of broken stone.
             bumps = bumps - 0.6 * np.abs(fractal(way, seed + 1, coarsest=0.9, finest=0.05, roughness=0.45))
             way = way * (1 + lumpy * bumps)[..., None]
         return radius * way * [1, squash, 1]
@@ -128,7 +128,7 @@ def ball(
 
 
 def strewn(kind: Mesh, places: NDArray[np.float64], sizes: ArrayLike, seed: int) -> Mesh:
-    """Copies of a body that stands at the origin, n of them, at `places` (n x 3), turned at random, as one mesh.
+    """Return n randomly rotated copies of a body at the origin, at `places` (n x 3, m), as one mesh.
 
     >>> stone = ball((0, 0, 0), 1.0, lambda points, detail: np.full(points.shape, 0.5), texels=16)
     >>> len(strewn(stone, np.array([[0, 0, 1.0], [0.1, 0, 2.0]]), [0.02, 0.03], seed=1).faces) == 2 * len(stone.faces)
@@ -145,7 +145,7 @@ def strewn(kind: Mesh, places: NDArray[np.float64], sizes: ArrayLike, seed: int)
 
 
 def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, turn: float = 0.0) -> Mesh:
-    """A box between two corners (m), turned about its own vertical by an angle in radians; its six sides are one mesh.
+    """Return a box between two corners (m), rotated about its vertical axis by `turn` (rad), as one mesh.
 
     >>> crate = box((0, 0, 1), (1, 1, 2), lambda points, detail: np.full(points.shape, 0.5), texel=0.1)
     >>> crate.vertices.shape
@@ -163,7 +163,7 @@ def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, t
         u, v = [other for other in range(3) if other != axis]
         for side in (-1, 1):
             outward = side * turned[:, axis]
-            # A side that the camera cannot see gets its colour, but no detail.
+            # Sides that the camera cannot see are painted without detail.
             hidden = outward @ (middle + half[axis] * outward) >= 0
             rows, columns = (2, 2) if hidden else (int(fine[v]), int(fine[u]))
             a, b = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
@@ -171,7 +171,7 @@ def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, t
             points[..., axis], points[..., u], points[..., v] = side, b, a
             points *= half
             corners.append(points[[0, 0, -1, -1], [0, -1, -1, 0]])
-            # All sides in one atlas, one below another, each with the whole width.
+            # One atlas for all sides, stacked vertically at full width.
             top = sum(len(other) for other in paints)
             part = np.zeros((rows, width, 3))
             part[:, :columns] = paint(points, texel)

@@ -1,4 +1,4 @@
-"""Natural textures: random fields whose amplitude falls as 1/frequency, like that of photographs."""
+"""Natural textures: random fields with the 1/f amplitude spectrum of natural images."""
 
 from __future__ import annotations
 
@@ -14,34 +14,35 @@ from focalgradient.errors import InputError, check_fields, check_seed
 __all__ = ["TILE", "Texture"]
 
 TILE = 1024
-"""Texels along one side of the square tile with which a texture is repeated."""
+"""Number of texels along one side of the square, periodic tile of a texture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """A surface's reflectance: a lognormal random field with a 1/f amplitude spectrum, smooth between its texels.
+    """Reflectance of a surface: a lognormal random field with a 1/f amplitude spectrum.
 
-    The field is the cubic spline through a periodic array of 1024 x 1024 texels, so it is defined exactly at every
-    point; its detail ends at half a cycle a texel. With texels as large as the pixels (seen from the camera) it is as
-    fine as a photograph in focus, and hardly aliases.
+    The field is the cubic spline through a periodic array of 1024 x 1024 texels, so it is exactly defined at every
+    point and band-limited to half a cycle per texel. With texels of the size of a pixel (seen from the camera) it is as
+    detailed as a photograph in focus, with little aliasing.
 
     Parameters
     ----------
     seed
-        The same seed is the same field.
+        Random seed of the field.
     texel
-        Size of a texel: metres on the surface, or radians seen from the camera if `projected`.
+        Texel size: metres on the surface, or radians seen from the camera if `projected`.
     mean
         Mean reflectance, between 0 and 1.
     contrast
         Standard deviation / mean over the tile; 0 is a uniform surface.
     projected
-        Painted in perspective, as by a slide projector at the lens: equally fine at every distance and slant.
+        Whether the texture is projected from the camera, which gives it the same angular scale at every distance and
+        slant.
 
     Raises
     ------
     InputError
-        If a number is out of its range, or five standard deviations would take the reflectance above 1.
+        If a number is out of range, or the reflectance five standard deviations above the mean exceeds 1.
 
     Examples
     --------
@@ -70,22 +71,22 @@ class Texture:
 
     @property
     def _spread(self) -> float:
-        """Standard deviation of the logarithm of the reflectance."""
+        """Standard deviation of the logarithm of reflectance."""
         return math.sqrt(math.log1p(self.contrast * self.contrast))
 
     def values(self) -> NDArray[np.float32]:
-        """Reflectance at the texels, 1024 x 1024 and periodic: row i, column j is at (j, i) texels from the anchor."""
+        """Return reflectance at the texels, 1024 x 1024, periodic; row i, column j is (j, i) texels from the anchor."""
         field = np.exp(self._spread * _noise(self.seed))
         return np.asarray(self.mean / field.mean() * field, np.float32)
 
     def coefficients(self) -> NDArray[np.float32]:
-        """Coefficients, 1024 x 1024, of the cubic B-splines whose sum passes through `values`."""
+        """Return the coefficients, 1024 x 1024, of the cubic B-spline that interpolates `values`."""
         return _coefficients(self.seed, self.mean, self.contrast)
 
 
 @lru_cache(maxsize=16)
 def _coefficients(seed: int, mean: float, contrast: float) -> NDArray[np.float32]:
-    # Cubic B-splines weigh neighbouring texels 1/6, 4/6, 1/6; a periodic tile is freed of that exactly, by frequency.
+    # Cubic B-splines weight neighbouring texels 1/6, 4/6, 1/6, which is inverted exactly in the frequency domain.
     seen = (2 + np.cos(2 * np.pi * np.fft.fftfreq(TILE))) / 3
     spectrum = np.fft.rfft2(Texture(seed, mean=mean, contrast=contrast).values().astype(float))
     spectrum /= seen[:, None] * seen[None, : TILE // 2 + 1]
@@ -93,7 +94,7 @@ def _coefficients(seed: int, mean: float, contrast: float) -> NDArray[np.float32
 
 
 def _noise(seed: int) -> NDArray[np.float64]:
-    """A periodic Gaussian field, mean 0 and variance 1: amplitude 1/frequency, up to 1/2 cycle a texel all round."""
+    """Return a periodic Gaussian field, mean 0, variance 1, amplitude 1/f up to an isotropic 1/2 cycle per texel."""
     white = np.random.default_rng(seed).standard_normal((TILE, TILE))
     frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
     frequency[0, 0] = np.inf
