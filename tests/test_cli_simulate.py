@@ -68,7 +68,7 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
     ("args", "sentence"),
     [
         (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blur-blind, opposite"),
-        (("depth-rating", "--stimuli", "nowhere"), "holds no finished set"),
+        (("depth-rating", "--stimuli", "nowhere"), "contains no finished set"),
         (("necker", "--stimuli", "nowhere"), "--stimuli cannot go with necker"),
         (("necker", "--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "two ways to share the work"),
         (("depth-rating", "--design", "{necker}"), "is a design of necker, but depth-rating is to be simulated"),

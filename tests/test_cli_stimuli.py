@@ -42,7 +42,7 @@ def test_depth_rating(tmp_path: Path) -> None:
     assert again.exit_code == 0
     other = run("depth-rating", "--out", tmp_path, *CAST)
     assert other.exit_code == 2
-    assert "holds another set" in other.stderr
+    assert "contains another set" in other.stderr
 
 
 def test_necker(tmp_path: Path) -> None:

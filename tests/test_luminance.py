@@ -41,7 +41,7 @@ def test_the_curve_of_srgb_is_no_power_and_is_told_by_its_deviation():
 
 @pytest.mark.parametrize("extra", [-20.0, np.nan, 256.0])
 def test_levels_that_are_none_are_refused(extra):
-    with pytest.raises(InputError, match="levels must go from 0 to 255"):
+    with pytest.raises(InputError, match="levels must span 0 to 255"):
         fit_luminance(np.append(LEVELS, extra), {"grey": np.ones(LEVELS.size + 1)})
 
 

@@ -82,7 +82,7 @@ def test_pinhole() -> None:
     pinhole = Lens(focal_length=0.025, f_number=math.inf, focus_distance=1.0)
     assert pinhole.aperture_diameter == 0
     assert not pinhole.blur_radius([0.1, 1.0, math.inf]).any()
-    with pytest.raises(InputError, match="a pinhole blurs nothing"):
+    with pytest.raises(InputError, match="a pinhole has no blur"):
         pinhole.distance_from_blur(0.001, "beyond")
 
 

@@ -133,7 +133,7 @@ def test_places_and_moments_that_are_none() -> None:
         eye.defocus([1.0, 0.0])
     with pytest.raises(InputError, match="side is 'left'"):
         eye.distance_from_blur(0.001, "left")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="a blur radius is 0 or more"):
+    with pytest.raises(InputError, match="blur radii must be 0 or more"):
         eye.distance_from_blur(-0.001, "beyond")
     for times in ([0.2, 0.1], [0.1, 0.1]):
         with pytest.raises(InputError, match=r"times is .*each moment must be later than the one before: sort them"):

@@ -178,7 +178,7 @@ def test_path_traced_pictures_are_the_same_to_the_last_bit() -> None:
 
 def test_without_mitsuba_plain_scenes_are_cast_and_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(depth_rating, "variant", lambda: None)
-    with pytest.warns(FocalGradientWarning, match="plain spheres are ray cast in place of natural scenes"):
+    with pytest.warns(FocalGradientWarning, match="plain spheres are ray cast instead of naturalistic scenes"):
         assert depth_rating._engine("auto") == "cast"
     with pytest.raises(InputError, match="engine 'path' needs, cannot be used here: install it"):
         depth_rating._engine("path")
@@ -222,7 +222,7 @@ def test_reading_what_is_not_there(made: StimulusSet, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="scene is 'cubes-00'"):
         made.scene("cubes-00")
     (tmp_path / "manifest.json").write_text("{}")
-    with pytest.raises(InputError, match="no manifest of pictures for depth rating"):
+    with pytest.raises(InputError, match="not the manifest of a depth-rating set"):
         read_set(tmp_path)
     (tmp_path / "manifest.json").write_text("{")
     with pytest.raises(InputError, match="is not valid JSON"):

@@ -462,7 +462,7 @@ def test_frames_are_drawn_one_at_a_time() -> None:
         (texture_border, {"left_blur_arcmin": -1}, "left_blur_arcmin is -1"),
         (texture_border, {"left_blur_arcmin": float("nan")}, "left_blur_arcmin is nan"),
         (texture_border, {"right_blur_arcmin": 300}, "right_blur_arcmin is 300 arcmin, 160 pixels"),
-        (texture_border, {"right_blur_arcmin": 9}, "9 arcmin lies beyond infinity for a pupil of 4 mm"),
+        (texture_border, {"right_blur_arcmin": 9}, "9 arcmin exceeds that of infinity for a pupil of 4 mm"),
         (texture_border, {"contrast": 0.5}, "contrast is 0.5 at a mean of 0.5"),
         (texture_border, {"border": "wavy"}, "border is 'wavy', but must be one of straight, sinusoidal"),
         (texture_border, {"near": "front"}, "near is 'front'"),
@@ -490,7 +490,7 @@ def test_frames_are_drawn_one_at_a_time() -> None:
         (wide_field, {"eccentricity_deg": 22}, "eccentricity_deg is 22, with which the annulus leaves the window"),
         (wide_field, {"quadrant": "top"}, "quadrant is 'top'"),
         (wide_field, {"increment_arcmin": -5}, "increment_arcmin is -5"),
-        (wide_field, {"window_deg": 170}, "flat screen shows 120"),
+        (wide_field, {"window_deg": 170}, "must be 120 at most on a flat screen"),
         (slanted_plane, {"slant_deg": 90}, "slant_deg is 90"),
         (
             slanted_plane,
@@ -507,7 +507,7 @@ def test_frames_are_drawn_one_at_a_time() -> None:
         ),
         (miniature, {"gradient": "up"}, "gradient is 'up'"),
         (fixated_cube, {"edge_deg": 30}, "the cube leaves the picture"),
-        (fixated_cube, {"line_light": 0.9}, "line_light is 0.9, with which light reaches"),
+        (fixated_cube, {"line_light": 0.9}, "line_light is 0.9, with which radiance reaches"),
         (fixated_cube, {"fixation": "top"}, "fixation is 'top'"),
     ],
 )

@@ -58,7 +58,7 @@ def test_a_set_of_drawn_stimuli_is_read_as_others_are(stimuli: dict[str, Stimulu
     again = make_from_stimuli(tmp_path / "set", stimuli, display=DISPLAY)
     assert {path: path.stat().st_mtime_ns for path in again.folder.rglob("*")} == files
     other = {**stimuli, "plane": slanted_plane(**SIZE, seed=2)}
-    with pytest.raises(InputError, match="holds another set"):
+    with pytest.raises(InputError, match="contains another set"):
         make_from_stimuli(tmp_path / "set", other, display=DISPLAY)
 
 

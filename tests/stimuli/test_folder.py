@@ -94,5 +94,5 @@ def test_other_versions_do_not_go_on(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"{", b"[]", b"{}", b'{"files": 3}', b"\xff"])
 def test_lists_that_are_none(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "manifest.json").write_bytes(content)
-    with pytest.raises(InputError, match=r"manifest.json is no list of a set"):
+    with pytest.raises(InputError, match=r"manifest.json is not the list of a set"):
         Folder(tmp_path, ASKED, VERSIONS)

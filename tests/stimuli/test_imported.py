@@ -98,7 +98,7 @@ def test_the_same_again_verifies_and_another_table_is_refused(photos: Path, tmp_
     import_pictures(photos, table, out)
     assert (out / "manifest.json").read_bytes() == first
     table.write_text(HEADER + "\n".join(ROWS[:2]) + "\n", encoding="utf-8")
-    with pytest.raises(InputError, match="holds another set"):
+    with pytest.raises(InputError, match="contains another set"):
         import_pictures(photos, table, out)
 
 
@@ -150,7 +150,7 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,64,0", "row 2, column x_px: is 64"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,6,", "row 2, column y_px: is empty"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,nan,3", "row 2, column x_px: is 'nan'"),
-        ("file,file,scene,aperture,fixation\n", "column 'file' stands there twice"),
+        ("file,file,scene,aperture,fixation\n", "column 'file' occurs twice"),
     ],
 )
 def test_wrong_tables_are_refused_by_row_and_column(photos: Path, tmp_path: Path, text: str, said: str) -> None:
@@ -182,5 +182,5 @@ def test_distances_beyond_32_bits_are_refused_by_name(photos: Path, tmp_path: Pa
     np.save(photos / "far.npy", depth)
     table = tmp_path / "table.csv"
     table.write_text(HEADER + "a.png,yard,pinhole,,far.npy,\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"row 2, column depth: far.npy holds a distance of 1e\+60 m"):
+    with pytest.raises(InputError, match=r"row 2, column depth: far.npy contains a distance of 1e\+60 m"):
         import_pictures(photos, table, tmp_path / "set")

@@ -141,7 +141,7 @@ def test_sets_that_say_reversed_are_read_and_gone_on_with(made: Path, manifest: 
     [
         ({"size": 0}, "size is 0"),
         ({"size": 301}, "size is 301"),
-        ({"size": 200}, "fills 2.. pixels: take that"),
+        ({"size": 200}, "fills 2.. pixels: use that size"),
         ({"size": 1200}, "the display has 1920 x 1080"),
         ({"gradients": ["sideways"]}, "gradients is .'sideways'"),
         ({"gradients": []}, "gradients is "),

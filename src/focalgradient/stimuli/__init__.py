@@ -1,6 +1,6 @@
-"""Pictures and moving pictures that people judge: stimuli as arrays, and sets in folders, with all that was controlled.
+"""Stimuli: pictures as arrays with depth and blur, and sets of pictures and movies in folders, with control measures.
 
-A function draws a `Stimulus` (its picture, true depth and true blur); ``make_...`` writes a set for one display.
+A drawing function returns a `Stimulus` (picture, true depth and true blur); ``make_...`` writes a set for one display.
 """
 
 from focalgradient.stimuli.blurred_scene import blurred_scene

@@ -1,4 +1,4 @@
-"""The pictures of a threshold of blur: a scene's sharp picture, blurred further by an amount."""
+"""Stimuli of the blur-threshold task: a scene's sharp picture, blurred by a given amount."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ __all__ = ["blurred_scene"]
 
 
 def blurred_scene(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str, amount: float) -> NDArray[np.uint8]:
-    """Blur a scene's pinhole picture for the set's display.
+    """Return a scene's pinhole picture, blurred for the set's display.
 
     Parameters
     ----------
     stimuli
         The set of pictures.
     design
-        Whether the whole picture is defocused (`judged` is "blur"), or seen by its depth through a lens focused on the
-        fixated object ("depth").
+        Design whose `judged` is "blur" (the whole picture is defocused) or "depth" (it is blurred by its depth, for a
+        lens focused on the fixated object).
     scene
-        Its name.
+        Name of the scene.
     amount
-        Dioptres of defocus for the design's pupil, or millimetres of aperture; 0: as it is.
+        Defocus in dioptres for the design's pupil, or aperture diameter in millimetres; 0: no blur.
 
     Returns
     -------
@@ -38,14 +38,14 @@ def blurred_scene(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str,
     Raises
     ------
     InputError
-        If the set lacks the picture or, to judge depth, its depth.
+        If the set lacks the picture or, for "depth", its depth.
     """
     picture = stimuli.picture(scene, "pinhole", design.fixation)
     light = stimuli.linear(picture)
     if amount > 0:
         angle = math.radians(1 / stimuli.display.pixels_per_degree)
         if design.judged == "blur":
-            # Focused 1 / amount away; what it sees is at infinity.
+            # Focused at 1 / amount metres, with the picture at infinity.
             lens = _lens(design.pupil_mm, 1 / amount)
             distance = np.full(light.shape[:2], math.inf)
         else:
@@ -57,5 +57,5 @@ def blurred_scene(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str,
 
 
 def _lens(aperture_mm: float, focus_distance: float) -> Lens:
-    """A lens of that aperture, of a focal length (m) that does not matter to blur as an angle."""
+    """Return a lens of that aperture; its focal length (m) does not affect the angular blur."""
     return Lens(focal_length := min(0.01, focus_distance / 2), 1e3 * focal_length / aperture_mm, focus_distance)

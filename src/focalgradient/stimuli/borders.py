@@ -1,4 +1,4 @@
-"""A border between two textures, and the edge between two luminances, each with a blur that is set."""
+"""Stimuli: a border between two textures, and an edge between two luminances, with given blur."""
 
 from __future__ import annotations
 
@@ -38,13 +38,14 @@ from focalgradient.stimuli.stimulus import (
 __all__ = ["blurred_edge", "texture_border"]
 
 HIGHEST = 5.0
-"""Largest value of a texture, in standard deviations: sharp ones are clipped near 3, equalised ones may exceed it."""
+"""Maximum value of a texture in standard deviations: sharp textures are clipped at 3, equalised ones may exceed
+that."""
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
-"""Places within a pixel, -1 to 1, at which light is averaged over it."""
+"""Gauss-Legendre nodes (-1 to 1) and weights for averaging radiance over a pixel."""
 
 FAINT = 1e-3
-"""Coverage below which a surface's light is taken from the whole texture: there it hardly counts."""
+"""Coverage below which a surface's radiance is taken from the unblurred whole texture, as its weight is negligible."""
 
 
 def texture_border(
@@ -69,44 +70,45 @@ def texture_border(
     pupil_mm: float = 4.0,
     seed: int = 0,
 ) -> Stimulus:
-    """Draw a vertical border between two random textures: the blur of either side and of the border are set.
+    """Draw a vertical border between two random textures; the blur of each side and of the border are parameters.
 
-    The near side ends at the border; the far side goes on complete behind it. The border's blur is that of the near
-    side's edge, so it is a cue to which side is in front (Mather 1996; Marshall et al. 1996; Mather and Smith 2002).
+    The near side ends at the border; the far side continues behind it. Optically, the border has the blur of the near
+    side, so it is a cue to depth order (Mather 1996; Marshall et al. 1996; Mather and Smith 2002).
 
     Parameters
     ----------
     left_blur_arcmin, right_blur_arcmin
-        Blur of either texture: standard deviation along an axis, in arcmin.
+        Blur of each texture: standard deviation along an axis, in arcmin.
     border_blur_arcmin
-        The same of the border; None: that of the near side, which is what optics would give.
+        Blur of the border; None: that of the near side, as optics predicts.
     border
         Shape of the border.
     near
-        Side in front; None: the side whose blur is nearer to the border's, or left where the border's is not given.
+        Near side; None: the side whose blur is closer to the border's, or left if the border's is not given.
     amplitude_deg, period_deg, phase_deg
-        Of the sinusoidal border: half its width and its period, in degrees of visual angle; and its phase, in degrees
-        of its cycle.
+        Sinusoidal border: half its peak-to-peak width and its period in degrees of visual angle, and its phase in
+        degrees of its cycle.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels.
+        Size of the picture in degrees, and its resolution.
     mean, contrast
-        Mean luminance in shares of white, and RMS contrast of the sharp textures.
+        Mean luminance as a fraction of white, and RMS contrast of the sharp textures.
     slope
-        Of the textures' amplitude over spatial frequency: 1/f^slope.
+        Exponent of the textures' amplitude spectrum, 1/f^slope.
     equalise
-        What is made alike on both sides: "luminance" (mean), "contrast" (RMS, to that of the sharp texture) and
-        "spectrum" (both textures get the amplitude spectrum of the more blurred one: the border alone differs).
+        Properties equalised between the sides: "luminance" (mean), "contrast" (RMS, to that of the sharp texture),
+        "spectrum" (both textures get the amplitude spectrum of the more blurred one, so that only the border differs).
     psf
-        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
+        Blur shape, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
-        Of the eye by which blur is turned into depth: the near side lies nearer than the focus, the far side beyond.
+        Focus distance and pupil diameter of the eye, which relate blur to depth: near side nearer than focus, far side
+        beyond.
     seed
-        The same seed gives the same textures, whatever the blur.
+        Random seed of the textures, which do not depend on blur.
 
     Returns
     -------
     Stimulus
-        With the masks "left" and "right".
+        Stimulus with the masks "left" and "right".
 
     Raises
     ------
@@ -205,7 +207,7 @@ def _texture(
     equalise: tuple[str, ...],
     own: Region,
 ) -> NDArray[np.float64]:
-    """A texture with its blur, in standard deviations of the sharp one, equalised over its own side where asked."""
+    """Return a blurred texture in standard deviations of the sharp one, equalised over its own side as requested."""
     light = blurred(texture, sd, *shape)
     if "spectrum" in equalise:
         light = same_spectrum(light, blurred(texture, most, *shape))
@@ -223,7 +225,7 @@ def _texture(
 
 
 def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, phase: float) -> NDArray[np.float64]:
-    """Coverage of a grid, finer than the pixels by `factor`, by what is left of the border, exact along rows."""
+    """Return the coverage left of the border, on a grid finer than the pixels by `factor`, exact along rows."""
     rows, columns = canvas
     y = (np.arange(rows * factor)[:, None] + 0.5 + NODES / 2) / factor - rows / 2
     place = bend * np.sin(angle * y + phase) + columns / 2
@@ -237,7 +239,7 @@ def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, ph
 def _ending(
     texture: NDArray[np.float64], light: NDArray[np.float64], mask: NDArray[np.float64], sd: float, psf: Psf
 ) -> NDArray[np.float64]:
-    """Light of the near surface over its blurred coverage: a surface that ends at the border has no light beyond it."""
+    """Return the near surface's radiance divided by its blurred coverage, as the surface ends at the border."""
     share = blurred(mask, sd, psf, "nearer")
     own = blurred(texture * mask, sd, psf, "nearer") / np.maximum(share, FAINT)
     return np.where(share > FAINT, np.clip(own, texture.min(), texture.max()), light)
@@ -259,34 +261,34 @@ def blurred_edge(
     pupil_mm: float = 4.0,
     side: Side = "beyond",
 ) -> Stimulus:
-    """Draw a straight edge between two luminances, with a pedestal of blur and an increment (Watson and Ahumada 2011).
+    """Draw a straight edge between two luminances with a pedestal blur and an increment (Watson and Ahumada 2011).
 
-    The edge is analytic: the edge spread of the blur, averaged over each pixel.
+    The edge is analytic: the edge spread function of the blur, averaged over each pixel.
 
     Parameters
     ----------
     pedestal_arcmin, increment_arcmin
-        The edge has the blur pedestal + increment: standard deviation along an axis, in arcmin. The increment may be
-        negative, down to minus the pedestal.
+        The blur is pedestal + increment: standard deviation along an axis, in arcmin. The increment may be negative,
+        down to minus the pedestal.
     orientation_deg
-        Of the edge from the vertical, clockwise.
+        Orientation of the edge from the vertical, clockwise.
     polarity
-        Which side is bright.
+        Side that is bright.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels.
+        Size of the picture in degrees, and its resolution.
     mean, contrast
-        Mean of the two luminances in shares of white, and their Michelson contrast.
+        Mean of the two luminances as a fraction of white, and their Michelson contrast.
     psf
-        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
+        Blur shape, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
-        Of the eye by which blur is turned into depth.
+        Focus distance and pupil diameter of the eye, which relate blur to depth.
     side
-        Of the focus, on which that depth lies: "beyond", where blur has a limit, or "nearer".
+        Side of focus on which that depth lies: "beyond", where blur has an upper limit, or "nearer".
 
     Returns
     -------
     Stimulus
-        With the masks "bright" and "dark".
+        Stimulus with the masks "bright" and "dark".
 
     Raises
     ------
@@ -295,7 +297,7 @@ def blurred_edge(
 
     Examples
     --------
-    The steepest step, in shares of the whole: 1 / (sd sqrt(2 pi)).
+    The steepest step as a fraction of the whole: 1 / (sd sqrt(2 pi)).
 
     >>> edge = blurred_edge(pedestal_arcmin=4, increment_arcmin=1, contrast=0.4)
     >>> round(float(np.diff(edge.picture[0]).max() / 0.4 * 5 * np.sqrt(2 * np.pi)), 3)
@@ -320,7 +322,7 @@ def blurred_edge(
     turned = math.radians(orientation_deg)
     normal = math.cos(turned), math.sin(turned)
     sign = 1 if polarity == "bright right" else -1
-    # Nearer than focus a shape is turned by half a turn.
+    # Nearer than focus, the shape is rotated by 180 degrees.
     rising = turned + math.pi * ((sign < 0) != (side == "nearer"))
     profile = edge_profile(shape, rising)
     rows, columns = frame.grid()
@@ -357,10 +359,10 @@ def _edge(
     radius: float,
     profile: Callable[[NDArray[np.float64]], NDArray[np.float64]],
 ) -> NDArray[np.float64]:
-    """Share of the bright side in each pixel, whose middle lies at `place` (px) beyond an edge: `normal` (y, x)."""
+    """Return the bright fraction of each pixel, centred `place` px beyond an edge with unit `normal` (y, x)."""
     share = np.zeros(place.shape)
     for dy, wy in zip(NODES / 2, WEIGHTS / 2, strict=True):
-        if radius == 0:  # exact along a row: the piece of it beyond the edge
+        if radius == 0:  # exact along a row: its length beyond the edge
             along = abs(normal[1])
             at = place + dy * normal[0]
             share += wy * (np.clip(at / along + 0.5, 0, 1) if along > 1e-9 else (at > 0) + 0.5 * (at == 0))

@@ -1,7 +1,7 @@
-"""Whether pictures of one scene differ in nothing but blur: their light, their geometry and their spectra, measured.
+"""Control measures: whether pictures of one scene differ only in blur, by luminance, geometry and spectrum.
 
-Each picture is held against what the blur alone makes of the pinhole picture (`render.blur_picture`), in which no ray
-of the renderer has a part.
+Each picture is compared with a prediction from the pinhole picture and the blur alone (`render.blur_picture`), which is
+independent of the renderer's lens samples.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ LIMITS = {
     "noise_steps": 0.5,
     "sharpest": 1.15,
 }
-"""What is called controlled: change of the mean luminance from the pinhole picture; shift against the prediction;
-difference of amplitude from the prediction, in each octave of spatial frequency; noise of the rendering, in steps of
-the display's 8 bits; and the largest gradient over the largest that the blur of its surroundings allows."""
+"""Limits up to which a property counts as controlled: change of mean luminance from the pinhole picture; shift from the
+prediction; amplitude difference from the prediction per octave of spatial frequency; rendering noise in 8-bit steps of
+the display; and maximum gradient relative to that allowed by the blur of its surroundings."""
 
-EDGE = 0.05  # dioptres between neighbouring pixels, from which on one thing is in front of another
-FEWEST = 4  # cycles in the part of the picture that is looked at, below which an octave is not looked at
+EDGE = 0.05  # difference between neighbouring pixels (D) that counts as an occlusion boundary
+FEWEST = 4  # minimum number of cycles within the analysed part of the picture for an octave to be analysed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sharp:
-    """What a pinhole shows: light, H x W x 3, the noise of its luminance and its depth, H x W, and the pixel angle."""
+    """Pinhole view: radiance, H x W x 3, luminance noise and depth, H x W, and pixel angle (rad)."""
 
     light: NDArray[np.floating]
     residual: NDArray[np.floating]
@@ -55,31 +55,31 @@ def against_prediction(
     sharp: Sharp,
     optics: Sequence[Optics],
 ) -> dict[str, Any]:
-    """Shift and spectrum of a picture against what blur alone makes of the pinhole picture.
+    """Return the shift and spectrum of a picture relative to a prediction from the pinhole picture and the blur.
 
     Parameters
     ----------
     light
         Luminance of the picture, H x W.
     residual
-        Half the difference of the two halves of its samples, H x W: just its noise.
+        Half the difference of the two halves of its samples, H x W: its noise alone.
     sharp
-        What the pinhole shows, with a whole number of times as many pixels each way.
+        Pinhole view, with an integer multiple of the picture's resolution.
     optics
-        Through which the picture is seen: one for all light, or for red, green and blue.
+        Optics of the picture: one for all wavebands, or one each for red, green and blue.
 
     Returns
     -------
     dict
-        ``shift_px``: right and down. ``spectrum``: ratio of the amplitudes to the prediction's, in octaves of spatial
-        frequency, the finest first. Noise has no part in either; a rim as wide as the blur is left out. Empty where the
-        blur leaves too little of the picture for one octave; without ``spectrum`` where it drowns in noise.
+        ``shift_px``: right and down. ``spectrum``: amplitude relative to the prediction, per octave of spatial
+        frequency, the finest first. Both are corrected for noise; a margin as wide as the blur is excluded. Empty if
+        the remaining part has less than one octave; without ``spectrum`` if noise dominates.
     """
     (height, width), finer = light.shape, len(sharp.depth) // len(light)
     weights = np.array(LUMINANCE)
     halves = np.zeros((2, height, width))
     for half, sign in enumerate((1, -1)):
-        # Colours share their noise, but for their weights.
+        # The colour channels share their noise, up to their weights.
         colours = sharp.light + sign * sharp.residual[..., None]
         parts = [colours @ weights] if len(optics) == 1 else np.moveaxis(colours * weights, 2, 0)
         for part, lens in zip(parts, optics, strict=True):
@@ -94,13 +94,13 @@ def against_prediction(
         return {}
     expected, uncertain = halves.mean(axis=0)[inside], (halves[0] - halves[1])[inside] / 2
     power, predicted = (spectrum(image) - spectrum(of) for image, of in ((seen, noise), (expected, uncertain)))
-    # Not where an edge hides what the prediction would need.
+    # Exclude surroundings of occlusion boundaries, where the prediction depends on hidden surfaces.
     vergence = 1 / sharp.depth
     jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
     plain = ~maximum_filter(jumps[0] | jumps[1], finer * (2 * rim + 1))[::finer, ::finer][inside]
-    plain |= plain.mean() < 0.1  # so little is left that edges are better than nothing
+    plain |= plain.mean() < 0.1  # too little remains: include boundaries
     slopes = np.stack(np.gradient(expected)[::-1])[:, plain]
-    # A picture moved by s is the still one less s times its slope.
+    # A picture displaced by s equals the original minus s times its gradient.
     shift = -np.linalg.solve(slopes @ slopes.T, slopes @ (seen - expected)[plain])
     found = {"shift_px": shift.tolist()}
     if (predicted > 0).all():
@@ -109,14 +109,14 @@ def against_prediction(
 
 
 def _measurable(part: NDArray[np.floating]) -> bool:
-    """Whether a part of a picture, H x W, holds an octave of spatial frequency."""
+    """Return whether a part of a picture, H x W, is large enough for one octave of spatial frequency."""
     return min(part.shape) >= 4 * FEWEST
 
 
 def spectrum(image: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Power of an image, H x W, in octaves of spatial frequency in any direction, from the pixels' limit downwards.
+    """Return the power of an image, H x W, per octave of radial spatial frequency, from the Nyquist limit downwards.
 
-    Octaves end where fewer than 4 cycles would lie in the picture. The picture fades out towards its rim.
+    Octaves end where fewer than 4 cycles fit into the picture. A Hann window is applied.
 
     >>> wave = np.sin(2 * np.pi * 0.3 * np.arange(64)) * np.ones((64, 1))  # cycles per pixel
     >>> power = spectrum(wave)
@@ -139,26 +139,27 @@ def against_discs(
     optics: Optics,
     pixel_angle: float,
 ) -> dict[str, Any]:
-    """Shift and spectrum of a blurred photograph against discs by their analytic transfer, away from outlines.
+    """Return the shift and spectrum of a blurred photograph relative to analytic discs, away from occlusion boundaries.
 
-    The prediction shares nothing with `render.blur_picture` but the law of blur: the whole picture is blurred by
-    2 J1(x) / x, once for each quarter pixel of radius, and each pixel interpolated at its own radius. At outlines,
-    where that is wrong, the prediction is replaced by the picture itself: differences there are not measured.
+    The prediction is independent of `render.blur_picture` except for the blur radius: the whole picture is blurred by 2
+    J1(x) / x for radii a quarter pixel apart, and each pixel is interpolated at its own radius. At occlusion
+    boundaries, where that is invalid, the prediction is replaced by the picture itself, so that differences there are
+    ignored.
 
     Parameters
     ----------
     light, sharp
         Luminance of the picture and of the pinhole picture, H x W.
     distance
-        In metres, H x W.
+        Distance in metres, H x W.
     optics, pixel_angle
-        Of the camera; radians of a pixel.
+        Optics of the camera; pixel angle in radians.
 
     Returns
     -------
     dict
-        As of `against_prediction`; empty where less than a tenth of the picture is away from outlines, or what is left
-        of it within a rim as wide as the blur is too small for one octave.
+        As for `against_prediction`; empty if less than a tenth of the picture is away from occlusion boundaries, or the
+        part inside a margin as wide as the blur is too small for one octave.
     """
     vergence = 1 / np.asarray(distance, float)
     radius = optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - vergence) / pixel_angle
@@ -177,7 +178,7 @@ def against_discs(
 
 
 def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Each pixel of a picture blurred by a disc of its own radius in pixels, as if all of it had that radius."""
+    """Return the picture with each pixel blurred by a disc of its own radius (px), applied to the whole picture."""
     pad = math.ceil(float(radius.max())) + 1
     wide = np.pad(np.asarray(sharp, float), pad, mode="symmetric")
     waves = np.fft.rfft2(wide)
@@ -194,9 +195,9 @@ def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArr
 
 
 def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:
-    """Raise InputError, with its name, for a picture that is sharper somewhere than its blur allows.
+    """Raise `InputError`, naming the picture, if one is sharper somewhere than its blur allows.
 
-    `scenes` is `controls.scenes` of a manifest: of each scene its pictures, with what was measured in them.
+    `scenes` is `controls.scenes` of a manifest: the pictures of each scene, with their measures.
     """
     for name, scene in scenes.items():
         for stem, one in scene["pictures"].items():
@@ -210,7 +211,7 @@ def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def judged(pictures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The worst of each measure among the pictures that have it, the limit, and whether it is met."""
+    """Return the worst value of each measure over the pictures that have it, its limit, and whether it is met."""
     found = {
         "mean_luminance_percent": [
             abs(one["mean_luminance_percent"]) for one in _with(pictures, "mean_luminance_percent")

@@ -1,7 +1,7 @@
-"""The pictures of a trial with the Necker cube: one quarter turn, and examples that can be seen in one way only.
+"""Frames of a Necker-cube trial: a quarter rotation, and two unambiguous examples.
 
-The rigid example is the cube with its hidden edges left out, as of a solid: what is near hides what is far. The
-nonrigid one twists, shrinks and tapers as it turns: neither it nor its reversal in depth is rigid.
+The rigid example is an opaque cube, with hidden edges omitted. The nonrigid example twists, shrinks and tapers as it
+rotates: neither it nor its depth reversal is rigid.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
 
 __all__ = ["LEVEL", "cube_of", "frame_count", "frames_of", "room_of", "shape_of", "shown", "wobbling"]
 
-LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
-SHRINK, TWIST = 0.6, 0.5  # of the nonrigid example: share of its sides, and radians of its top and of its bottom
-REACH = 4.0  # standard deviations of the blur that the picture holds beyond the cube
+LEVEL = 0.5  # radiance of a sharp line as a fraction of the display's white: crossings of two are white
+SHRINK, TWIST = 0.6, 0.5  # nonrigid example: relative change of its sides, and rotation (rad) of its top and bottom
+REACH = 4.0  # margin around the cube in standard deviations of the blur
 
 
 def cube_of(design: NeckerDesign, direction: str = "right") -> NeckerCube:
-    """The cube of a design."""
+    """Return the cube of a design."""
     return NeckerCube(
         size=math.radians(design.size_deg),
         perspective=design.perspective,
@@ -40,17 +40,17 @@ def cube_of(design: NeckerDesign, direction: str = "right") -> NeckerCube:
 
 
 def frame_count(design: NeckerDesign, frame_rate: float) -> int:
-    """Frames of a quarter turn: as many as make the cube's speed, to the nearest whole number."""
+    """Return the number of frames per quarter rotation that best matches the cube's speed."""
     return max(3, round(SYMMETRY * frame_rate / design.turns_per_s))
 
 
 def shape_of(design: NeckerDesign, pixel_angle: float) -> tuple[int, int]:
-    """Height and width of the pictures of all trials of a design, in pixels, even."""
+    """Return the height and width of all pictures of a design, in pixels, even."""
     return room_of(cube_of(design), max(design.strengths_mm) / 1000, pixel_angle)
 
 
 def room_of(cube: NeckerCube, aperture: float, pixel_angle: float) -> tuple[int, int]:
-    """Return the height and width in pixels, even, that hold a turning cube blurred by an `aperture` (m).
+    """Return the even height and width in pixels that contain a rotating cube blurred by an `aperture` (m).
 
     >>> room_of(NeckerCube(), 0.004, 1e-3)
     (260, 234)
@@ -64,7 +64,7 @@ def room_of(cube: NeckerCube, aperture: float, pixel_angle: float) -> tuple[int,
 def frames_of(
     trial: NeckerTrial, design: NeckerDesign, frames: int, pixel_angle: float
 ) -> Iterator[NDArray[np.float32]]:
-    """Light of each frame of a quarter turn, H x W; 1 is the peak of a sharp line."""
+    """Yield the radiance of each frame of a quarter rotation, H x W; 1 is the peak of a sharp line."""
     cube, shape = cube_of(design, trial.direction), shape_of(design, pixel_angle)
     if trial.shape == "ambiguous":
         yield from necker_loop(
@@ -87,12 +87,12 @@ def frames_of(
 
 
 def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
-    """Return the 8-bit values of a frame, H x W or H x W x 3, in which a sharp line has `LEVEL` of white.
+    """Return the 8-bit values of a frame, H x W or H x W x 3, with a sharp line at `LEVEL` of white.
 
     >>> shown(np.array([[0.0, 1.0, 2.0]], np.float32), Display(gamma=1.0)).tolist()
     [[0, 128, 255]]
     """
-    lit = light > 0  # a few in a hundred
+    lit = light > 0  # a few per cent of the pixels
     values = display.encode(LEVEL * light[lit])
     pixels = np.zeros((*light.shape, *values.shape[1:]), np.uint8)
     pixels[lit] = values
@@ -100,7 +100,7 @@ def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
 
 
 def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
-    """Vertices, 8 x 3 in metres, of the nonrigid example after so many turns."""
+    """Return the vertices, 8 x 3 in metres, of the nonrigid example after `turn` turns."""
     phase = 2 * math.pi * turn / SYMMETRY
     angle = 2 * np.pi * turn * (1 if cube.direction == "right" else -1)
     x, y, z = cube.edge * CORNERS.T
@@ -113,7 +113,7 @@ def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
 
 
 def _in_sight(vertices: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which of the 12 edges of a solid cube bound a face that is turned to the eye at the origin."""
+    """Return which of the 12 edges of an opaque cube bound a face that is visible from the origin."""
     middle = vertices.mean(axis=0)
     seen = np.zeros(len(EDGES), bool)
     for axis in range(3):

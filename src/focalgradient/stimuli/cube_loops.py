@@ -1,6 +1,6 @@
-"""The turning Necker cube as files: frames for a display and a video, with and without a focal gradient.
+"""Movies of the rotating Necker cube: frames for a display and a video, with and without a focal gradient.
 
-All conditions show lines in the same places that give off the same light; only their blur differs.
+All conditions show lines at the same positions with the same energy; only their blur differs.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from focalgradient.stimuli.sets import display_json, png
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
 
 GRADIENTS: tuple[Gradient, ...] = ("none", "rigid", "nonrigid")
-"""Which shape's depth the blur has: none; the cube's own; the depth-reversed shape's, which favours the nonrigid
-reading."""
+"""Shape whose depth determines the blur: none; the cube; or the depth-reversed shape, which favours the nonrigid
+interpretation."""
 
 OLD_NAME = "reversed"
-"""What sets made before the gradients had these names call the nonrigid one."""
+"""Former name of the nonrigid gradient, found in old sets."""
 
-LOOPS = 4  # in the video: a whole turn
-LIGHT_PERCENT = 0.5  # by which the light of frames may differ between conditions
-BATCH = 30  # frames written before they are listed
-SIGMAS = 4.0  # of its widest blur, to which a line reaches
+LOOPS = 4  # quarter rotations per video: one whole rotation
+LIGHT_PERCENT = 0.5  # maximum difference of mean radiance between conditions (%)
+BATCH = 30  # frames written between updates of the list
+SIGMAS = 4.0  # margin in standard deviations of the largest blur
 
 
 def make_necker(
@@ -55,12 +55,12 @@ def make_necker(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Make the frames and videos, or go on with what was interrupted, or verify what is finished.
+    """Make the frames and videos, resume an interrupted set, or verify a finished one.
 
     Parameters
     ----------
     out
-        Folder for them.
+        Output folder.
     cube
         The cube: its size, perspective, direction, speed and line width.
     gradients
@@ -68,17 +68,17 @@ def make_necker(
     size
         Width and height of the frames in pixels, even.
     frame_rate
-        Frames a second; with the cube's speed they must make a whole number of frames in a quarter turn.
+        Frame rate (Hz); a quarter rotation at the cube's speed must take a whole number of frames.
     aperture
-        Strength of the gradient: diameter in metres of a lens in the viewer's place.
+        Strength of the gradient: diameter in metres of a lens at the viewer's position.
     focus
-        Whether the ``"near"`` or the ``"far"`` end of the depth is sharp.
+        Depth in focus: ``"near"`` or ``"far"`` end of the cube.
     display
-        What they are shown on.
+        Display for which the frames are made.
     executor
-        What draws the frames, some at a time; the files do not depend on it. None: this process.
+        Executor that draws batches of frames; the files do not depend on it. None: this process.
     progress
-        Called now and then with the share done, 0 to 1, and what is being made.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
@@ -88,8 +88,8 @@ def make_necker(
     Raises
     ------
     InputError
-        If a value is out of range, the cube does not fit the frame, the display cannot carry the blur, or the folder
-        holds something else or cannot be written.
+        If a value is out of range, the cube does not fit the frame, the display cannot resolve the blur, or the folder
+        contains something else or cannot be written.
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
     if not gradients or not set(gradients) <= set(GRADIENTS):
@@ -148,12 +148,12 @@ def make_necker(
 
 
 def read_necker(folder: str | Path) -> dict[str, Any]:
-    """Read the manifest of finished frames; what an old one calls "reversed" is the gradient "nonrigid".
+    """Read the manifest of finished frames; the old gradient name "reversed" is mapped to "nonrigid".
 
     Raises
     ------
     InputError
-        If it cannot be read.
+        If the manifest cannot be read.
     """
     made: dict[str, Any] = read_json(Path(folder) / MANIFEST)
     parameters = made["parameters"]
@@ -165,7 +165,7 @@ def read_necker(folder: str | Path) -> dict[str, Any]:
 
 
 def _stored_names(folder: Path) -> dict[Gradient, str]:
-    """What the files and lists of a folder call each gradient: an old set goes on under its old name."""
+    """Return the name of each gradient in a folder's files: an old set keeps its old name."""
     for name in (MANIFEST, UNFINISHED):
         if (folder / name).exists() and OLD_NAME in read_json(folder / name).get("parameters", {}).get("gradients", ()):
             return {**{gradient: gradient for gradient in GRADIENTS}, "nonrigid": OLD_NAME}
@@ -174,7 +174,7 @@ def _stored_names(folder: Path) -> dict[Gradient, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """What all frames share: the cube, how many frames, and how it is seen and shown."""
+    """Parameters common to all frames: the cube, number of frames, and viewing conditions."""
 
     cube: NeckerCube
     frames: int
@@ -198,7 +198,7 @@ class _Look:
 
 @dataclass(frozen=True, slots=True)
 class _Batch:
-    """Frames made at one time: `lacking` are those whose files are to be written."""
+    """A batch of frames; `lacking` are those whose files have to be written."""
 
     look: _Look
     gradient: Gradient
@@ -209,7 +209,7 @@ class _Batch:
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A frame: its 8-bit values, its PNG file or None, and its light as computed and as shown, 1 being white."""
+    """A frame: 8-bit values, PNG file or None, and mean radiance as computed and as displayed (white = 1)."""
 
     values: NDArray[np.uint8]
     png: bytes | None
@@ -239,7 +239,7 @@ def _make_loop(
     executor: Executor | None,
     progress: Callable[[float], object],
 ) -> dict[str, Any]:
-    """Write what is lacking of a condition; the mean light of each frame, as computed and as shown."""
+    """Write the missing files of a condition; return the mean radiance of each frame, as computed and as displayed."""
     files = [f"{name}/{number:04}.png" for number in range(look.frames)]
     lacking = frozenset(number for number, file in enumerate(files) if not folder.has(file))
     numbers = [range(first, min(first + BATCH, look.frames)) for first in range(0, look.frames, BATCH)]
@@ -261,16 +261,16 @@ def _make_loop(
 
 
 def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:
-    """A whole turn as an MP4 file."""
+    """Return a whole rotation as an MP4 file."""
     from focalgradient.video import save_movie
 
-    with staged(folder) as hidden:  # OpenCV writes to a path alone
+    with staged(folder) as hidden:  # OpenCV only writes to a path
         path = save_movie([*pictures] * LOOPS, hidden / "video.mp4", rate=frame_rate, lossless=False)
         return read_bytes(path, "a video")
 
 
 def _departure(cube: NeckerCube, frames: int) -> dict[Reading, Any]:
-    """How far both readings are from rigid over a turn, and where each turns."""
+    """Return the deformation of both interpretations over a rotation, and their directions of rotation."""
     turn = np.arange(LOOPS * frames) / (LOOPS * frames)
     stated: dict[Reading, Any] = {}
     readings: tuple[Reading, ...] = ("rigid", "nonrigid")
@@ -285,7 +285,7 @@ def _departure(cube: NeckerCube, frames: int) -> dict[Reading, Any]:
 
 
 def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
-    """Whether frames give off the same light under all conditions, as computed and in 8 bits."""
+    """Return the differences in mean radiance between conditions, as computed and in 8 bits."""
     measured = {}
     for name in ("mean_light", "mean_light_shown"):
         light = np.array([condition[name] for condition in conditions.values()])
@@ -295,7 +295,7 @@ def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check(cube: NeckerCube, size: int, widest: float, pixel_angle: float, display: Display) -> None:
-    """Refuse a frame that is odd, too large for the display, or too small for the cube."""
+    """Validate the frame size: even, at most the display's, and large enough for the cube."""
     if not (isinstance(size, int) and size > 0 and size % 2 == 0):
         remedy = f": give {size + 1}" if isinstance(size, int) and size > 0 else ""
         raise InputError(f"size is {size!r}, but must be a positive even number of pixels{remedy}.")
@@ -303,10 +303,9 @@ def _check(cube: NeckerCube, size: int, widest: float, pixel_angle: float, displ
     needed = 2 * math.ceil(half)
     if needed > size:
         raise InputError(
-            f"size is {size}, but the turning cube with its blur fills {needed} pixels: take that, or a smaller cube."
+            f"size is {size}, but the rotating cube with its blur fills {needed} pixels: use that size, or a "
+            "smaller cube."
         )
     if size > min(display.size_px):
         width, height = display.size_px
-        raise InputError(
-            f"size is {size}, but the display has {width} x {height} pixels: take a smaller cube and size."
-        )
+        raise InputError(f"size is {size}, but the display has {width} x {height} pixels: use a smaller cube and size.")

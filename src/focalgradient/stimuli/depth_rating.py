@@ -1,7 +1,7 @@
-"""Pictures for judging depth: scenes that differ between conditions in the focal gradient only.
+"""Stimuli of the depth-rating task: scenes that differ between conditions only in the focal gradient.
 
-Each scene is seen through a pinhole and three apertures, with its nearest or its farthest object in focus. One camera,
-one exposure and one set of rays serve all pictures of a scene: what differs is where the lens's rays meet.
+Each scene is viewed through a pinhole and three apertures, with its nearest or its farthest object in focus. All
+pictures of a scene share one camera, one exposure and one set of rays, and differ only in where the lens focuses them.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]
 
-FOCAL_LENGTH = 0.050  # m
+FOCAL_LENGTH = 0.050  # focal length (m)
 F_NUMBERS = (22.0, 11.0, 5.6)
 APERTURES: dict[str, float] = {"pinhole": math.inf} | {f"f/{number:g}": number for number in F_NUMBERS}
 FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
-FIELD = 0.35  # width of the picture, a tangent
-LIGHTS = (611.0, 549.0, 464.0)  # nm, the wavelengths that look like the primaries of sRGB
-REFERENCE = LIGHTS[1]  # nm, in focus: green gives most of the light
-LEAST_DEPTH = 1.15  # D, between the nearest and the farthest object, of any seed
+FIELD = 0.35  # width of the picture as a tangent
+LIGHTS = (611.0, 549.0, 464.0)  # dominant wavelengths of the sRGB primaries (nm)
+REFERENCE = LIGHTS[1]  # wavelength in focus (nm): green contributes most of the luminance
+LEAST_DEPTH = 1.15  # minimum difference between nearest and farthest object over all seeds (D)
 MOST_SCENES = 100
 
 Engine = Literal["auto", "path", "shaded", "cast"]
@@ -52,7 +52,7 @@ Engine = Literal["auto", "path", "shaded", "cast"]
 
 @dataclass(frozen=True, slots=True)
 class Pupil:
-    """Optics of a stated aperture (m) and focus vergence (D, any sign)."""
+    """Optics with a given aperture diameter (m) and focus vergence (D, any sign)."""
 
     aperture_diameter: float
     focus_vergence: float
@@ -72,44 +72,44 @@ def make_depth_rating(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
-    """Make a set of pictures, or go on with one that was interrupted, or verify a finished one.
+    """Make a set of pictures, resume an interrupted one, or verify a finished one.
 
     Parameters
     ----------
     out
-        Folder for the set.
+        Output folder of the set.
     seed
-        Of everything: the same seed gives the same files on the same machine.
+        Random seed of the whole set: the same seed gives the same files on the same machine.
     scenes
         Number of scenes.
     size
         Width and height of the pictures in pixels, even.
     display
-        What they are shown on.
+        Display for which the pictures are made.
     engine
-        ``"path"``, ``"shaded"`` or ``"cast"`` as in `focalgradient.render.render`; ``"auto"`` path traces natural
-        scenes where Mitsuba can be had, and otherwise casts rays at plain spheres.
+        ``"path"``, ``"shaded"`` or ``"cast"`` as in `focalgradient.render.render`; ``"auto"`` path traces naturalistic
+        scenes if Mitsuba is available, and otherwise ray casts plain spheres.
     samples
-        Rays a pixel.
+        Rays per pixel.
     chromatic
-        Whether red, green and blue are each focused as by an eye, which puts the sign of defocus into the picture.
+        Whether red, green and blue have the different foci of an eye, which makes the sign of defocus visible.
     apertures
-        f-numbers of the lens, each once; the pinhole is added.
+        f-numbers of the lens, each once; a pinhole is added.
     executor
-        What renders the scenes, each as a whole; the files do not depend on it. None: this process.
+        Executor that renders whole scenes; the files do not depend on it. None: this process.
     progress
-        Called now and then with the share done, 0 to 1, and what is being made.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     StimulusSet
-        As `read_set` reads it.
+        The set, as returned by `read_set`.
 
     Raises
     ------
     InputError
-        If a number is out of range, the display cannot carry the blur, the folder holds another set or cannot be
-        written, or there is no Mitsuba for an engine that needs it.
+        If a number is out of range, the display cannot resolve the blur, the folder contains another set or cannot be
+        written, or Mitsuba is missing for an engine that needs it.
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
     _check(seed, scenes, size, samples, display)
@@ -152,12 +152,12 @@ def make_depth_rating(
 
 
 def named_apertures(numbers: Sequence[float]) -> dict[str, float]:
-    """The pinhole and the f-numbers, the smallest aperture first, by the names that a design gives them.
+    """Return the pinhole and the f-numbers by the names used in designs, smallest aperture first.
 
     Raises
     ------
     InputError
-        If there is none, or one is not from 0.5 to 1000, or stands there twice.
+        If there is none, or one is not from 0.5 to 1000, or occurs twice.
 
     Examples
     --------
@@ -169,13 +169,13 @@ def named_apertures(numbers: Sequence[float]) -> dict[str, float]:
         raise InputError(f"apertures is {list(numbers)}, but must be f-numbers from 0.5 to 1000, like 16, 8 and 4.")
     found = {f"f/{value:g}": value for value in sorted(values, reverse=True)}
     if len(found) < len(values):
-        raise InputError(f"apertures is {list(numbers)}, but must name each f-number once: leave out the second.")
+        raise InputError(f"apertures is {list(numbers)}, but must contain each f-number once: remove the duplicate.")
     return {"pinhole": math.inf} | found
 
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """How the pictures of one scene are rendered."""
+    """Rendering parameters of one scene."""
 
     seed: int
     shape: tuple[int, int]
@@ -186,37 +186,37 @@ class Recipe:
 
     @property
     def pixel_angle(self) -> float:
-        """Angle of a pixel at the camera, in radians."""
+        """Pixel angle of the camera in radians."""
         return FIELD / self.shape[1]
 
     def world(self) -> Scene:
-        """The scene."""
+        """Return the scene."""
         return _plain(self.seed) if self.engine == "cast" else scene("spheres", self.seed)
 
     def finer(self) -> Recipe:
-        """The same at half the pixel, for as much work."""
+        """Return the recipe at twice the resolution and the same total number of rays."""
         height, width = self.shape
         return replace(self, shape=(2 * height, 2 * width), samples=max(2, self.samples // 4))
 
     def optics(self, aperture: str, focus: float) -> tuple[Pupil, ...]:
-        """The lens through that aperture with that focus (D): once for all light, or for red, green and blue."""
+        """Return the optics of an aperture focused at `focus` (D): one for all light, or one each for R, G and B."""
         diameter = FOCAL_LENGTH / self.apertures[aperture]
         if not self.chromatic or diameter == 0:
             return (Pupil(diameter, focus),)
-        # What refracts less is focused at a lesser vergence.
+        # Light that is refracted less is focused at a smaller vergence.
         return tuple(Pupil(diameter, focus - less) for less in chromatic_difference(LIGHTS, REFERENCE).tolist())
 
     def render(
         self, world: Scene, optics: Sequence[Pupil], progress: Progress
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
-        """Radiance, H x W x 3; depth in metres, H x W; and the noise of the luminance, H x W."""
+        """Return radiance, H x W x 3; depth in metres, H x W; and luminance noise, H x W."""
         how: dict[str, Any] = {"engine": self.engine, "samples": self.samples, "seed": self.seed, "progress": progress}
         if len(optics) == 1:
             one = render(world, optics[0], self.shape, self.pixel_angle, **how)
             colour = np.repeat(one.view.image[..., None], 3, axis=2) if one.colour is None else one.colour
             return colour, one.distance, _residual(one)
         bands = render_bands(world, optics, self.shape, self.pixel_angle, **how)
-        # Each band's residual is of the luminance of all light, of which the band is a part.
+        # Each band's residual is that of full luminance, of which the band is a part.
         residual = sum(weight * _residual(band) for weight, band in zip(LUMINANCE, bands, strict=True))
         return np.stack([band.view.image for band in bands], axis=2), bands[0].distance, np.asarray(residual)
 
@@ -228,9 +228,10 @@ def _residual(rendered: Rendered) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """What the pictures of a scene are made from; and of those that are there, what was measured.
+    """Inputs of the pictures of a scene, and measures of those already made.
 
-    `lacking` are the stems of the pictures to make. `white` is None, and `sharp_mean` too, until the pinhole's is made.
+    `lacking` are the file stems of the pictures to make. `white` and `sharp_mean` are None until the pinhole
+    picture is made.
     """
 
     name: str
@@ -244,7 +245,7 @@ class _Scene:
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """A picture: its files, what was measured in it, what is recorded of its scene, and the scene's white."""
+    """A picture: its files and measures, the record of its scene, and the scene's white."""
 
     stem: str
     files: Mapping[str, bytes]
@@ -254,12 +255,12 @@ class _Made:
 
 
 def _conditions(recipe: Recipe) -> dict[str, tuple[str, Fixation]]:
-    """Aperture and fixation by the stem of the picture's files; the pinhole's picture, first, serves both fixations."""
+    """Return aperture and fixation by file stem; the pinhole picture comes first and serves both fixations."""
     return {stem_of(aperture, end): (aperture, end) for end in FIXATIONS for aperture in recipe.apertures}
 
 
 def _files(name: str, stem: str) -> list[str]:
-    """Of a picture; the scene's depth goes with the pinhole's."""
+    """Return the files of a picture; the scene's depth belongs to the pinhole picture."""
     return [f"{name}/{stem}.{kind}" for kind in ("png", "npy")] + [f"{name}/depth.npy"] * (stem == "pinhole")
 
 
@@ -274,12 +275,12 @@ def _scene_to_make(folder: Folder, name: str, recipe: Recipe, display: Display) 
 
 
 def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
-    """Make what is lacking of a scene."""
+    """Make the missing pictures of a scene."""
     recipe, name, display = scene.recipe, scene.name, scene.display
     if _versions(recipe.engine) != scene.versions:
         raise InputError(
-            "a worker has other versions of the programs than this process, so that its pictures would differ: install "
-            "the same everywhere."
+            "a worker has other program versions than this process, so that its pictures would differ: install "
+            "the same versions everywhere."
         )
     progress(0.0, f"{name} modelling")
     world = recipe.world()
@@ -294,7 +295,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
         optics = recipe.optics(aperture, 1 / world.mark(end).distance)
         radiance, depth, residual = recipe.render(world, optics, share)
         if aperture == "pinhole":
-            white = float(radiance.max())  # blur only averages: but for noise nothing is brighter
+            white = float(radiance.max())  # blurring only averages, so that, except for noise, nothing is brighter
         assert white is not None  # the pinhole comes first
         light = (radiance / white).astype(np.float32)
         luminance = light @ np.array(LUMINANCE)
@@ -312,7 +313,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             files[depth_file[0]] = npy(depth.astype(np.float32))
         else:
             if sharp is None:
-                # Finer than the pictures, as a pixel that sees an edge has one depth but the light of two.
+                # At a finer resolution, because a pixel at an edge has one depth but the radiance of two surfaces.
                 fine = recipe.finer()
                 colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done, words: None)
                 sharp = Sharp(colour / white, noise_of / white, far, fine.pixel_angle)
@@ -334,7 +335,7 @@ def _all_pictures(scene: _Scene) -> list[_Made]:
 
 
 def _made(executor: Executor | None, scenes: Sequence[_Scene], say: Progress) -> Iterator[tuple[_Scene, _Made]]:
-    """Every picture that is lacking, as it is made: here one by one, by workers a scene at a time."""
+    """Yield each missing picture as it is made: here one by one, by workers scene by scene."""
     if executor is None:
         for number, scene in enumerate(scenes):
 
@@ -351,7 +352,7 @@ def _made(executor: Executor | None, scenes: Sequence[_Scene], say: Progress) ->
 def _make_scenes(
     folder: Folder, recipes: Mapping[str, Recipe], display: Display, executor: Executor | None, say: Progress
 ) -> None:
-    """Make what is lacking of all scenes: their pictures, their depth, and their part of the folder's content."""
+    """Make the missing pictures and depths of all scenes, and their entries in the folder's content."""
     content = folder.content
     content.setdefault("scenes", {})
     content.setdefault("controls", {"scenes": {}})
@@ -362,7 +363,7 @@ def _make_scenes(
         known["pictures"][picture.stem] = picture.measured
         content["scenes"][made.name] = picture.scene
         folder.put(picture.files)
-    # In one order, whoever made what first.
+    # In a fixed order, regardless of the order of completion.
     content["scenes"] = {name: content["scenes"][name] for name in recipes}
     measured = content["controls"]["scenes"]
     content["controls"]["scenes"] = {
@@ -385,7 +386,7 @@ def _make_scenes(
 def _entry(
     name: str, aperture: str, end: Fixation, recipe: Recipe, depth: NDArray[np.float32], focus: float, display: Display
 ) -> dict[str, Any]:
-    """What the manifest says of a picture."""
+    """Return the manifest's entry for a picture."""
     vergence = 1 / np.array([depth.min(), depth.max()], float)
     discs = []
     for one in recipe.optics(aperture, 1 / focus):
@@ -408,7 +409,7 @@ def _entry(
 
 
 def _note(controls: Mapping[str, Any], display: Display, size: int) -> str:
-    """What the sheet says of the set."""
+    """Return the caption of the contact sheet."""
     words = {
         "mean_luminance_percent": "mean luminance {:.2g} %",
         "shift_px": "shift {:.2g} px",
@@ -416,9 +417,9 @@ def _note(controls: Mapping[str, Any], display: Display, size: int) -> str:
     }
     measured = (text.format(controls[name]["worst"]) for name, text in words.items() if name in controls)
     return (
-        f"Rings: what is in focus. Shown at {display.degrees(size):.1f} degrees of visual angle, "
-        f"{display.pixels_per_degree:.1f} pixels a degree.\n"
-        f"At most between conditions of a scene: {', '.join(measured)}."
+        f"Rings: point in focus. Shown at {display.degrees(size):.1f} degrees of visual angle, "
+        f"{display.pixels_per_degree:.1f} pixels per degree.\n"
+        f"Maximum differences between conditions of a scene: {', '.join(measured)}."
     )
 
 
@@ -428,12 +429,12 @@ def _target(mark: Mark, recipe: Recipe) -> dict[str, Any]:
 
 
 def stem_of(aperture: str, end: Fixation) -> str:
-    """Of a picture's files: that of the pinhole serves both fixations."""
+    """Return the stem of a picture's files; the pinhole picture serves both fixations."""
     return "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
 
 
 def _plain(seed: int) -> Scene:
-    """Spheres in a room, for the ray caster, with marks on the nearest and the farthest."""
+    """Return spheres in a room, for the ray caster, with marks on the nearest and the farthest."""
     made = spheres(seed, field=FIELD)
     balls = sorted((thing for thing in made.objects if isinstance(thing, Sphere)), key=lambda ball: ball.centre[2])
     marks = []
@@ -448,7 +449,7 @@ def _part(progress: Progress, start: float, end: float, what: str) -> Progress:
 
 
 def _engine(engine: str) -> Engine:
-    """The engine to use: without Mitsuba the ray caster, unless another was asked for."""
+    """Return the engine to use: without Mitsuba the ray caster, unless another was requested."""
     if engine not in get_args(Engine):
         raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
     if engine == "cast":
@@ -457,7 +458,8 @@ def _engine(engine: str) -> Engine:
         if engine != "auto":
             raise InputError(f"Mitsuba, which engine {engine!r} needs, cannot be used here: {REMEDY}.")
         warnings.warn(
-            f"Mitsuba cannot be used here, so that plain spheres are ray cast in place of natural scenes: {REMEDY}.",
+            "Mitsuba cannot be used here, so that plain spheres are ray cast instead of naturalistic scenes: "
+            f"{REMEDY}.",
             FocalGradientWarning,
             stacklevel=3,
         )
@@ -472,17 +474,19 @@ def _versions(engine: Engine) -> dict[str, str]:
 
 
 def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:
-    """Refuse numbers out of range."""
+    """Validate the numbers of a set."""
     for name, value, least in (("seed", seed, 0), ("scenes", scenes, 1), ("size", size, 16), ("samples", samples, 2)):
         if not (isinstance(value, int) and value >= least):
             raise InputError(f"{name} is {value!r}, but must be a whole number of {least} or more.")
     if scenes > MOST_SCENES:
         raise InputError(f"scenes is {scenes}, but a set has at most {MOST_SCENES}: make a second set of another seed.")
     if size % 2:
-        raise InputError(f"size is {size}, but must be even, as odd pictures are smeared on displays: take {size + 1}.")
+        raise InputError(
+            f"size is {size}, but must be even, as displays interpolate centred pictures of odd size: use {size + 1}."
+        )
     if size > min(display.size_px):
         width, height = display.size_px
         raise InputError(
-            f"size is {size}, but pictures must fit the display of {width} x {height} pixels: take {min(width, height)}"
+            f"size is {size}, but pictures must fit the display of {width} x {height} pixels: use {min(width, height)}"
             " or less, or another display."
         )

@@ -1,6 +1,7 @@
-"""Two drawings whose depth nobody doubts: a wall of tiles seen from the front, and a tiled corridor.
+"""Drawings with unambiguous depth: a frontal wall of tiles, and a tiled corridor.
 
-They are shown in practice and as catch trials: the right answer is "clearly flatter" and "clearly deeper" than a scene.
+They are shown in practice and as catch trials, where the correct answers are "clearly flatter" and "clearly deeper"
+than a scene.
 """
 
 from __future__ import annotations
@@ -14,23 +15,23 @@ from focalgradient.errors import InputError
 __all__ = ["DRAWINGS", "example_picture"]
 
 DRAWINGS = tuple(EXAMPLES.values())
-"""Their names, as scenes."""
+"""Names of the drawings, used as scene names."""
 
-LIGHT, DARK, MORTAR = 170.0, 95.0, 60.0  # 8-bit values of the tiles and of the lines between them
-DEEP = 12.0  # widths of the corridor that are drawn, up to its end wall
-LAMP = 0.12  # share of the light that is left at the end wall
+LIGHT, DARK, MORTAR = 170.0, 95.0, 60.0  # 8-bit values of the tiles and of the gaps between them
+DEEP = 12.0  # length of the corridor, up to its end wall, in corridor widths
+LAMP = 0.12  # relative illumination of the end wall
 
 
 def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Draw one of them: 8-bit values, H x W, of the given height and width in pixels.
+    """Draw the named drawing: 8-bit values, H x W, with the given height and width in pixels.
 
-    The corridor is seen from its middle in perspective: a point of its walls is at the picture's half height over its
-    distance from the middle. Tiles have one size on all walls, and far ones are darker.
+    The corridor is seen in perspective from its middle: a wall point is displayed at half the picture height divided by
+    its distance from the centre. Tiles have the same physical size on all walls, and distant ones are darker.
 
     Raises
     ------
     InputError
-        If there is no drawing of that name.
+        If there is no drawing of this name.
 
     Examples
     --------
@@ -57,7 +58,7 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
 
 
 def _tiles(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Grey of a checkerboard of tiles of side 1 with lines between them."""
+    """Return the grey levels of a checkerboard with unit tiles and gaps between them."""
     board = np.where((np.floor(one) + np.floor(other)) % 2 == 0, LIGHT, DARK)
     line = (np.minimum(one % 1, 1 - one % 1) < 0.03) | (np.minimum(other % 1, 1 - other % 1) < 0.03)
     return np.where(line, MORTAR, board)

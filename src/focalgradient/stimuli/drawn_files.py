@@ -1,4 +1,4 @@
-"""A drawn stimulus as files, and back: arrays in linear light, its picture for a display, and ``stimulus.json``."""
+"""Reading and writing of a drawn stimulus: arrays in linear radiance, a picture for a display, ``stimulus.json``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["FILES", "SUMMARY", "read_stimulus", "stimulus_files"]
 SUMMARY = "stimulus.json"
 
 ARRAYS = {"picture.npy": "picture", "sharp.npy": "sharp", "depth.npy": "depth_m", "blur.npy": "blur_arcmin"}
-"""Files of the arrays, each with the attribute of `Stimulus` that it holds."""
+"""Attribute of `Stimulus` stored in each array file."""
 
 MASKS = "masks.npz"
 
@@ -32,7 +32,7 @@ FILES = ("picture.png", *ARRAYS, MASKS, SUMMARY)
 
 
 def stimulus_files(one: Stimulus, display: Display) -> tuple[dict[str, bytes], dict[str, Any]]:
-    """Return the content of each file but `SUMMARY`, and what that states, as plain values.
+    """Return the content of each file except `SUMMARY`, and that of `SUMMARY` as plain values.
 
     Raises
     ------
@@ -68,17 +68,17 @@ def stimulus_files(one: Stimulus, display: Display) -> tuple[dict[str, bytes], d
 
 
 def read_stimulus(folder: str | Path) -> tuple[Stimulus, Display]:
-    """Return the stimulus that ``focalgradient stimuli NAME`` wrote into a folder, and the display it is drawn for.
+    """Return the stimulus written by ``focalgradient stimuli NAME``, and the display for which it was drawn.
 
     Parameters
     ----------
     folder
-        With `stimulus.json`; its arrays have the precision of 32-bit numbers.
+        Folder with `stimulus.json`; the arrays have 32-bit precision.
 
     Raises
     ------
     InputError
-        If there is none, or a file was changed since.
+        If there is no stimulus, or a file was changed since it was written.
     """
     folder = Path(folder)
     path, what = folder / SUMMARY, "a drawn stimulus's record"
@@ -86,8 +86,9 @@ def read_stimulus(folder: str | Path) -> tuple[Stimulus, Display]:
     for name in ARRAYS:
         if hashlib.sha256(read_bytes(folder / name, "a file of a stimulus")).hexdigest() != record.sha256.get(name):
             raise InputError(
-                f"{printable(folder / name)} is not what {printable(path)} states, so that nothing is known of its "
-                "sharpness: draw the stimulus again, or take pictures of your own with 'focalgradient stimuli import'."
+                f"{printable(folder / name)} does not match the checksum in {printable(path)}, so that its "
+                "sharpness is unknown: "
+                "draw the stimulus again, or import pictures with 'focalgradient stimuli import'."
             )
     arrays = {attribute: np.asarray(read_array(folder / name), float) for name, attribute in ARRAYS.items()}
     if len({array.shape for array in arrays.values()}) > 1 or arrays["picture"].ndim != 2:

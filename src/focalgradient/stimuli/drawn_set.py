@@ -1,4 +1,4 @@
-"""Drawn stimuli made a set for the depth-rating experiment: each with its blur, and the same without."""
+"""Depth-rating sets from drawn stimuli, each with and without blur."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from focalgradient.stimuli.stimulus import Stimulus, check_amount
 __all__ = ["make_from_stimuli"]
 
 FOCUS = "focus"
-"""What the set calls the object that is fixated: whatever is in focus."""
+"""Name of the fixated object in such sets: whatever is in focus."""
 
 PIXELS_PERCENT = 1.0
-"""Difference of pixels per degree, of the stimulus and of the display, up to which blur is right in visual angle."""
+"""Maximum difference (%) in pixels per degree between stimulus and display."""
 
 
 def make_from_stimuli(
@@ -39,25 +39,25 @@ def make_from_stimuli(
     display: Display | None = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
-    """Make a set for depth rating from drawn stimuli; go on with one that was interrupted, verify a finished one.
+    """Make a depth-rating set from drawn stimuli, resume an interrupted one, or verify a finished one.
 
     Parameters
     ----------
     out
-        Folder for the set.
+        Output folder of the set.
     stimuli
-        By the name of the scene; each is shown through the "pinhole", which is the stimulus without blur, and through
-        the f-number of its pupil, 50 mm / pupil. All of one size and one pupil.
+        Stimuli by scene name. Each is shown through the "pinhole", which is the stimulus without blur, and through the
+        f-number of its pupil, 50 mm / pupil. All must have the same size and pupil.
     display
-        What they are shown on: with the pixels per degree that they were drawn for.
+        Display with the pixels per degree for which the stimuli were drawn.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     StimulusSet
-        As `read_set` reads it. Its one fixation is named "focus": the middle of what is in focus. `controls` states
-        mean luminance against the picture without blur, and the sharpest place.
+        The set, as returned by `read_set`. Its only fixation is "focus", the centre of the region in focus. `controls`
+        states mean luminance relative to the picture without blur, and the sharpest place.
 
     Raises
     ------
@@ -108,14 +108,14 @@ def make_from_stimuli(
 
 
 def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[int, int], float]:
-    """Height and width of all pictures, and the pupil in millimetres."""
+    """Return the common height and width, and the pupil in millimetres."""
     if not stimuli:
         raise InputError("stimuli is empty, but must have a stimulus by the name of its scene: give one.")
     first = next(iter(stimuli.values()))
     for name, one in stimuli.items():
         plain_name(name, "the name of a scene")
         if not isinstance(one, Stimulus):
-            raise InputError(f"{name} is no Stimulus: give what a function such as slanted_plane returns.")
+            raise InputError(f"{name} is not a Stimulus: give the result of a function such as slanted_plane.")
         check_amount(f"pupil_mm of {name}", one.parameters.get("pupil_mm", math.nan), "millimetres", positive=True)
         pupils = [each.parameters.get("pupil_mm") for each in (first, one)]
         if one.shape != first.shape or pupils[0] != pupils[1]:
@@ -133,13 +133,13 @@ def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[i
     if width > display.size_px[0] or height > display.size_px[1]:
         raise InputError(
             f"the stimuli have {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
-            "draw smaller ones, or take another display."
+            "draw smaller ones, or use another display."
         )
     return first.shape, float(first.parameters["pupil_mm"])
 
 
 def _about(one: Stimulus) -> dict[str, Any]:
-    """What makes a stimulus the one it is, as plain JSON."""
+    """Return the name, source, parameters and checksum that identify a stimulus, as plain JSON."""
     plain = {
         key: list(value) if isinstance(value, tuple) else value
         for key, value in one.parameters.items()
@@ -155,7 +155,7 @@ def _about(one: Stimulus) -> dict[str, Any]:
 
 
 def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: float, display: Display) -> None:
-    """Make the two pictures of a stimulus, and their part of the folder's content."""
+    """Make the two pictures of a stimulus, and their entries in the folder's content."""
     depth = np.where(np.isnan(one.depth_m), np.inf, one.depth_m)
     known = np.isfinite(depth)
     least = float(one.blur_arcmin[known].min())

@@ -1,4 +1,4 @@
-"""Frames of a moving stimulus: one parameter of any function that draws a stimulus goes through values."""
+"""Frames of a moving stimulus, drawn while one parameter of a drawing function varies."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ __all__ = ["frames"]
 def frames(
     draw: Callable[..., Stimulus], parameter: str, values: Iterable[Any], **others: Any
 ) -> Iterator[NDArray[np.float32]]:
-    """Draw one picture after another, for `focalgradient.save_movie`, while one parameter changes.
+    """Yield pictures for `focalgradient.save_movie` while one parameter of a drawing function varies.
 
     Parameters
     ----------
     draw
-        Makes a stimulus: `fixated_cube`, `slanted_plane`, `miniature`, ...
+        Drawing function: `fixated_cube`, `slanted_plane`, `miniature`, ...
     parameter
-        What changes: ``"turn"`` turns the cube, ``"focus_m"`` sweeps the focus over a surface, ``"distance_m"`` walks
-        towards it.
+        Parameter that varies: ``"turn"`` rotates the cube, ``"focus_m"`` sweeps the focus over a surface,
+        ``"distance_m"`` approaches it.
     values
-        Of the parameter, one a frame.
+        Value of the parameter in each frame.
     others
         All other parameters.
 
     Returns
     -------
     iterator of ndarray
-        Linear luminance in shares of white, H x W, float32; one at a time.
+        Linear luminance as a fraction of white, H x W, float32, drawn one at a time.
 
     Raises
     ------
     InputError
-        If the function has no such parameter, or refuses a value.
+        If the function has no such parameter, or rejects a value.
 
     Examples
     --------
@@ -52,5 +52,5 @@ def frames(
     known = signature(draw).parameters
     for name in (parameter, *others):
         if name not in known:
-            raise InputError(f"{draw.__name__} has no parameter {name!r}, but {', '.join(known)}.")
+            raise InputError(f"{draw.__name__} has no parameter {name!r}: give one of {', '.join(known)}.")
     return (draw(**{**others, parameter: value}).picture.astype(np.float32) for value in values)

@@ -1,4 +1,4 @@
-"""Where the nearest and the farthest things of a picture lie, from its depth."""
+"""Positions and distances of the nearest and farthest parts of a picture, from its depth map."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from focalgradient.stimuli.sets import Fixation
 __all__ = ["target_of"]
 
 SHARE = 0.02
-"""Share of the pixels that are nearest, and that are farthest, not outliers of a measured depth. Our choice."""
+"""Fraction of the pixels counted as nearest, or farthest, to exclude outliers of measured depth (a design choice)."""
 
 
 def target_of(
     distance: ArrayLike, fixation: Fixation, position: tuple[float, float] | None = None
 ) -> tuple[tuple[float, float], float]:
-    """Where the nearest or farthest thing is, and how far away.
+    """Return the position of the nearest or farthest part of a picture, and its distance.
 
     Parameters
     ----------
     distance
-        In metres along the axis, H x W; ``inf`` for sky, which is never fixated.
+        Distance in metres along the axis, H x W; ``inf`` for sky, which is never fixated.
     fixation
-        ``"nearest"`` or ``"farthest"``: of the 2 % of the pixels that are, the one deepest inside its region.
+        ``"nearest"`` or ``"farthest"``: the innermost pixel of the region of the nearest or farthest 2 % of the pixels.
     position
-        In its place, in pixels from the upper left corner, right and down.
+        Position to use instead, in pixels from the upper left corner, right and down.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def target_of(
     Raises
     ------
     InputError
-        If the distance there is infinite, or everywhere.
+        If the distance is infinite there, or everywhere.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The Necker cube as an eye sees it that fixates one of its vertices, or its centre."""
+"""The Necker cube as seen by an eye that fixates one of its vertices or its centre."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_amount
 __all__ = ["fixated_cube"]
 
 MARK_DEG = 0.15
-"""Radius of the mask around what is fixated."""
+"""Radius in degrees of the mask around the fixation point."""
 
 
 def fixated_cube(
@@ -39,34 +39,34 @@ def fixated_cube(
     pixels_per_degree: float = 30.0,
     pupil_mm: float = 12.0,
 ) -> Stimulus:
-    """Draw one moment of the turning Necker cube, in focus where it is fixated.
+    """Draw one frame of the rotating Necker cube, in focus at the fixation point.
 
-    Lines lie in the same places whatever the gradient and fixation, and give off the same light.
+    Lines have the same positions and the same energy for every gradient and fixation.
 
     Parameters
     ----------
     fixation
-        What is in focus: the vertex that is nearest or farthest in the reading that the gradient shows, or the
-        distance of the cube's centre.
+        Point in focus: the nearest or farthest vertex in the interpretation that the gradient supports, or the distance
+        of the cube's centre.
     gradient
-        Whose depth the blur has: "rigid", the cube's; "nonrigid", the depth-reversed shape's; or "none".
+        Shape whose depth determines the blur: "rigid", the cube; "nonrigid", the depth-reversed shape; or "none".
     turn
-        Turns done.
+        Rotation angle in turns.
     edge_deg, perspective, distance_m, tilt_deg, direction, line_arcmin
-        Of the cube: angle of an edge, edge / distance, distance of its centre, lean of its axis, where its near side
-        moves, and full width at half maximum of a sharp line.
+        Parameters of the cube: angle of an edge, edge / distance, distance of its centre, tilt of its axis, direction
+        in which its near side moves, and full width at half maximum of a sharp line.
     line_light
-        Light of a sharp line in shares of white; where lines meet it adds.
+        Radiance of a sharp line as a fraction of white; where lines meet it adds.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels.
+        Size of the picture in degrees, and its resolution.
     pupil_mm
-        Strength of the gradient: diameter of a pupil at the viewer's place.
+        Strength of the gradient: diameter of a pupil at the viewer's position.
 
     Returns
     -------
     Stimulus
-        `depth_m` is of the reading that the gradient shows (of the cube for "none") on the lines, NaN between them;
-        with the masks "lines" and "fixation".
+        `depth_m` is the depth of the interpretation that the gradient supports (the cube's for "none") on the lines,
+        NaN elsewhere; with the masks "lines" and "fixation".
 
     Raises
     ------
@@ -114,7 +114,8 @@ def fixated_cube(
     picture, sharp = line_light * picture, line_light * sharp
     if sharp.max() > 1:
         raise InputError(
-            f"line_light is {line_light:g}, with which light reaches {sharp.max():.3g} where lines meet, but white is "
+            f"line_light is {line_light:g}, with which radiance reaches {sharp.max():.3g} where lines meet, but "
+            "white is "
             f"1: give at most {math.floor(100 * line_light / sharp.max()) / 100:g}."
         )
     away, depth = _nearest_line(vertices, reading, frame)
@@ -125,7 +126,7 @@ def fixated_cube(
     middle = (vertices.mean(axis=0) if at is None else vertices[at]) - (np.array(frame.shape[::-1]) - 1) / 2
     mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
     masks = {"lines": lines, "fixation": mark}
-    own = frame.pixels(line_arcmin) / (2 * math.sqrt(2 * math.log(2)))  # a sharp line's own standard deviation
+    own = frame.pixels(line_arcmin) / (2 * math.sqrt(2 * math.log(2)))  # standard deviation of a sharp line
     return Stimulus(
         "fixated_cube",
         picture,
@@ -150,11 +151,11 @@ def fixated_cube(
 def _nearest_line(
     vertices: NDArray[np.float64], depth: NDArray[np.float64], frame: Frame
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Of each pixel, the way to the nearest line in pixels, and that line's depth there; the nearer where two cross."""
+    """Return, per pixel, the distance to the nearest line (px) and that line's depth; the nearer line at crossings."""
     rows, columns = frame.shape
     y, x = np.arange(rows)[:, None], np.arange(columns)[None]
     away, found = np.full(frame.shape, np.inf), np.zeros(frame.shape)
-    order = np.argsort([-depth[edge].mean() for edge in EDGES])  # the farthest first
+    order = np.argsort([-depth[edge].mean() for edge in EDGES])  # farthest first
     for start, end in EDGES[order]:
         first, way = vertices[start], vertices[end] - vertices[start]
         part = np.clip(((x - first[0]) * way[0] + (y - first[1]) * way[1]) / max(float(way @ way), 1e-12), 0, 1)

@@ -1,7 +1,7 @@
-"""A folder of files that are whole or not there: made one by one, resumed after a kill, verified when finished.
+"""Resumable output folder of a set: files are written atomically and verified by checksum.
 
-What has been finished is listed with its SHA-256 in ``unfinished.json`` until the manifest takes its place. A file is
-written whole or not at all (`focalgradient.files`): whatever cuts that off, what the list names is valid.
+Finished files are listed with their SHA-256 in ``unfinished.json``, which the manifest replaces at the end. Writing is
+atomic (`focalgradient.files`), so that every listed file is valid even after an interruption.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ MANIFEST, UNFINISHED = "manifest.json", "unfinished.json"
 
 
 class Folder:
-    """The folder of one set.
+    """Output folder of one set.
 
-    `content` is what its list says beside that: whoever makes the set fills it.
+        `content` is the rest of the list's content, which the maker of the set fills in.
 
     Parameters
     ----------
     path
-        Where it is, or is to be.
+        Path of the folder, which may not exist yet.
     settings
-        What makes the set the one it is, as plain JSON. A folder that holds another one is refused.
+        Settings that identify the set, as plain JSON. A folder with another set is rejected.
     versions
-        Of the programs that make it: a set is not finished by others than those that began it.
+        Program versions: a set must be finished by the same versions that began it.
 
     Raises
     ------
     InputError
-        If the folder holds another set, or one begun by other versions, or its list cannot be read.
+        If the folder contains another set, or one begun by other versions, or its list cannot be read.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any], versions: Mapping[str, Any]) -> None:
@@ -58,12 +58,13 @@ class Folder:
             by = dict(found["versions"])
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputError(
-                f"{printable(path / name)} is no list of a set of this kind: choose another folder, or remove the file."
+                f"{printable(path / name)} is not the list of a set of this kind: choose another folder, or remove "
+                "the file."
             ) from error
         other = [key for key in settings if held[key] != json.loads(dumped(settings[key]))]
         if other:
             raise InputError(
-                f"{path} holds another set, which differs in {' and '.join(_differing(settings, held, other))}: "
+                f"{path} contains another set, which differs in {' and '.join(_differing(settings, held, other))}: "
                 "give the same settings, or choose another folder."
             )
         self.damaged = [file for file, sha256 in files.items() if _sha256(path / file) != sha256]
@@ -73,28 +74,28 @@ class Folder:
         self.content = {key: value for key, value in found.items() if key not in {*settings, "versions", "files"}}
         if not (self.complete or by == versions):
             raise InputError(
-                f"{path} was begun by other versions of programs ({_named(by)}; now {_named(versions)}): go on with "
+                f"{path} was begun by other versions of programs ({_named(by)}; now {_named(versions)}): continue with "
                 "those, or choose another folder."
             )
 
     @property
     def complete(self) -> bool:
-        """Whether the set was finished, and is still as it was."""
+        """Whether the set is finished and unchanged."""
         return self.finished and not self.damaged
 
     def has(self, *names: str) -> bool:
-        """Whether all these files are finished and unchanged."""
+        """Return whether all these files are finished and unchanged."""
         return all(name in self.files for name in names)
 
     def put(self, contents: Mapping[str, bytes]) -> None:
-        """Write files, and the list with all that `content` holds by now."""
+        """Write files, then the list with the current `content`."""
         for name, data in contents.items():
             self._write(name, data)
             self.files[name] = hashlib.sha256(data).hexdigest()
         self._write(UNFINISHED, self._listed())
 
     def finish(self) -> None:
-        """Make the list the manifest."""
+        """Replace the list by the manifest."""
         self._write(MANIFEST, self._listed())
         (self.path / UNFINISHED).unlink(missing_ok=True)
         self.finished, self.damaged = True, []
@@ -108,12 +109,13 @@ class Folder:
         known = name in self.files or name in self.damaged or name in (MANIFEST, UNFINISHED)
         if not known and os.path.lexists(place) and _sha256(place) != hashlib.sha256(content).hexdigest():
             raise InputError(
-                f"{printable(place)} is there already and belongs to no set of this kind: move it, or choose another "
+                f"{printable(place)} already exists and does not belong to a set of this kind: move it, or choose "
+                "another "
                 "folder."
             )
         going_on = (
-            "make room or give a folder that you may write in; "
-            f"the {len(self.files)} files finished before are valid, and the same command goes on from them"
+            "free disk space or give a writable folder; "
+            f"the {len(self.files)} files finished so far are valid, and the same command resumes from them"
         )
         try:
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -123,7 +125,7 @@ class Folder:
 
 
 def dumped(content: Any) -> bytes:
-    r"""Strict JSON, as bytes.
+    r"""Return strict JSON as bytes.
 
     >>> dumped({"a": (1, 2)})
     b'{\n "a": [\n  1,\n  2\n ]\n}\n'
@@ -132,7 +134,7 @@ def dumped(content: Any) -> bytes:
 
 
 def _differing(settings: Mapping[str, Any], held: Mapping[str, Any], keys: list[str]) -> list[str]:
-    """What differs, by name."""
+    """Return the names of the settings that differ."""
     changed = []
     for key in keys:
         new, old = json.loads(dumped(settings[key])), held[key]

@@ -1,4 +1,4 @@
-"""A set of pictures of one's own: a table describes each file, and the set is made as ours are."""
+"""Import of the user's own stimuli, described by a table, as a set."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row of the table: `where` names it; `fixations` has all where one pinhole picture serves all."""
+    """A row of the table; `where` identifies it, and `fixations` lists all if one pinhole picture serves all."""
 
     where: str
     file: str
@@ -58,11 +58,11 @@ class Row:
     focus: float | None
     further: Mapping[str, str]
     version: int = 1
-    """Counts the pictures of one scene, aperture and fixation that differ in further columns, from 1."""
+    """Number, from 1, of pictures with the same scene, aperture and fixation that differ in further columns."""
 
     @property
     def stem(self) -> str:
-        """Of the picture's files in the set."""
+        """Stem of the picture's files in the set."""
         end = "" if len(self.fixations) > 1 else f"-{self.fixations[0]}"
         version = "" if self.version == 1 else f"-{self.version}"
         return f"{self.scene}/{self.aperture.replace('/', '')}{end}{version}"
@@ -78,45 +78,46 @@ def import_pictures(
     field: float | None = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
-    """Make a set of pictures that are there already; go on with one that was interrupted, verify a finished one.
+    """Make a set from existing pictures, resume an interrupted one, or verify a finished one.
 
     Parameters
     ----------
     folder
-        That holds the pictures: 8-bit PNG, JPEG or TIFF files, all of one size, as the display is to show them.
+        Folder with the pictures: 8-bit PNG, JPEG or TIFF files, all of one size, encoded for the display.
     table
-        CSV with the columns ``file`` (in `folder`), ``scene``, ``aperture`` (``pinhole`` or an f-number) and
+        CSV file with the columns ``file`` (in `folder`), ``scene``, ``aperture`` (``pinhole`` or an f-number) and
         ``fixation`` (``nearest``, ``farthest``, or any other names of letters, digits and _; may be empty for a pinhole
-        picture, which then serves all). It may
-        have ``x_px`` and ``y_px`` (where the fixated object is, from the upper left corner), ``depth`` (a file in
-        `folder`, in metres) and ``focus_m``; every other column is kept in the manifest.
+        picture, which then serves all). Optional columns are ``x_px`` and ``y_px`` (position of the fixated object from
+        the upper left corner), ``depth`` (a file in `folder`, in metres) and ``focus_m``; all other columns are copied
+        to the manifest.
     out
-        Folder for the set.
+        Output folder of the set.
     display
-        What they are shown on.
+        Display for which the pictures are made.
     focal_length
-        Of the lens in metres, by which f/N is a diameter: the design's ``focal_length_mm`` must be the same.
+        Focal length of the lens in metres, which relates f-numbers to diameters; must equal the design's
+        ``focal_length_mm``.
     field
-        Width of the pictures, as an angle in radians at the camera. With it, spectra and shifts of the pictures of a
-        scene with a pinhole picture and ``depth`` are measured as of our own scenes, against a lens of `focal_length`;
-        without it, mean luminance only.
+        Width of the pictures as an angle in radians at the camera. If given, spectra and shifts of the pictures of
+        scenes with a pinhole picture and ``depth`` are measured as in generated sets, for a lens of `focal_length`;
+        otherwise only mean luminance is measured.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     StimulusSet
-        As `read_set` reads it. What the table does not give is NaN.
+        The set, as returned by `read_set`. Values missing from the table are NaN.
 
     Raises
     ------
     InputError
-        If the table is wrong (row and column are named), or a picture cannot be read or shown.
+        If the table is invalid (row and column are named), or a picture cannot be read or displayed.
 
     Warns
     -----
     FocalGradientWarning
-        If the place of a fixated object is not given: its mark is put in the middle of the picture.
+        If the position of a fixated object is missing: the centre of the picture is used.
     """
     folder, table, out = Path(folder), Path(table), Path(out)
     display, say = display or Display(), progress or (lambda share, words: None)
@@ -171,21 +172,21 @@ def import_pictures(
 
 
 def _rows(table: Path) -> list[Row]:
-    """The rows, each checked by itself and against those before it."""
+    """Return the rows, each validated by itself and against the preceding ones."""
     text, name = read_text(table, "a table of pictures"), printable(table)
     first = text.partition("\n")[0]
     delimiter = next((mark for mark in ",;\t" if mark in first), ",")
     try:
         lines = list(csv.reader(io.StringIO(text), delimiter=delimiter, strict=True))
     except csv.Error as error:
-        raise InputError(f"{name} is no CSV table ({error}): save it as CSV.") from error
+        raise InputError(f"{name} is not a CSV table ({error}): save it as CSV.") from error
     header = [cell.strip() for cell in lines[0]] if lines else []
     missing = [column for column in REQUIRED if column not in header]
     if missing:
         raise InputError(f"{name} has no column {missing[0]!r}, but must have {', '.join(REQUIRED)}: add it.")
     twice = [column for column in header if header.count(column) > 1]
     if twice:
-        raise InputError(f"{name} row 1: the column {twice[0]!r} stands there twice: leave one out.")
+        raise InputError(f"{name} row 1: the column {twice[0]!r} occurs twice: remove one.")
     every = _fixations([row[header.index("fixation")].strip() for row in lines[1:] if len(row) == len(header)])
     rows: list[Row] = []
     known: dict[tuple[object, ...], str] = {}
@@ -195,14 +196,15 @@ def _rows(table: Path) -> list[Row]:
             continue
         where = f"{name} row {number}"
         if len(cells) != len(header):
-            raise InputError(f"{where} has {len(cells)} cells, but the header has {len(header)}: mend the row.")
+            raise InputError(f"{where} has {len(cells)} cells, but the header has {len(header)}: correct the row.")
         row = _row(where, dict(zip(header, (cell.strip() for cell in cells), strict=True)), every)
         for end in row.fixations:
             before = known.setdefault((row.scene, row.aperture, end, *row.further.values()), where)
             if before != where:
                 raise InputError(
-                    f"{where}, columns scene, aperture and fixation: the same stand in row {before.split()[-1]}; give "
-                    "pictures that differ in something else a further column that says so, or scenes of other names."
+                    f"{where}, columns scene, aperture and fixation: the same values occur in row "
+                    f"{before.split()[-1]}: give "
+                    "pictures that differ otherwise a further column, or different scene names."
                 )
         same = (row.scene, row.aperture, *row.fixations)
         versions[same] += 1
@@ -213,7 +215,7 @@ def _rows(table: Path) -> list[Row]:
 
 
 def _fixations(cells: Sequence[str]) -> tuple[Fixation, ...]:
-    """Names of all fixations that a table has: nearest and farthest, unless others are named."""
+    """Return the names of all fixations in a table: nearest and farthest, unless others are named."""
     named = tuple(dict.fromkeys(name for name in cells if name))
     return FIXATIONS if set(named) <= {*FIXATIONS} else named
 
@@ -247,10 +249,10 @@ def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
     x, y = number("x_px"), number("y_px")
     if (x is None) != (y is None):
         column = "x_px" if x is None else "y_px"
-        raise InputError(f"{where}, column {column}: is empty, but x_px and y_px belong together: give both.")
+        raise InputError(f"{where}, column {column}: is empty, but x_px and y_px must be given together: give both.")
     if both and x is not None:
         raise InputError(
-            f"{where}, column x_px: has a place, but column fixation names no object: leave x_px and y_px empty."
+            f"{where}, column x_px: has a position, but column fixation is empty: leave x_px and y_px empty."
         )
     return Row(
         where,
@@ -266,7 +268,7 @@ def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
 
 
 def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[str, str], tuple[int, int]]:
-    """SHA-256 of every source, and width and height of all pictures."""
+    """Return the SHA-256 of every source, and the common width and height."""
     hashes: dict[str, str] = {}
     size: tuple[int, int] | None = None
     for row in rows:
@@ -284,10 +286,12 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
             raise InputError(f"{where} those before it {size[0]} x {size[1]}: crop all pictures to one size.")
         if width % 2 or height % 2:
             even = f"{width - width % 2} x {height - height % 2}"
-            raise InputError(f"{where} both must be even, as odd pictures are smeared on displays: crop it to {even}.")
+            raise InputError(
+                f"{where} both must be even, as displays interpolate centred pictures of odd size: crop it to {even}."
+            )
         if width > display.size_px[0] or height > display.size_px[1]:
             raise InputError(
-                f"{where} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or take another display."
+                f"{where} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or use another display."
             )
         if row.position is not None:
             for column, value, side in zip(("x_px", "y_px"), row.position, size, strict=True):
@@ -300,7 +304,7 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
 
 
 def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
-    """The 8-bit values of a picture, H x W x 3."""
+    """Return the 8-bit values of a picture, H x W x 3."""
     where = f"{row.where}, column file: {row.file}"
     try:
         content = io.BytesIO(read_bytes(folder / row.file, "a picture"))
@@ -319,7 +323,7 @@ def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
 
 
 def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int], ends: tuple[Fixation, ...]) -> bool:
-    """Put a scene with its depth into the set's content; whether a mark had to be put in the middle."""
+    """Add a scene with its depth to the set's content; return whether a mark had to be placed at the centre."""
     name = rows[0].scene
     with_depth = [row for row in rows if row.depth is not None]
     other = next((row for row in with_depth if row.depth != with_depth[0].depth), None)
@@ -347,7 +351,10 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
         places = [row for row in own if row.position is not None]
         other = next((row for row in places if row.position != places[0].position), None)
         if other is not None:
-            raise InputError(f"{other.where}, column x_px: another position stands above for this scene and fixation.")
+            raise InputError(
+                f"{other.where}, column x_px: differs from the position given above for this scene and fixation: "
+                "give one position."
+            )
         position = places[0].position if places else None
         distance = next((row.focus for row in own if row.focus is not None), None)
         if position is None and end not in FIXATIONS:  # depth does not give its position
@@ -369,7 +376,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
 
 
 def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_length: float) -> None:
-    """Put a picture into the set, and what its content says of it."""
+    """Add a picture and its entry to the set."""
     values = _values(folder, row)
     light = display.decode(values).astype(np.float32)
     if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
@@ -397,7 +404,7 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
 
 
 def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
-    """Spectrum and shift of every picture whose pinhole picture, depth and focus are known, against blur by discs."""
+    """Measure spectrum and shift of pictures with known pinhole picture, depth and focus, relative to disc blur."""
     weights = np.array(LUMINANCE)
     for name, scene in content["scenes"].items():
         shown = [one for one in content["pictures"] if one["scene"] == name]
@@ -418,7 +425,7 @@ def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
 
 
 def _compare(content: dict[str, Any]) -> None:
-    """Mean luminance against the pinhole picture's, for every scene that has one."""
+    """Compute mean luminance relative to the pinhole picture, for every scene that has one."""
     for scene in content["controls"]["scenes"].values():
         sharp = [one for stem, one in scene["pictures"].items() if stem.startswith("pinhole")]
         for one in scene["pictures"].values():
@@ -431,6 +438,6 @@ def _compare(content: dict[str, Any]) -> None:
 
 
 def _apertures(rows: Sequence[Row]) -> list[str]:
-    """The apertures from the smallest to the largest, the pinhole first."""
+    """Return the apertures from smallest to largest, the pinhole first."""
     found = {row.aperture for row in rows}
     return sorted(found, key=lambda name: -math.inf if name == "pinhole" else -float(name[2:]))

@@ -1,8 +1,8 @@
-"""Blur of whole layers, random textures, and layers over one another: what the drawn stimuli are composed of.
+"""Building blocks of drawn stimuli: blurred layers, random textures, and occlusion between layers.
 
-A layer has light and coverage. What lies in front hides by its *blurred* coverage what lies behind, which goes on
-complete behind it: light = near + (1 - coverage) far, in linear light. Each is blurred by its own blur alone. That is
-exact where either of the two is in focus; where both are blurred it takes the two blurs as independent.
+A layer has radiance and coverage. A near layer occludes a far one, which continues behind it, by its *blurred*
+coverage: radiance = near + (1 - coverage) far, in linear radiance. Each layer is blurred independently. This is exact
+if either layer is in focus; if both are blurred, it treats the two blurs as independent.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ __all__ = [
 ]
 
 Equal = ("luminance", "contrast", "spectrum")
-"""What can be equalised over blur."""
+"""Properties that can be equalised."""
 
 REACH = 5.0
-"""Standard deviations to which a Gaussian is followed: 6e-7 of its light lies beyond."""
+"""Extent of a Gaussian in standard deviations: 6e-7 of its energy lies outside."""
 
 COARSE_PX, FINE = 1.5, 4
-"""Blur (px) below which edges are blurred on a grid this many times finer: on that of the pixels they ring by 1 %."""
+"""Blur (px) below which edges are blurred on a grid finer by this factor: on the pixel grid they would ring by 1 %."""
 
 CLIP = 3.0
-"""Standard deviations at which a Gaussian texture is clipped, so that its light stays in range: 0.3 % of its pixels."""
+"""Standard deviations at which a Gaussian texture is clipped, to limit its range: affects 0.3 % of the pixels."""
 
 
 def reach_of(sd_px: float) -> int:
-    """Pixels to which a blur of this standard deviation reaches."""
+    """Return the extent in pixels of blur with this standard deviation (px)."""
     return math.ceil(REACH * sd_px) + 2
 
 
 def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "beyond") -> NDArray[np.float64]:
-    """Blur a picture, taken as periodic, by its exact transfer at every frequency of the grid; light is kept.
+    """Blur a periodic picture by the exact transfer at every frequency of the grid, with unit gain at frequency 0.
 
     >>> from focalgradient.psf import Gaussian
     >>> wave = np.cos(2 * np.pi * 0.125 * np.arange(16)) * np.ones((16, 1))
@@ -69,21 +69,21 @@ def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "b
 def coverage(
     fine: NDArray[np.floating], factor: int, sd_px: float, psf: Psf, side: Side = "beyond"
 ) -> NDArray[np.float64]:
-    """Blurred coverage of pixels, from coverage on a grid that is finer by `factor`; within 0 to 1."""
+    """Return the blurred coverage of pixels, 0 to 1, from coverage on a grid finer by `factor`."""
     spread = np.clip(blurred(fine, sd_px * factor, psf, side), 0, 1)
     rows, columns = fine.shape
     return spread.reshape(rows // factor, factor, columns // factor, factor).mean(axis=(1, 3))
 
 
 def fineness(sd_px: float) -> int:
-    """How many times finer than the pixels edges of this blur are blurred."""
+    """Return the factor by which the grid for blurring edges is finer than the pixels."""
     return FINE if 0 < sd_px < COARSE_PX else 1
 
 
 def noise(shape: tuple[int, int], seed: Any, slope: float = 1.0) -> NDArray[np.float64]:
-    """Random Gaussian texture, periodic, mean 0 and standard deviation 1, whose amplitude falls as 1/f^slope.
+    """Return a periodic Gaussian random texture with mean 0, standard deviation 1 and amplitude spectrum 1/f^slope.
 
-    It is clipped at 3 standard deviations, then brought to mean 0 and standard deviation 1 again.
+    It is clipped at 3 standard deviations, then standardised again.
 
     >>> texture = noise((64, 64), seed=1)
     >>> round(float(texture.std()), 6), bool(np.abs(texture).max() < 3.1)
@@ -98,13 +98,13 @@ def noise(shape: tuple[int, int], seed: Any, slope: float = 1.0) -> NDArray[np.f
 
 
 def standard(field: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A field with mean 0 and standard deviation 1; 0 where it is uniform."""
+    """Return a field standardised to mean 0 and standard deviation 1; 0 if it is uniform."""
     spread = float(field.std())
     return (field - field.mean()) / spread if spread > 0 else np.zeros(field.shape)
 
 
 def same_spectrum(picture: NDArray[np.float64], of: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The picture with the amplitude of another at each spatial frequency, and its own phase.
+    """Return a picture with the amplitude spectrum of another and its own phase spectrum.
 
     >>> one, other = noise((32, 32), 1), noise((32, 32), 2)
     >>> made = same_spectrum(one, other)
@@ -118,7 +118,7 @@ def same_spectrum(picture: NDArray[np.float64], of: NDArray[np.float64]) -> NDAr
 
 
 def check_equalise(equalise: Any) -> tuple[str, ...]:
-    """The names of what is to be equalised, refused unless each can be."""
+    """Return the validated names of the properties to equalise."""
     names = check_list("equalise", equalise, "names")
     for name in names:
         if name not in Equal:
@@ -129,12 +129,12 @@ def check_equalise(equalise: Any) -> tuple[str, ...]:
 def equalised(
     picture: NDArray[np.float64], sharp: NDArray[np.float64], equalise: Sequence[str], mean: float
 ) -> NDArray[np.float64]:
-    """A picture made alike to its sharp version: in amplitude spectrum, in mean luminance, in RMS contrast.
+    """Return a picture equalised to its sharp version in amplitude spectrum, mean luminance and RMS contrast.
 
     Raises
     ------
     InputError
-        If light would leave 0 to 1.
+        If radiance would leave the range 0 to 1.
     """
     made = picture
     if "spectrum" in equalise:
@@ -146,7 +146,7 @@ def equalised(
     if made.min() < -1e-9 or made.max() > 1 + 1e-9:
         most = min(mean / (mean - made.min()), (1 - mean) / (made.max() - mean)) if equalise else 1.0
         raise InputError(
-            f"equalising {' and '.join(equalise)} takes light to {made.min():.3g} to {made.max():.3g}, but it must "
+            f"equalising {' and '.join(equalise)} takes radiance to {made.min():.3g} to {made.max():.3g}, but it must "
             f"stay within 0 to 1: multiply contrast by {max(0.0, math.floor(95 * most) / 100):.2g}."
         )
     return np.clip(made, 0, 1)

@@ -1,4 +1,4 @@
-"""Dead leaves: ellipses of random size, place and luminance over one another, each with its own blur."""
+"""Dead-leaves stimuli: overlapping ellipses of random size, position and luminance, each with its own blur."""
 
 from __future__ import annotations
 
@@ -30,31 +30,31 @@ from focalgradient.stimuli.stimulus import (
 __all__ = ["dead_leaves"]
 
 UNIFORM_PEAK = math.sqrt(3)
-"""Largest value of a uniform distribution, in standard deviations."""
+"""Maximum of a uniform distribution in standard deviations."""
 
 LEFT = 1e-3
-"""Share of the light still to come through all leaves at which the picture is finished: a quarter of an 8-bit step."""
+"""Maximum transmission through all leaves at which the picture counts as finished: a quarter of an 8-bit step."""
 
 HIDDEN = 1e-4
-"""Share of the light that comes through the leaves in front below which a leaf need not be drawn."""
+"""Transmission through the leaves in front below which a leaf is not drawn."""
 
 SEEN = 0.01
-"""Share of a pixel's light from which on a leaf counts as seen there."""
+"""Fraction of a pixel's radiance from which a leaf counts as visible there."""
 
 LOOK = 20
-"""Leaves, at least, after which it is looked at what is still to be covered."""
+"""Minimum number of leaves between checks of the remaining uncovered area."""
 
 FINE_PX, TIMES = 1.5, 6
-"""Blur (px) below which the radius of a kernel is corrected, so many times, until its variance is right: a kernel of
-0.05 pixels is too wide by 17 % at first, and by less than 0.1 % then."""
+"""Blur (px) below which a kernel's radius is corrected iteratively for its variance, and number of iterations: a kernel
+of 0.05 px is too wide by 17 % initially, and by less than 0.1 % afterwards."""
 
 MOST = 400_000
-"""Leaves after which what is left shows the mean luminance."""
+"""Maximum number of leaves; remaining gaps show the mean luminance."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Leaf:
-    """Middle (y, x) and half axes in pixels, the angle of the first axis, and luminance."""
+    """Centre (y, x) and semi-axes in pixels, angle of the first axis (rad), and luminance."""
 
     y: float
     x: float
@@ -84,42 +84,42 @@ def dead_leaves(
     side: Side = "beyond",
     seed: int = 0,
 ) -> Stimulus:
-    """Draw dead leaves with a given number of blurs, each leaf with one of them (Taylor and Bex 2015).
+    """Draw dead leaves with a given set of blurs, each leaf with one of them (Taylor and Bex 2015).
 
-    Each leaf hides, by its blurred coverage, what lies behind: light is composed leaf by leaf, from the front to the
-    back, in linear luminance. Leaves of one blur hide each other before they are blurred, as things in one plane do.
+    Each leaf occludes what lies behind by its blurred coverage: the picture is composed leaf by leaf, from front to
+    back, in linear luminance. Leaves with the same blur occlude each other before blurring, as objects in one plane do.
 
     Parameters
     ----------
     blurs_arcmin
-        The blurs: standard deviation along an axis, in arcmin; as many leaves have each.
+        Blurs: standard deviation along an axis, in arcmin; each is assigned to equally many leaves.
     order
-        What lies in front: "random", whatever its blur; or "depth", what is nearer by the depth of its blur, each
-        depth taking about an equal share of the picture.
+        Occlusion order: "random", independent of blur; or "depth", ordered by the depth that corresponds to the blur,
+        with about equal areas per depth.
     smallest_deg, largest_deg, exponent
-        Leaves' radii r lie between these, in degrees, and are distributed as 1 / r^exponent.
+        Range of the leaves' radii r in degrees, and exponent of their distribution, 1 / r^exponent.
     aspect
-        Long over short axis of the leaves, at most; each leaf's is drawn evenly between 1 and this. Areas stay.
+        Maximum ratio of long to short axis; each leaf's is uniformly distributed between 1 and this, at constant area.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels.
+        Size of the picture in degrees, and its resolution.
     mean, contrast
-        Of the leaves' luminances, which are distributed evenly: mean in shares of white, standard deviation / mean.
+        Mean (as a fraction of white) and standard deviation / mean of the leaves' uniformly distributed luminances.
     equalise
-        What is made as in the same leaves without blur: "luminance" (mean), "contrast" (RMS) and "spectrum"
-        (amplitude at each spatial frequency; phase stays).
+        Properties equalised to those of the same leaves without blur: "luminance" (mean), "contrast" (RMS), "spectrum"
+        (amplitude spectrum; phases are kept).
     psf
-        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
+        Blur shape, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
-        Of the eye by which blur is turned into depth.
+        Focus distance and pupil diameter of the eye, which relate blur to depth.
     side
-        Of the focus, on which that depth lies: "beyond", where blur has a limit, or "nearer".
+        Side of focus on which that depth lies: "beyond", where blur has an upper limit, or "nearer".
     seed
-        The same seed gives the same leaves, whatever their blur.
+        Random seed of the leaves, which do not depend on blur.
 
     Returns
     -------
     Stimulus
-        With a mask for each blur, "0 arcmin" and so on: where a leaf of that blur gives most of the light.
+        Stimulus with one mask per blur ("0 arcmin" etc.), which marks where leaves of that blur contribute most.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def _leaves(
     light: tuple[float, float],
     seed: int,
 ) -> Iterator[_Leaf]:
-    """Leaves from the front to the back, the same for a seed whatever the blur, unless it is wider than the leaves."""
+    """Yield leaves from front to back, the same for a seed at any blur up to the size of the leaves."""
     random = np.random.default_rng([seed, 0])
     low, high = sizes
     largest = high * math.sqrt(aspect)
@@ -228,14 +228,14 @@ def _leaves(
 
 
 def _variance(kernel: NDArray[np.float64]) -> float:
-    """Variance along an axis in px^2."""
+    """Return the variance along an axis in px^2."""
     place = np.arange(len(kernel)) - len(kernel) // 2
     return float(kernel.sum(axis=0) @ place**2)
 
 
 @dataclass(frozen=True, slots=True)
 class _Spread:
-    """A blur: its standard deviation (px), how far it reaches (px), and its kernel, None for none."""
+    """A blur: standard deviation (px), extent (px), and kernel (None for no blur)."""
 
     sd: float
     reach: int
@@ -243,7 +243,7 @@ class _Spread:
 
     @classmethod
     def of(cls, sd: float, psf: Psf, side: Side) -> _Spread:
-        """Make the kernel: positive, and of the stated standard deviation."""
+        """Return the blur with a non-negative kernel of the given standard deviation."""
         if sd == 0:
             return cls(0.0, 1, None)
         radius = float(psf.radius_of(sd))
@@ -256,7 +256,7 @@ class _Spread:
         return cls(sd, len(kernel) // 2 + 1, kernel)
 
     def __call__(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Blur a part of a picture that is dark within the reach of its rim."""
+        """Blur a part of a picture that is zero within the kernel's extent of its border."""
         if self.kernel is None:
             return light
         spread: NDArray[np.float64] = fftconvolve(light, self.kernel, mode="same")
@@ -264,7 +264,7 @@ class _Spread:
 
 
 class _Plane:
-    """Leaves of one blur: the share of each pixel that they cover before they are blurred, and after."""
+    """Leaves of one blur: the fraction of each pixel that they cover, before and after blurring."""
 
     def __init__(self, shape: tuple[int, int], spread: _Spread) -> None:
         self.spread = spread
@@ -273,17 +273,17 @@ class _Plane:
 
 
 Made = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int_], NDArray[np.float64]]
-"""A picture, the same without blur, the number of the blur that gives most of its light, and the least blur (px) in it:
-a sharp leaf may be seen through the blurred edge of another."""
+"""A picture; the same without blur; per pixel, the index of the blur that contributes most, and the smallest visible
+blur (px), since a sharp leaf may show through another's blurred edge."""
 
 
 def _composed(
     leaves: Iterator[_Leaf], shape: tuple[int, int], mean: float, spreads: Sequence[_Spread], order: str, seed: int
 ) -> Made:
-    """Leaves over one another, from the front.
+    """Compose overlapping leaves from front to back.
 
-    A leaf shows what the leaves of its own blur in front of it leave of it, blurred, through what those of each other
-    blur leave: light = leaf x (free part blurred) x product of (1 - coverage blurred).
+    A leaf's visible part, after occlusion by leaves of the same blur, is blurred and attenuated by the leaves of
+    every other blur in front: radiance = leaf x (visible part, blurred) x product of (1 - blurred coverage).
     """
     pad = max(spread.reach for spread in spreads)
     canvas = shape[0] + 2 * pad, shape[1] + 2 * pad
@@ -331,7 +331,7 @@ def _composed(
 def _cover(
     leaf: _Leaf, reach: int, pad: int, canvas: tuple[int, int]
 ) -> tuple[tuple[slice, slice], NDArray[np.float64]] | tuple[None, NDArray[np.float64]]:
-    """The part of the canvas that a leaf may reach, and its coverage there, its edge smoothed over a pixel."""
+    """Return the part of the canvas within a leaf's reach, and its anti-aliased coverage there."""
     half = math.ceil(leaf.long) + reach + 1
     first = math.floor(leaf.y) + pad - half, math.floor(leaf.x) + pad - half
     rows, columns = (
@@ -344,6 +344,6 @@ def _cover(
     cos, sin = math.cos(leaf.angle), math.sin(leaf.angle)
     along, across = (x * cos + y * sin) / leaf.long, (y * cos - x * sin) / leaf.short
     radius = np.hypot(along, across)
-    # Distance from the outline to first order: the ellipse's own function over its slope.
+    # First-order distance from the ellipse: its implicit function divided by its gradient.
     slope = np.hypot(along / leaf.long, across / leaf.short) / np.maximum(radius, 1e-9)
     return (rows, columns), np.clip(0.5 + (1 - radius) / np.maximum(slope, 1 / leaf.long), 0, 1)

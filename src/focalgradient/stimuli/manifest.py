@@ -1,4 +1,4 @@
-"""What the manifest of a set of pictures holds, as a checked table: it is read from disk, where anything may stand."""
+"""Validated schema of a set's manifest, which is read from disk."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ __all__ = ["Manifest", "StimulusRecord", "StoredDisplay"]
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Known = float | None
-"""A number, or null where it is not known, as of imported pictures."""
+"""A number, or null if unknown, as in imported sets."""
 
 
 class _Entry(Table):
-    """A part of a manifest: further keys are kept for people to read."""
+    """A part of a manifest; unknown keys are ignored."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -51,7 +51,7 @@ class _Picture(_Entry):
 
 
 class StoredDisplay(_Entry):
-    """The display that pictures are made for."""
+    """Display for which pictures are made."""
 
     size_px: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(description="two whole numbers of pixels")
     pixel_pitch_mm: float = Field(description="a number of millimetres")
@@ -62,7 +62,7 @@ class StoredDisplay(_Entry):
 
 
 class Manifest(_Entry):
-    """The manifest of a set of pictures for depth rating."""
+    """Manifest of a depth-rating set."""
 
     tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "scenes": _Scene, "pictures": _Picture}
 
@@ -83,7 +83,7 @@ class _Controlled(Table):
 
 
 class StimulusRecord(_Entry):
-    """The record of a drawn stimulus that stands beside its arrays."""
+    """Record of a drawn stimulus, stored beside its arrays."""
 
     tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "controlled": _Controlled}
 

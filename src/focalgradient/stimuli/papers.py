@@ -1,6 +1,7 @@
-"""Stimuli of published experiments, by the paper's key in the bibliography and the name of a condition.
+"""Stimuli of published experiments, by the paper's bibliography key and the name of a condition.
 
-Of each it is kept which parameters the paper's abstract or its authors' page states; all others are our choice.
+Each lists the parameters stated in the paper's abstract or on its authors' page; all others are choices of this
+package.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ __all__ = ["PAPERS", "Paper", "replica"]
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A published experiment: the function that draws its stimuli, and its conditions' parameters.
+    """A published experiment: the drawing function of its stimuli, and the parameters of its conditions.
 
     Parameters
     ----------
     draw
-        Makes the stimulus.
+        Drawing function of the stimulus.
     conditions
-        Parameters of each condition, by its name.
+        Parameters of each condition, by name.
     stated
-        Names of the parameters whose values the paper's abstract or its authors' page states.
+        Names of the parameters whose values are stated in the paper's abstract or on its authors' page.
     """
 
     draw: Callable[..., Stimulus]
@@ -52,11 +53,11 @@ _BORDERS = {
 _STRAIGHT = {name: _border(*given, border="straight") for name, given in _BORDERS.items()}
 
 LEVELS_ARCMIN = (0.0, 0.5, 1.0, 1.5, 2.25, 3.25, 4.5, 6.0)
-"""Blurs of the leaves, each a discriminable step from the one before; our choice."""
+"""Blurs of the leaves in arcmin, spaced by discriminable steps (a design choice)."""
 
 HELD_M = 783.0
-"""Distance (m) of the scene whose blur at 0.36, 0.23 and 0.15 m needs apertures of 10.0, 15.65 and 24.5 m, for a pupil
-of 4.6 mm."""
+"""Scene distance (m) at which simulated distances of 0.36, 0.23 and 0.15 m require apertures of 10.0, 15.65 and 24.5 m,
+for a pupil of 4.6 mm."""
 
 PAPERS: dict[str, Paper] = {
     "mather1996": Paper(texture_border, _STRAIGHT, ()),
@@ -130,7 +131,7 @@ PAPERS: dict[str, Paper] = {
         ("eccentricity_deg", "quadrant", "window_deg", "focus_m", "psf"),
     ),
 }
-"""By the key of the bibliography."""
+"""Published experiments by bibliography key."""
 
 
 def replica(paper: str, condition: str | None = None, **others: Any) -> Stimulus:
@@ -139,17 +140,18 @@ def replica(paper: str, condition: str | None = None, **others: Any) -> Stimulus
     Parameters
     ----------
     paper
-        Key in the bibliography: one of `PAPERS`.
+        Bibliography key, one of `PAPERS`.
     condition
-        One of the paper's, as ``PAPERS[paper].conditions`` lists them; None: the first.
+        A condition listed in ``PAPERS[paper].conditions``; None: the first.
     others
-        Parameters of the function that draws it, in place of ours.
+        Parameters of the drawing function that replace the defaults.
 
     Returns
     -------
     Stimulus
-        ``controlled["stated_in_paper"]`` names the parameters whose values the paper's abstract or its authors' page
-        states; the others are ours: compare them with the paper before you call it a replication.
+        ``controlled["stated_in_paper"]`` names the parameters whose values are stated in the paper's abstract or on its
+        authors' page; the others are choices of this package: compare them with the paper before calling it a
+        replication.
 
     Raises
     ------
@@ -172,7 +174,9 @@ def replica(paper: str, condition: str | None = None, **others: Any) -> Stimulus
     try:
         drawn = known.draw(**given)
     except TypeError as error:
-        raise InputError(f"{paper} is drawn by {known.draw.__name__}, which refuses this: {error}.") from error
+        raise InputError(
+            f"{paper} is drawn by {known.draw.__name__}, which rejected the parameters: {error}."
+        ) from error
     stated = [name for name in known.stated if name not in others]
     about = {"condition": condition, "stated_in_paper": stated}
     return replace(drawn, source=(paper,), controlled={**drawn.controlled, **about})

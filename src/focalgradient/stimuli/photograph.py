@@ -1,4 +1,4 @@
-"""The conditions of depth rating made from photographs whose depth is known: the blur of a lens put into them."""
+"""Depth-rating sets from photographs with known depth, blurred as by a lens."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from focalgradient.stimuli.sheet import sheet_png
 __all__ = ["make_from_photographs"]
 
 Photograph = tuple[NDArray[np.floating], NDArray[np.floating]]
-"""Sharp linear light, H x W or H x W x 3, and the distance of each pixel in metres, H x W."""
+"""Sharp linear radiance, H x W or H x W x 3, and distance of each pixel in metres, H x W."""
 
 
 def make_from_photographs(
@@ -46,35 +46,36 @@ def make_from_photographs(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
-    """Make a set for depth rating from photographs; go on with one that was interrupted, verify a finished one.
+    """Make a depth-rating set from photographs, resume an interrupted one, or verify a finished one.
 
     Parameters
     ----------
     out
-        Folder for the set.
+        Output folder of the set.
     photographs
-        By the name of the scene: the sharp picture in *linear* light, and its depth in metres. All of one size. 1 is
-        the display's white; brighter pictures are scaled so that their brightest pixel is.
+        Sharp picture in *linear* radiance and its depth in metres, by scene name, all of one size. 1 is the display's
+        white; brighter pictures are scaled to a maximum of 1.
     pixel_angle
-        Angle in radians of a pixel at the camera that took them.
+        Angle in radians subtended by a pixel of the camera.
     apertures
-        f-numbers of a lens of 50 mm; the pinhole, which is the photograph itself, is added.
+        f-numbers of a 50 mm lens; the pinhole (the photograph itself) is added.
     display
-        What they are shown on.
+        Display for which the pictures are made.
     executor
-        What blurs the pictures; the files do not depend on it. None: this process.
+        Executor that blurs the pictures; the files do not depend on it. None: this process.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     StimulusSet
-        As `read_set` reads it. The nearest and the farthest things are found in the depth, each in focus in turn.
+        The set, as returned by `read_set`. The nearest and the farthest parts are found from the depth; each is in
+        focus in turn.
 
     Raises
     ------
     InputError
-        If a picture and its depth do not agree, do not fit the display, or the display cannot carry the blur.
+        If a picture and its depth do not match, do not fit the display, or the display cannot resolve the blur.
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
     lenses = named_apertures(apertures)
@@ -120,8 +121,8 @@ def make_from_photographs(
         )
         light = folder.content["controls"]["mean_luminance_percent"]["worst"]
         note = (
-            f"Rings: what is in focus. Shown at {display.degrees(shape[1]):.1f} degrees of visual angle.\n"
-            f"Mean luminance differs between conditions of a scene by {light:.2g} % at most."
+            f"Rings: point in focus. Shown at {display.degrees(shape[1]):.1f} degrees of visual angle.\n"
+            f"Maximum difference in mean luminance between conditions of a scene: {light:.2g} %."
         )
         folder.put({"sheet.png": sheet_png(out, folder.content, note)})
         folder.finish()
@@ -130,7 +131,7 @@ def make_from_photographs(
 
 
 def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[int, int]:
-    """Height and width of all pictures."""
+    """Return the common height and width of the pictures."""
     if not photographs:
         raise InputError("photographs is empty, but must have a picture with its depth: give one.")
     first: tuple[int, int] | None = None
@@ -150,18 +151,21 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
             )
         if height % 2 or width % 2:
             raise InputError(
-                f"{name} has {width} x {height} pixels, but both must be even, as odd pictures are smeared on "
-                f"displays: crop it and its depth to {width - width % 2} x {height - height % 2}."
+                f"{name} has {width} x {height} pixels, but both must be even, as displays interpolate centred "
+                "pictures of odd size: "
+                f"crop it and its depth to {width - width % 2} x {height - height % 2}."
             )
         if width > display.size_px[0] or height > display.size_px[1]:
             raise InputError(
                 f"{name} has {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
-                "reduce picture and depth, or take another display."
+                "reduce picture and depth, or use another display."
             )
         if not (np.isfinite(light).all() and light.min() >= 0 and light.max() > 0):
-            raise InputError(f"{name} holds light that is negative, not finite or zero everywhere: mend the picture.")
+            raise InputError(
+                f"{name} contains radiance that is negative, not finite or zero everywhere: correct the picture."
+            )
         if not (distance > 0).all():
-            raise InputError(f"{name} holds distances that are not positive: fill the holes of its depth.")
+            raise InputError(f"{name} contains distances that are not positive: fill the holes of its depth.")
         stored_distance(distance, name)
     assert first is not None
     return first
@@ -169,7 +173,7 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Condition:
-    """A photograph, whose depth is known, through one lens."""
+    """A photograph with known depth, and the lens through which it is to be seen."""
 
     sharp: NDArray[np.float32]
     distance: NDArray[np.floating]
@@ -178,7 +182,7 @@ class _Condition:
 
 
 def _blurred(condition: _Condition) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """The light of the picture, and what was measured in it."""
+    """Return the radiance of the blurred picture, and its measures."""
     sharp, distance, optics, weights = condition.sharp, condition.distance, condition.optics, np.array(LUMINANCE)
     blurred = sharp
     if optics.aperture_diameter > 0:
@@ -202,7 +206,7 @@ def _scene(
     executor: Executor | None,
     say: Progress,
 ) -> None:
-    """Make the pictures of one photograph, and their part of the folder's content."""
+    """Make the pictures of one photograph, and their entries in the folder's content."""
     sharp, distance = photograph
     sharp = sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2)
     sharp = np.asarray(sharp / max(1.0, float(sharp.max())), np.float32)
@@ -211,7 +215,7 @@ def _scene(
     for end in FIXATIONS:
         for aperture in lenses:
             shown[end, aperture] = stem_of(aperture, end), Pupil(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1])
-    optics_of = dict(shown.values())  # the pinhole's first
+    optics_of = dict(shown.values())  # pinhole first
     jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
     known: dict[str, Any] = {}
     for stem, (light, measured) in zip(optics_of, in_order(executor, _blurred, jobs), strict=True):

@@ -1,4 +1,4 @@
-"""A finished set of pictures, read from its folder."""
+"""Reading of finished sets of pictures."""
 
 from __future__ import annotations
 
@@ -36,24 +36,24 @@ __all__ = [
 ]
 
 LARGEST_PICTURE = 256 << 20
-"""Bytes: an 8-bit PNG of the largest display has some 100 MB."""
+"""Maximum size of a picture file in bytes: an 8-bit PNG of the largest display has some 100 MB."""
 
 Fixation = str
-"""Which object is fixated, and in focus: "nearest", "farthest", or another name that the set's table gives."""
+"""Fixated object, which is in focus: "nearest", "farthest", or another name from the set's table."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What is fixated.
+    """A fixated object.
 
     Parameters
     ----------
     name
-        ``"nearest"``, ``"farthest"``, or as the table of the pictures names it.
+        ``"nearest"``, ``"farthest"``, or a name from the table of the pictures.
     distance_m
-        Along the camera's axis; NaN where it is not known, as of imported pictures.
+        Distance along the camera's axis; NaN if unknown, as in imported sets.
     position_px
-        In pixels from the picture's upper left corner, to the right and down.
+        Position in pixels from the picture's upper left corner, to the right and down.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class ShownScene:
-    """A scene of the set: its seed and its file of depth, None where it has none, and what is fixated in it."""
+    """A scene of the set: its seed and depth file (None if it has none), and its fixated objects."""
 
     name: str
     seed: int | None
@@ -81,10 +81,11 @@ class ShownScene:
         return self.target("farthest")
 
     def target(self, fixation: Fixation) -> Target:
-        """The object that is fixated; `InputError` if the scene has none of that name."""
+        """Return the fixated object; `InputError` if the scene has none of that name."""
         if fixation not in self.targets:
             raise InputError(
-                f"fixation is {fixation!r}, but the scene {self.name!r} has {', '.join(self.targets)}: give such."
+                f"fixation is {fixation!r}, but the scene {self.name!r} has {', '.join(self.targets)}: give one of "
+                "these."
             )
         return self.targets[fixation]
 
@@ -96,14 +97,14 @@ class Picture:
     Parameters
     ----------
     scene, aperture, fixation
-        What it shows, through which aperture ("pinhole" or an f-number like "f/11"), with which object in focus.
+        Name of the scene, aperture ("pinhole" or an f-number such as "f/11"), and object in focus.
     png, linear
-        Its files, from the set's folder: 8-bit values for the set's display; and light, 1 being the display's white.
+        Paths of its files relative to the set's folder: 8-bit values for the display, and linear radiance (white = 1).
     focus_m, aperture_mm
-        Distance in focus; diameter of the aperture, 0 for the pinhole.
+        Focus distance; aperture diameter, 0 for the pinhole.
     blur_px, blur_arcmin
-        Diameter of the blur disc, least and most in the picture: in pixels, and on the display.
-        What is not known of imported pictures is NaN.
+        Smallest and largest diameter of the blur disc in the picture: in pixels, and on the display. Values unknown for
+        imported pictures are NaN.
     """
 
     scene: str
@@ -116,10 +117,10 @@ class Picture:
     blur_px: tuple[float, float]
     blur_arcmin: tuple[float, float]
     others: Mapping[str, str] = field(default_factory=dict)
-    """Other columns of the table that it was imported with."""
+    """Other columns of the table from which it was imported."""
 
     def agrees(self, levels: Mapping[str, str]) -> bool:
-        """Whether no column of the picture says another level of a factor."""
+        """Return whether no column of the picture contradicts the given factor levels."""
         return all(self.others.get(name, level) == level for name, level in levels.items())
 
 
@@ -130,13 +131,13 @@ class StimulusSet:
     Parameters
     ----------
     folder
-        Where it is.
+        Path of the folder.
     manifest
-        All that its manifest says.
+        Content of its manifest.
     display
-        The display that the pictures are made for.
+        Display for which the pictures are made.
     pictures
-        Every picture, once for each fixation.
+        Pictures, each listed once per fixation.
     """
 
     folder: Path
@@ -150,7 +151,7 @@ class StimulusSet:
         return tuple(self.manifest["scenes"])
 
     def scene(self, name: str) -> ShownScene:
-        """The scene of that name; `InputError` if there is none."""
+        """Return the named scene; `InputError` if there is none."""
         known = self.manifest["scenes"]
         if name not in known:
             raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
@@ -162,9 +163,9 @@ class StimulusSet:
         return ShownScene(name, entry["seed"], entry["depth"], targets)
 
     def picture(self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None) -> Picture:
-        """The picture of a scene through an aperture with one object in focus; `InputError` if there is none.
+        """Return the picture of a scene through an aperture with one object in focus; `InputError` if there is none.
 
-        `levels` are those of factors of a design: where the pictures' table has a column of that name, it must agree.
+        `levels` are a design's factor levels: a column of the pictures' table with a factor's name must match.
         """
         for one in self.pictures:
             if (one.scene, one.aperture, one.fixation) == (scene, aperture, fixation) and one.agrees(levels or {}):
@@ -177,19 +178,19 @@ class StimulusSet:
         )
 
     def check(self, needed: Iterable[tuple[str, str, str, Mapping[str, str]]], factors: Iterable[str]) -> None:
-        """Refuse a set that has not all pictures of a design, or no column for a factor.
+        """Raise `InputError` unless the set has all pictures of a design, and a column for each factor.
 
         Parameters
         ----------
         needed
-            Scene, aperture, fixation, and levels of factors, as for `picture`.
+            Scene, aperture, fixation and factor levels of each picture, as for `picture`.
         factors
-            Names of the design's factors whose levels are different pictures.
+            Names of the factors whose levels are different pictures.
 
         Raises
         ------
         InputError
-            The first picture, or the first factor, that the set does not have.
+            For the first missing picture or factor.
         """
         for scene, aperture, fixation, levels in needed:
             self.picture(scene, aperture, fixation, levels)
@@ -197,27 +198,27 @@ class StimulusSet:
             if not all(name in one.others for one in self.pictures):
                 raise InputError(
                     f"factors names {name!r}, but the pictures in {self.folder} have no such column: import them with "
-                    "it, or say pictures = false."
+                    "it, or set pictures = false."
                 )
 
     def drawing(self, scene: str) -> NDArray[np.uint8] | None:
-        """Return the drawing of that name, H x W, in the size of the set's pictures; None of a scene of the set."""
+        """Return the named drawing, H x W, in the size of the set's pictures; None for a scene of the set."""
         from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
         return example_picture(scene, self.pixels(self.pictures[0]).shape[:2]) if scene in DRAWINGS else None
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
-        """The 8-bit values of a picture, H x W x 3, of a file that is as it was when the set was made.
+        """Return the 8-bit values of a picture, H x W x 3, after verifying the file's checksum.
 
         Raises
         ------
         InputError
-            If the file cannot be read, or is not the one whose SHA-256 the manifest gives.
+            If the file cannot be read, or its SHA-256 differs from the manifest's.
         """
         path = self.folder / picture.png
         content = read_bytes(path, "a picture of the set", LARGEST_PICTURE)
         if hashlib.sha256(content).hexdigest() != self.manifest["files"].get(picture.png):
-            raise InputError(f"{path} has changed since the manifest was written: make the stimuli anew.")
+            raise InputError(f"{path} has changed since the manifest was written: make the stimuli again.")
         try:
             with Image.open(io.BytesIO(content), formats=("PNG",)) as image:
                 return np.array(image.convert("RGB"))
@@ -225,16 +226,16 @@ class StimulusSet:
             raise _lost(path) from error
 
     def linear(self, picture: Picture) -> NDArray[np.float32]:
-        """The light of a picture, H x W x 3 of red, green and blue; 1 is the display's white."""
+        """Return the linear radiance of a picture, H x W x 3 (red, green, blue); 1 is the display's white."""
         return self._array(picture.linear)
 
     def depth(self, scene: str) -> NDArray[np.float32]:
-        """Distance in metres along the camera's axis of what each pixel of a scene shows, H x W; ``inf`` for sky.
+        """Return the distance in metres along the camera's axis of each pixel of a scene, H x W; ``inf`` for sky.
 
         Raises
         ------
         InputError
-            If the set has no depth of that scene, or its file cannot be read.
+            If the set has no depth for that scene, or its file cannot be read.
         """
         name = self.scene(scene).depth
         if name is None:
@@ -252,7 +253,7 @@ class StimulusSet:
 
 
 def read_set(folder: str | Path) -> StimulusSet:
-    """Read a finished set of pictures; `focalgradient.dataset.check_stimuli` checks that its files are unchanged.
+    """Read a finished set of pictures; `focalgradient.dataset.check_stimuli` verifies its files.
 
     Raises
     ------
@@ -266,9 +267,9 @@ def read_set(folder: str | Path) -> StimulusSet:
         manifest = read_json(path, "a manifest of stimuli")
     except InputError as error:
         why = str(error).rpartition(": ")[0]
-        raise InputError(f"{why}, so that {folder} holds no finished set: {remedy}.") from error
+        raise InputError(f"{why}, so that {folder} contains no finished set: {remedy}.") from error
     if not isinstance(manifest, dict) or manifest.get("set") != "depth-rating":
-        raise InputError(f"{path} is no manifest of pictures for depth rating: {remedy}.")
+        raise InputError(f"{path} is not the manifest of a depth-rating set: {remedy}.")
     checked = check_table(str(path), manifest, Manifest)
     display = stored_display(checked.display)
     where = f"{path}: a file's name"
@@ -291,7 +292,7 @@ def read_set(folder: str | Path) -> StimulusSet:
 
 
 def display_json(display: Display) -> dict[str, Any]:
-    """A display as plain JSON, with its units in the names."""
+    """Return a display as plain JSON with units in the key names."""
     return {
         "kind": "sRGB" if display.gamma == "sRGB" else "gamma",
         "gamma": list(display.gamma) if isinstance(display.gamma, tuple) else display.gamma,
@@ -307,48 +308,48 @@ def display_json(display: Display) -> dict[str, Any]:
 
 
 def png(values: NDArray[np.uint8]) -> bytes:
-    """8-bit values, grey or in colour, as a PNG file."""
+    """Return 8-bit values, grey or colour, as a PNG file."""
     buffer = io.BytesIO()
     Image.fromarray(values).save(buffer, "PNG")
     return buffer.getvalue()
 
 
 def npy(array: NDArray[Any]) -> bytes:
-    """An array as a ``.npy`` file."""
+    """Return an array as a ``.npy`` file."""
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()
 
 
 def stored_distance(distance: NDArray[np.floating], name: str) -> NDArray[np.float32]:
-    """Distances in metres as the files of a set keep them, 32-bit; `InputError` names what cannot be kept.
+    """Return distances in metres as stored in a set, in 32 bits; `InputError` names a value out of range.
 
     >>> stored_distance(np.array([0.5, np.inf]), "yard").tolist()
     [0.5, inf]
     >>> stored_distance(np.array([1e60]), "yard")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    focalgradient.errors.InputError: yard holds a distance of 1e+60 m, but distances are kept as 32-bit numbers of ...
+    focalgradient.errors.InputError: yard contains a distance of 1e+60 m, but distances are stored as 32-bit numbers ...
     """
     kept = np.finfo(np.float32)
     finite = distance[np.isfinite(distance)]
     beyond = finite[(finite > kept.max) | (finite < kept.tiny)]
     if beyond.size:
         raise InputError(
-            f"{name} holds a distance of {beyond[0]:.3g} m, but distances are kept as 32-bit numbers of "
+            f"{name} contains a distance of {beyond[0]:.3g} m, but distances are stored as 32-bit numbers of "
             f"{kept.tiny:.2g} to {kept.max:.2g}: give its depth in metres, with inf for sky."
         )
     return distance.astype(np.float32)
 
 
 def stored_display(shown: StoredDisplay) -> Display:
-    """Return the display that a checked table states: the inverse of `display_json`."""
+    """Return the display described by a validated table: the inverse of `display_json`."""
     width, height = shown.size_px
     gamma = (*shown.gamma,) if isinstance(shown.gamma, list) else shown.gamma
     return Display(
         (width, height),
         shown.pixel_pitch_mm * 1e-3,
         shown.distance_m,
-        gamma,  # type: ignore[arg-type]  # `Display` refuses other than three
+        gamma,  # type: ignore[arg-type]  # `Display` requires three
         shown.white_cd_m2,
         shown.dither,
     )
@@ -364,4 +365,4 @@ def _pair(values: Sequence[float | None]) -> tuple[float, float]:
 
 
 def _lost(path: Path) -> InputError:
-    return InputError(f"{path} cannot be read: make the set anew with the command that made it.")
+    return InputError(f"{path} cannot be read: make the set again with the command that made it.")

@@ -1,10 +1,10 @@
-"""The sharpest place of a picture: its largest gradient over the largest that blur allows.
+"""Sharpness of a picture: its largest gradient relative to the largest that its blur allows.
 
-One measure for all sets. Blur of standard deviation sd allows the slope of a step as high as the range of light that
-reaches a place, range x peak / sqrt(sd^2 + 1/12), the pixel's own square included, and never more than the range from
-one pixel to the next. `peak` is the steepest slope of an edge blurred by the shape, times its standard deviation: 0.399
-of a Gaussian, 0.318 of a disc. What reaches a place is given by a drawn stimulus itself (`sharpness`), or found from
-the pinhole picture and its depth (`sharpest`).
+One measure for all sets. Blur of standard deviation sd limits the gradient to the local range of radiance x peak /
+sqrt(sd^2 + 1/12), including the pixel aperture, and never more than the range per pixel. `peak` is the maximum slope of
+a unit edge blurred by the shape, times its standard deviation: 0.399 for a Gaussian, 0.318 for a disc. The local range
+and blur are given by a drawn stimulus itself (`sharpness`), or derived from the pinhole picture and its depth
+(`sharpest`).
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from focalgradient.psf.profile import steepest_slope
 __all__ = ["PIXEL_VARIANCE", "sharpest", "sharpest_place", "sharpness"]
 
 PIXEL_VARIANCE = 1 / 12
-"""Variance (px^2) of a pixel's own square."""
+"""Variance of the square pixel aperture (px^2)."""
 
 NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
-"""Steepest gradient of a unit step blurred by a Gaussian, times its standard deviation."""
+"""Maximum gradient of a unit step blurred by a Gaussian, times its standard deviation."""
 
 LINE_PEAK = math.exp(-0.5)
-"""Steepest gradient of a Gaussian line of unit peak, times its standard deviation."""
+"""Maximum gradient of a Gaussian line of unit peak, times its standard deviation."""
 
 AROUND = 3
-"""Pixels within which the least blur of a drawn stimulus counts."""
+"""Radius in pixels of the neighbourhood whose smallest blur limits the gradient of a drawn stimulus."""
 
 SLACK = 0.75
-"""Pixels of radius by which blur may be less than stated: what the square of a pixel and its one depth leave open."""
+"""Tolerance of the blur radius in pixels, due to the pixel aperture and the single depth per pixel."""
 
 
 def sharpness(
@@ -47,25 +47,25 @@ def sharpness(
     span: float | None = None,
     lines: bool = False,
 ) -> float:
-    """Return the largest gradient of a picture over the largest that its blur allows (see the module).
+    """Return the largest gradient of a picture relative to the largest that its blur allows (see the module).
 
     Parameters
     ----------
     picture
         Linear luminance, H x W.
     blur_px
-        Standard deviation of the blur of what each pixel shows, H x W; the least within three pixels counts.
+        Standard deviation of the blur at each pixel, H x W; the smallest value within three pixels applies.
     psf
-        Shape of the blur, or its name.
+        Blur shape, or its name.
     span
-        Range of light without the blur; None: that of the picture.
+        Range of luminance without the blur; None: that of the picture.
     lines
-        Whether the picture consists of Gaussian lines, not of edges: then 0.607 / sd is allowed.
+        Whether the picture consists of Gaussian lines instead of edges: the limit is then 0.607 / sd.
 
     Returns
     -------
     float
-        At most 1 where nothing is sharper than its blur; 0 for a uniform picture.
+        At most 1 if nothing is sharper than its blur allows; 0 for a uniform picture.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def sharpness(
 def sharpest_place(
     picture: ArrayLike, blur_px: ArrayLike, psf: Psf | PsfName, *, span: float | None = None, lines: bool = False
 ) -> dict[str, Any]:
-    """Return `sharpness` and where it is: ``sharpest``, and ``sharpest_px``, column and row."""
+    """Return `sharpness` and its position: ``sharpest``, and ``sharpest_px`` (column, row)."""
     light = np.asarray(picture, float)
     least = minimum_filter(np.asarray(blur_px, float), 2 * AROUND + 1, mode="nearest")
     highest = max(float(np.ptp(light)), span or 0.0)
@@ -102,26 +102,26 @@ def sharpest(
     residual: NDArray[np.floating] | None = None,
     unseen: bool = False,
 ) -> dict[str, Any]:
-    """Return the largest gradient of a picture over the largest that blur allows there, and where.
+    """Return the largest gradient of a picture relative to the largest that blur allows there, and its position.
 
     Parameters
     ----------
     light
         Luminance of the picture, H x W.
     sharp, distance
-        Luminance of the pinhole picture, and distances in metres, with `finer` times as many pixels each way.
+        Luminance of the pinhole picture, and distances in metres, at `finer` times the resolution.
     optics
-        Through which the picture is seen: one for all light, or one for each colour. Their blur counts as a disc.
+        Optics of the picture: one for all light, or one per colour. Their blur is taken as a disc.
     pixel_angle
-        Of the pinhole picture, in radians.
+        Pixel angle of the pinhole picture in radians.
     finer
-        Pixels of the pinhole picture to one of the picture, each way.
+        Resolution of the pinhole picture relative to the picture.
     residual
-        Half the difference of the two halves of the picture's samples, H x W: just its noise; None: it has none. A
-        gradient of 6 times its standard deviation is allowed, in the whole picture or about the place, if more.
+        Half the difference between the two halves of the picture's samples, H x W (noise alone); None: no noise. A
+        gradient of 6 standard deviations is tolerated, of the whole picture or the neighbourhood, whichever is larger.
     unseen
-        Whether the picture holds light of surfaces that the pinhole picture hides, as one rendered from a scene does:
-        such places, where the blur of a nearer surface passes its outline, are not judged.
+        Whether the picture shows surfaces that are hidden in the pinhole picture, as in a rendered scene. Regions where
+        the blur of a nearer surface extends past its boundary are then excluded.
 
     Returns
     -------
@@ -130,8 +130,8 @@ def sharpest(
 
     >>> from focalgradient import Lens
     >>> step = np.where(np.arange(64) < 32, 0.2, 0.8) * np.ones((64, 1))
-    >>> lens = Lens(0.05, 2.5, 1.0)  # a radius of 5 pixels at 2 m
-    >>> found = sharpest(step, step, np.full((64, 64), 2.0), [lens], 1e-3)  # not blurred at all
+    >>> lens = Lens(0.05, 2.5, 1.0)  # blur radius of 5 px at 2 m
+    >>> found = sharpest(step, step, np.full((64, 64), 2.0), [lens], 1e-3)  # not blurred
     >>> round(found["sharpest"], 1), found["sharpest_px"]
     (6.7, [31, 0])
     """
@@ -166,7 +166,7 @@ def sharpest(
 
 
 def _outlines(vergence: NDArray[np.float64], radius_per_dioptre: float) -> NDArray[np.bool_]:
-    """Where a surface ends before another that is at least a pixel of blur, of the picture, behind it; H x W."""
+    """Return where a surface occludes another whose blur differs by at least one pixel of the picture; H x W."""
     before = np.zeros(vergence.shape, bool)
     for axis in (0, 1):
         step = radius_per_dioptre * np.diff(vergence, axis=axis)
@@ -177,22 +177,22 @@ def _outlines(vergence: NDArray[np.float64], radius_per_dioptre: float) -> NDArr
 
 
 def _noise(residual: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the standard deviation of noise about each pixel, H x W, at least that of the whole picture."""
-    # Of five pixels each way: six times what one stray sample adds to that is more than the sample.
+    """Return the local standard deviation of noise, H x W, at least that of the whole picture."""
+    # Over 5 x 5 pixels, so that six standard deviations exceed the contribution of one stray sample.
     around = uniform_filter(residual**2.0, 5, mode="nearest")
     return np.sqrt(np.maximum(around, np.mean(residual**2.0)))
 
 
 def _allowed(sd_px: NDArray[np.float64], psf: Psf, lines: bool = False) -> NDArray[np.float64]:
-    """Largest gradient, in shares of the range of light, that blur of this standard deviation allows."""
+    """Return the largest gradient that blur of this standard deviation allows, as a fraction of the range."""
     peak = steepest_slope(psf) * psf.sd_per_radius
-    # Blur finer than a pixel blurs the pixels as any shape of its standard deviation does.
+    # Blur finer than a pixel acts like any shape of the same standard deviation.
     slope: Any = LINE_PEAK if lines else np.where(sd_px < 1, max(peak, NORMAL_PEAK), peak)
     return np.minimum(1.0, slope / np.sqrt(sd_px**2 + PIXEL_VARIANCE))
 
 
 def _worst(light: NDArray[np.floating], allowed: NDArray[np.float64]) -> dict[str, Any]:
-    """The largest change from one pixel to the next over the larger that is allowed in either, and where."""
+    """Return the largest change between neighbouring pixels relative to the larger of their limits, and where it is."""
     worst, place = 0.0, (0, 0)
     for axis in (0, 1):
         change = np.abs(np.diff(light, axis=axis))

@@ -1,4 +1,4 @@
-"""The contact sheet of a set: every scene a row, every condition a column."""
+"""Contact sheet of a set: one row per scene, one column per condition."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from focalgradient.plotting.figures import as_file, shortened
 __all__ = ["sheet_png"]
 
 NAME = 12
-"""Letters of a scene's name that fit beside its pictures."""
+"""Maximum number of letters of a scene's name beside its pictures."""
 
 
 def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
-    """The sheet as a PNG file, of what a manifest says of scenes and pictures."""
+    """Return the contact sheet as a PNG file, from a manifest's scenes and pictures."""
     shown = {(one["scene"], one["fixation"], one["aperture"]): one["png"] for one in content["pictures"]}
     apertures = list(dict.fromkeys(aperture for *_, aperture in shown))
     blurred = [("nearest", one) for one in apertures[1:]] + [("farthest", one) for one in apertures[1:]]

@@ -1,4 +1,4 @@
-"""A stimulus as arrays: its picture, true depth and true blur, and a record of what made it and what was controlled."""
+"""Stimulus as arrays: picture, true depth and true blur, with parameters and control measures."""
 
 from __future__ import annotations
 
@@ -32,40 +32,41 @@ Region = NDArray[np.bool_]
 ARCMIN = math.radians(1 / 60)
 
 LARGEST = 4096
-"""Pixels along a side up to which pictures are made: their transforms stay within 2 GB."""
+"""Maximum side of a picture in pixels, for which Fourier transforms need up to 2 GB."""
 
 SMALLEST, GREATEST = 1e-6, 1e6
-"""Size of a quantity that is not 0: far beyond what eyes and displays have, and what follows stays within precision."""
+"""Range of the magnitude of non-zero quantities: far beyond eyes and displays, but numerically safe."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stimulus:
-    """A stimulus: arrays of one shape, H x W, and what is known of them.
+    """A stimulus: arrays of one shape, H x W, with parameters and control measures.
 
     Parameters
     ----------
     name
-        Of the function that made it.
+        Name of the function that made it.
     picture
-        Linear luminance in shares of the display's white, 0 to 1, float64.
+        Linear luminance as a fraction of the display's white, 0 to 1, float64.
     sharp
-        The same without the blur: what a pinhole would show.
+        Luminance without blur, as seen through a pinhole.
     depth_m
-        True distance in metres along the axis of what each pixel shows; ``inf`` is allowed; NaN where nothing is.
+        True distance of each pixel in metres along the axis; may be ``inf``; NaN where there is no surface.
     blur_arcmin
-        True blur of what each pixel shows: its standard deviation along an axis, whatever its shape.
+        True blur of each pixel: standard deviation along an axis, for any shape.
     masks
         Regions by name.
     pixel_angle
-        Angle (rad) of a pixel in the middle of the picture.
+        Pixel angle (rad) at the centre of the picture.
     parameters
-        What the function was called with.
+        Arguments of the function.
     controlled
-        What was equalised and what was measured: ``equalised``; ``mean_luminance`` and ``rms_contrast`` of the picture
-        and of each region; ``range``; ``sharpest``, the largest gradient over the largest that the blur allows (see
-        `sharpness`), and ``sharpest_px``, its column and row; ``occlusion_agrees_with_blur``, where something occludes.
+        Properties equalised and measured: ``equalised``; ``mean_luminance`` and ``rms_contrast`` of the picture and of
+        each region; ``range``; ``sharpest``, the largest gradient relative to the largest that the blur allows (see
+        `sharpness`), and ``sharpest_px``, its column and row; ``occlusion_agrees_with_blur``, if surfaces occlude each
+        other.
     source
-        Papers that use it, by their keys in the bibliography.
+        Bibliography keys of papers that use it.
     """
 
     name: str
@@ -87,13 +88,13 @@ class Stimulus:
 
     @property
     def blur_px(self) -> NDArray[np.float64]:
-        """Standard deviation of the blur in pixels of the middle of the picture, H x W."""
+        """Standard deviation of the blur in pixels at the picture's centre, H x W."""
         return self.blur_arcmin * ARCMIN / self.pixel_angle
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Size of a picture, checked: `width_deg` and `height_deg` (degrees) and `pixels_per_degree` in its middle."""
+    """Validated size of a picture: `width_deg` and `height_deg` (degrees), and central `pixels_per_degree`."""
 
     width_deg: float
     height_deg: float
@@ -112,7 +113,7 @@ class Frame:
 
     @property
     def pixel_angle(self) -> float:
-        """Angle (rad) of a pixel."""
+        """Pixel angle in radians."""
         return math.radians(1 / self.pixels_per_degree)
 
     @property
@@ -123,11 +124,11 @@ class Frame:
         )
 
     def pixels(self, arcmin: float) -> float:
-        """Pixels of so many minutes of arc."""
+        """Return a number of minutes of arc in pixels."""
         return arcmin * ARCMIN / self.pixel_angle
 
     def blur(self, name: str, arcmin: Any) -> float:
-        """Standard deviation in pixels of the blur called `name`, refused where the picture has no room for it."""
+        """Return the standard deviation in pixels of the blur `name`; raise `InputError` if it is too large."""
         check_number(name, arcmin, "arcmin", least=0)
         if self.pixels(arcmin) > max(self.shape) / 4:
             raise InputError(
@@ -137,13 +138,13 @@ class Frame:
         return self.pixels(arcmin) if self.pixels(arcmin) > SMALLEST else 0.0
 
     def grid(self, rim: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Places in pixels from the middle of the pixels and of `rim` more on all sides: down, H x 1; right, 1 x W."""
+        """Return pixel coordinates relative to the centre, with a margin of `rim` pixels: down, H x 1; right, 1 x W."""
         height, width = (np.arange(-rim, side + rim, dtype=float) - (side - 1) / 2 for side in self.shape)
         return height[:, None], width[None]
 
 
 def check_amount(name: str, value: Any, unit: str, *, least: float = -math.inf, positive: bool = False) -> None:
-    """Refuse what `check_number` does, and what is so small or large that what follows from it overflows.
+    """Validate a number as `check_number` does, and its magnitude, which must be numerically safe.
 
     >>> check_amount("pupil_mm", 1e-300, "millimetres", positive=True)
     Traceback (most recent call last):
@@ -156,47 +157,47 @@ def check_amount(name: str, value: Any, unit: str, *, least: float = -math.inf, 
 
 
 def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
-    """Refuse a mean luminance, an RMS contrast whose `peak` multiples leave 0 to 1, or a seed that is none."""
+    """Validate mean luminance, RMS contrast (`peak` multiples of which must stay within 0 to 1) and seed."""
     check_seed(seed)
     check_amount("mean", mean, "shares of white", positive=True)
     check_amount("contrast", contrast, "standard deviation / mean", least=0)
     if mean * (1 + peak * contrast) > 1 + 1e-9 or peak * contrast > 1 + 1e-9:
         most = min(1 / peak, (1 / mean - 1) / peak)
         raise InputError(
-            f"contrast is {contrast:g} at a mean of {mean:g}, with which light would leave 0 to 1: give at most "
+            f"contrast is {contrast:g} at a mean of {mean:g}, with which luminance would leave 0 to 1: give at most "
             f"{max(most, 0):.3g}, or another mean."
         )
 
 
 def check_shape(psf: Psf | PsfName, parameters: dict[str, Any]) -> Psf:
-    """Return the shape of blur that a function was given; `parameters` get it as plain values, which are taken, too."""
+    """Return the blur shape given to a function, and record it as plain values in `parameters`."""
     shape = psf_from(psf) if isinstance(psf, dict) else psf_of(psf)
     parameters["psf"] = psf if isinstance(psf, str) else {"shape": shape.name, **shape.stated()}
     return shape
 
 
 def check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
-    """Refuse a `value` that is none of those `known`."""
+    """Raise `InputError` unless `value` is one of `known`."""
     if value not in known:
         raise InputError(f"{name} is {described(value)}, but must be one of {', '.join(known)}.")
 
 
 def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_mm: float) -> NDArray[np.float64]:
-    """Distance (m) whose blur has this standard deviation, seen by an eye: the lens law 4 sd = pupil x defocus.
+    """Return the distance (m) whose blur has this standard deviation: 4 sd = pupil x defocus.
 
     Parameters
     ----------
     blur_arcmin
-        Standard deviation along an axis, of any shape.
+        Standard deviation along an axis, for any shape.
     side
         ``"beyond"`` or ``"nearer"`` than the focus.
     focus_m, pupil_mm
-        Distance in focus, and diameter of the pupil.
+        Focus distance, and pupil diameter.
 
     Raises
     ------
     InputError
-        If nothing, at any distance, is blurred so much beyond the focus.
+        If the blur exceeds that of infinity on the far side of focus.
 
     Examples
     --------
@@ -214,8 +215,8 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     if np.isnan(distance).any():
         most = pupil_mm / 1000 / focus_m / 4 / ARCMIN
         raise InputError(
-            f"a blur of {blur.max():.3g} arcmin lies beyond infinity for a pupil of {pupil_mm:g} mm focused at "
-            f"{focus_m:g} m, where the most is {most:.3g}: give less blur, a nearer focus_m, a larger pupil_mm, or "
+            f"a blur of {blur.max():.3g} arcmin exceeds that of infinity for a pupil of {pupil_mm:g} mm focused at "
+            f"{focus_m:g} m, which is {most:.3g}: give less blur, a nearer focus_m, a larger pupil_mm, or "
             "depth on the nearer side of the focus."
         )
     return distance
@@ -230,7 +231,7 @@ def measured(
     *,
     lines: bool = False,
 ) -> dict[str, Any]:
-    """Mean luminance and RMS contrast of a picture and of its regions, its range, and its sharpest place."""
+    """Return mean luminance and RMS contrast of a picture and its regions, its range, and its sharpest place."""
     regions = {"picture": np.ones(picture.shape, bool), **masks}
     means = {name: float(picture[region].mean()) for name, region in regions.items() if region.any()}
     return {

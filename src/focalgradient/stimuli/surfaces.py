@@ -1,4 +1,4 @@
-"""Surfaces seen through a lens: slanted and corrugated planes, and a scene scaled for the miniature effect."""
+"""Stimuli of surfaces seen through a lens: slanted and corrugated planes, and scenes with miniature blur."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from focalgradient.stimuli.town import draw_town
 __all__ = ["corrugated_plane", "miniature", "slanted_plane"]
 
 Texturing = Literal["painted", "projected"]
-"""On the surface, finer the farther away it is; or as by a slide projector at the eye, equally fine everywhere."""
+"""Texture attached to the surface ("painted"), or projected from the eye, with equal angular scale everywhere."""
 
 Distance = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
-"""Of a surface in metres, by the tangents down, H x 1, and right, 1 x W."""
+"""Function that returns a surface's distance in metres from the tangents down (H x 1) and right (1 x W)."""
 
 COARSEST_DEG = 1.0
-"""Wavelength of the coarsest texture where the axis meets the surface; our choice."""
+"""Angular wavelength (degrees) of the coarsest texture where the axis meets the surface (a design choice)."""
 
 ROUGHNESS = 0.9
-"""Amplitude of an octave of texture over the one before: near the 1/f of natural pictures."""
+"""Amplitude ratio of successive octaves of texture: close to the 1/f of natural images."""
 
 SAMPLES = 3
-"""Places along a side of a pixel over which texture is averaged: it may be foreshortened by as much without loss."""
+"""Samples per side of a pixel over which texture is averaged: supports foreshortening by this factor."""
 
 FINEST = 2.0
-"""Pixels of the finest wavelength of a texture: finer ones would alias."""
+"""Finest wavelength of a texture in pixels; finer ones would alias."""
 
 
 def slanted_plane(
@@ -57,43 +57,43 @@ def slanted_plane(
     optics: Optics | None = None,
     seed: int = 0,
 ) -> Stimulus:
-    """Draw a textured plane that is slanted, through a lens: its vergence, and so its blur, is linear in the picture.
+    """Draw a slanted textured plane through a lens: its vergence, hence its blur, is linear in the picture.
 
-    Watt et al. (2005) let people judge the slant of such planes, Vishwanath and Blaser (2010) their distance.
+    Watt et al. (2005) measured perceived slant of such planes, Vishwanath and Blaser (2010) perceived distance.
 
     Parameters
     ----------
     slant_deg
-        Angle between the plane's normal and the line of sight: 0 faces the eye.
+        Angle between the plane's normal and the line of sight; 0 is frontal.
     tilt_deg
-        Way in which the plane goes away: 0 to the right, 90 upwards, as the ground does.
+        Direction in which distance increases: 0 to the right, 90 upwards, as on the ground.
     distance_m
-        Where the axis meets the plane.
+        Distance at which the axis meets the plane.
     texture
-        "projected", equally fine everywhere, so that blur alone gives the slant; or "painted" on the plane.
+        "projected", equally fine everywhere, so that only blur indicates slant; or "painted" on the plane.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels.
+        Size of the picture in degrees, and its resolution.
     mean, contrast
-        Mean luminance in shares of white, and RMS contrast without blur.
+        Mean luminance as a fraction of white, and RMS contrast without blur.
     equalise
-        What is made as without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude at each spatial
-        frequency; phase stays).
+        Properties equalised to those without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude
+        spectrum; phases are kept).
     focus_m, pupil_mm
-        Distance in focus (None: `distance_m`), and diameter of the pupil.
+        Focus distance (None: `distance_m`), and pupil diameter.
     optics
-        A `Lens` or an `Eye` in place of these two.
+        A `Lens` or an `Eye` instead of these two.
     seed
-        The same seed gives the same texture, whatever the blur.
+        Random seed of the texture, which does not depend on blur.
 
     Returns
     -------
     Stimulus
-        Its blur is that of a disc, or the optics' own. No masks.
+        Stimulus blurred by a disc, or by the optics' own blur; without masks.
 
     Raises
     ------
     InputError
-        If a value is out of range, or the plane's horizon is in the picture.
+        If a value is out of range, or the picture contains the plane's horizon.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def slanted_plane(
     check_amount("slant_deg", slant_deg, "degrees", least=0)
     check_amount("tilt_deg", tilt_deg, "degrees")
     if slant_deg >= 90:
-        raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 is seen edge on.")
+        raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 degrees is seen edge-on.")
     check_amount("distance_m", distance_m, "metres", positive=True)
     slope, tilt = math.tan(math.radians(slant_deg)), math.radians(tilt_deg)
 
@@ -140,42 +140,42 @@ def corrugated_plane(
     optics: Optics | None = None,
     seed: int = 0,
 ) -> Stimulus:
-    """Draw a plane that faces the eye and is corrugated in depth, through a lens: blur alone can show its relief.
+    """Draw a frontal plane with sinusoidal corrugation in depth, through a lens; blur may be the only cue to relief.
 
-    Distance is a sine of the place in the picture, as in the surfaces of Rogers and Graham (1982).
+    Distance is sinusoidal in the picture, as in the surfaces of Rogers and Graham (1982).
 
     Parameters
     ----------
     amplitude_m
-        Of the corrugation: half the way from crest to trough.
+        Amplitude of the corrugation: half the depth from crest to trough.
     cycles_per_degree
-        Of the corrugation, in the picture.
+        Spatial frequency of the corrugation in the picture.
     orientation_deg
-        Of the ridges: 0 is horizontal, 90 vertical.
+        Orientation of the ridges: 0 is horizontal, 90 vertical.
     phase_deg
-        At the middle of the picture, where distance grows downwards (to the right, if vertical) at 0.
+        Phase at the centre of the picture; at 0, distance increases downwards (to the right, if vertical).
     distance_m
-        Mean distance.
+        Mean distance in metres.
     texture
-        "projected", equally fine everywhere, so that blur alone gives the relief; or "painted" on the surface.
+        "projected", equally fine everywhere, so that only blur indicates relief; or "painted" on the surface.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels.
+        Size of the picture in degrees, and its resolution.
     mean, contrast
-        Mean luminance in shares of white, and RMS contrast without blur.
+        Mean luminance as a fraction of white, and RMS contrast without blur.
     equalise
-        What is made as without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude at each spatial
-        frequency; phase stays).
+        Properties equalised to those without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude
+        spectrum; phases are kept).
     focus_m, pupil_mm
-        Distance in focus (None: `distance_m`), and diameter of the pupil.
+        Focus distance (None: `distance_m`), and pupil diameter.
     optics
-        A `Lens` or an `Eye` in place of these two.
+        A `Lens` or an `Eye` instead of these two.
     seed
-        The same seed gives the same texture, whatever the blur.
+        Random seed of the texture, which does not depend on blur.
 
     Returns
     -------
     Stimulus
-        With the masks "near" and "far" of the mean distance.
+        Stimulus with the masks "near" and "far", relative to the mean distance.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def _surface(
     parameters: dict[str, Any],
     between: float | None = None,
 ) -> Stimulus:
-    """A surface whose distance is a function of the tangents down and right, textured, through the optics."""
+    """Return a textured surface, whose distance is a function of the tangents down and right, through the optics."""
     frame = Frame(*(parameters[key] for key in ("width_deg", "height_deg", "pixels_per_degree")))
     mean, contrast, distance_m = (parameters[key] for key in ("mean", "contrast", "distance_m"))
     check_light(mean, contrast, parameters["seed"], CLIP + 0.5)
@@ -223,7 +223,7 @@ def _surface(
     down, right = (frame.pixel_angle * axis for axis in frame.grid())
     metres = depth(down, right) + 0 * down * right
     widest = _widest(optics, metres, frame, "", "a smaller pupil, less depth, or a larger picture")
-    rim = math.ceil(1.5 * widest) + 4  # pixels from beyond the picture that are blurred into it
+    rim = math.ceil(1.5 * widest) + 4  # margin whose pixels are blurred into the picture
     height, width = frame.shape
     down, right = (frame.pixel_angle * axis for axis in frame.grid(rim))
     metres = depth(down, right) + 0 * down * right
@@ -256,7 +256,7 @@ def _record(
     source: tuple[str, ...],
     **stated: Any,
 ) -> Stimulus:
-    """The stimulus, with what was measured in it."""
+    """Return the stimulus with its control measures."""
     controlled = {
         "equalised": list(equalise),
         **stated,
@@ -266,7 +266,7 @@ def _record(
 
 
 def _optics(optics: Any, focus_m: Any, pupil_mm: Any) -> Optics:
-    """The optics given, or an eye of this focus and pupil."""
+    """Return the given optics, or an eye with this focus and pupil."""
     if optics is not None:
         check_optics(optics)
         return optics
@@ -276,12 +276,12 @@ def _optics(optics: Any, focus_m: Any, pupil_mm: Any) -> Optics:
 
 
 def _blur_map(optics: Optics, metres: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Standard deviation of the blur in arcmin by the lens law: half the disc's radius."""
+    """Return the standard deviation of the blur in arcmin: half the disc's radius."""
     return optics.aperture_diameter / 4 * np.abs(optics.focus_vergence - 1 / metres) / ARCMIN
 
 
 def _widest(optics: Optics, metres: NDArray[np.float64], frame: Frame, cause: str, remedy: str) -> float:
-    """Largest blur radius in pixels, refused where it is more than a quarter of the picture."""
+    """Return the largest blur radius in pixels; raise `InputError` if it exceeds a quarter of the picture."""
     widest = 2 * float(_blur_map(optics, metres).max()) * ARCMIN / frame.pixel_angle
     if widest > max(frame.shape) / 4:
         raise InputError(
@@ -294,7 +294,7 @@ def _widest(optics: Optics, metres: NDArray[np.float64], frame: Frame, cause: st
 def _texture(
     depth: Distance, down: NDArray[np.float64], right: NDArray[np.float64], pixel: float, distance_m: float, seed: int
 ) -> NDArray[np.float64]:
-    """Fractal texture of a surface, as fine as the pixels that see it, over which it is averaged."""
+    """Return fractal texture of a surface with detail down to the pixel size, averaged over each pixel."""
     total = np.zeros(np.broadcast(down, right).shape)
     offsets = (np.arange(SAMPLES) - (SAMPLES - 1) / 2) * pixel / SAMPLES
     for dy in offsets:
@@ -310,7 +310,7 @@ def _texture(
 
 
 def _standard(field: NDArray[np.float64], inside: tuple[slice, slice]) -> NDArray[np.float64]:
-    """A field with mean 0 and standard deviation 1 within a part of it."""
+    """Return a field standardised to mean 0 and standard deviation 1 within a part of it."""
     part = field[inside]
     return (field - part.mean()) / part.std()
 
@@ -329,39 +329,38 @@ def miniature(
     pupil_mm: float = 4.6,
     seed: int = 0,
 ) -> Stimulus:
-    """Blur a large scene as the eye would blur a small model of it (Held et al. 2010; Vishwanath and Blaser 2010).
+    """Blur a large scene as an eye would blur a small model of it (Held et al. 2010; Vishwanath and Blaser 2010).
 
-    A model that is s times smaller and nearer has the same picture, but s times the depth in dioptres. The control has
-    a planar gradient with as much blur, which does not agree with the scene's depth.
+    A model that is s times smaller and nearer gives the same picture, but s times the depth in dioptres. In the control
+    conditions a planar gradient has as much blur, but is inconsistent with the scene's depth.
 
     Parameters
     ----------
     simulated_distance_m
-        Distance at which the blur puts the point in focus.
+        Focus distance that the blur simulates.
     true_distance_m
-        Distance of the scene's point in focus: of the middle of the picture.
+        Distance of the scene's point in focus, at the centre of the picture.
     gradient
-        "consistent": by the scene's depth. "vertical" or "horizontal": the control, by a plane whose vergence is linear
-        down or across the picture, from the scene's least to its greatest: in focus where it passes that of the scene's
-        middle.
+        "consistent": blur by the scene's depth. "vertical" or "horizontal": control with a plane whose vergence is
+        linear down or across the picture, between the scene's extremes, in focus at the vergence of the scene's centre.
     picture, depth_m
-        A scene of one's own: sharp linear luminance of 0 to 1, and distances in metres, H x W each, for a picture of
-        `width_deg`, with even sides. None: a town, drawn from the seed, with its middle at `true_distance_m`.
+        Custom scene: sharp linear luminance from 0 to 1, and distances in metres, H x W each, with even sides, for a
+        picture of `width_deg`. None: a town, drawn from the seed, with its centre at `true_distance_m`.
     width_deg, height_deg, pixels_per_degree
-        Size of the picture, and its pixels; of one's own, its width alone counts.
+        Size of the picture in degrees, and its resolution; for a custom scene only the width is used.
     equalise
-        What is made as without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude at each spatial
-        frequency; phase stays).
+        Properties equalised to those without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude
+        spectrum; phases are kept).
     pupil_mm
-        Diameter of the eye's pupil.
+        Pupil diameter of the eye.
     seed
-        Of the town.
+        Random seed of the town.
 
     Returns
     -------
     Stimulus
         `depth_m` is that of the true scene; `controlled` states the scale, the aperture that would blur the true scene
-        so (pupil x scale), and whether blur agrees with depth.
+        equally (pupil x scale), and whether blur is consistent with depth.
 
     Raises
     ------
@@ -382,7 +381,10 @@ def miniature(
     check_seed(seed)
     names = check_equalise(equalise)
     if (picture is None) != (depth_m is None):
-        raise InputError("picture and depth_m belong together: give both, or neither for a town.")
+        raise InputError(
+            "only one of picture and depth_m is given, but they must be given together: give both, or neither for a "
+            "town."
+        )
     if picture is None or depth_m is None:
         frame = Frame(width_deg, height_deg, pixels_per_degree)
         tangent = frame.shape[1] * frame.pixel_angle
@@ -396,7 +398,9 @@ def miniature(
                 "sides: give the luminance and the distance of every pixel."
             )
         if not (metres > 0).all() or sharp.min() < 0 or sharp.max() > 1:
-            raise InputError("picture must hold light of 0 to 1, and depth_m positive distances: scale or mend them.")
+            raise InputError(
+                "picture must contain luminance from 0 to 1, and depth_m positive distances: scale or correct them."
+            )
         check_amount("width_deg", width_deg, "degrees", positive=True)
         frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
     scale = true_distance_m / simulated_distance_m
@@ -431,7 +435,7 @@ def miniature(
 
 
 def _plane_ends(vergence: NDArray[np.float64], axis: int, ends: tuple[float, float]) -> tuple[float, float]:
-    """Vergence of a plane at the first and the last row or column: it runs the way that the scene does."""
+    """Return the vergence of a plane at the first and last row or column, sloped in the scene's direction."""
     highest, lowest = ends
     along = vergence.mean(axis=1 - axis)
     return (lowest, highest) if along[-1] >= along[0] else (highest, lowest)

@@ -1,4 +1,4 @@
-"""A town seen from above at a slant: houses with flat roofs on a plain, as in pictures of the miniature effect."""
+"""Oblique view of a town: flat-roofed houses on a plain, as in pictures with the miniature effect."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from focalgradient.stimuli.layers import noise
 __all__ = ["draw_town"]
 
 PITCH, YAW = math.radians(35), math.radians(25)
-"""How far the camera looks down, and how far the streets are turned from its line of sight."""
+"""Downward pitch of the camera, and rotation of the streets relative to its line of sight (rad)."""
 
 HOUSES, STREET = 11, 0.12
-"""Houses along a side, and from one to the next, in distances of the town's middle."""
+"""Number of houses per side, and their spacing, relative to the distance of the town's centre."""
 
 SIDES, HEIGHTS = (0.025, 0.045), (0.02, 0.11)
-"""Half the side of a house, and its height, in distances of the town's middle."""
+"""Ranges of half the side and of the height of a house, relative to the distance of the town's centre."""
 
 SUN = np.array([-0.5, -0.35, 0.8])
-"""Direction towards the sun, along the two streets and up."""
+"""Direction towards the sun: along the two street directions, and up."""
 
 AMBIENT, PLAIN, TEXTURE = 0.4, 0.3, 0.12
-"""Share of light that comes from everywhere; reflectance of the plain; RMS contrast of all surfaces' texture."""
+"""Ambient fraction of the illumination; reflectance of the plain; RMS contrast of the texture of all surfaces."""
 
 SAMPLES = 3
-"""Rays along a side of a pixel, the middle one of which gives the depth."""
+"""Rays per side of a pixel; the middle ray gives the depth."""
 
 NEAREST = 0.2
-"""Distance, over that of the middle, within which nothing stands."""
+"""Distance, relative to the town's centre, within which houses are omitted."""
 
 
 def draw_town(shape: tuple[int, int], field: float, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Draw a town through a pinhole.
+    """Draw a town as seen through a pinhole.
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ def draw_town(shape: tuple[int, int], field: float, seed: int) -> tuple[NDArray[
     field
         Width of the picture, as a tangent.
     seed
-        Of the houses and their texture.
+        Random seed of the houses and their texture.
 
     Returns
     -------
     tuple
-        Linear luminance, 0 to 1, and distance along the axis in distances of the town's middle, both H x W.
+        Linear luminance, 0 to 1, and distance along the axis relative to the town's centre, H x W each.
 
     Examples
     --------
@@ -60,14 +60,14 @@ def draw_town(shape: tuple[int, int], field: float, seed: int) -> tuple[NDArray[
     pixel = field / columns
     random = np.random.default_rng(seed)
     texture = TEXTURE * noise((rows, columns), [seed, 1])
-    # Unit vectors of the town, in the camera's right, down and ahead.
+    # Unit vectors of the town in camera coordinates: right, down, ahead.
     up = np.array([0.0, -math.cos(PITCH), -math.sin(PITCH)])
     level = np.array([0.0, -math.sin(PITCH), math.cos(PITCH)])
     right = np.array([1.0, 0.0, 0.0])
     axes = np.stack([math.cos(YAW) * right + math.sin(YAW) * level, math.cos(YAW) * level - math.sin(YAW) * right, up])
     y, x = np.meshgrid(*((np.arange(n) - (n - 1) / 2) * pixel for n in (rows, columns)), indexing="ij")
-    eye = axes @ np.array([0.0, 0.0, -1.0])  # from the town's middle
-    ways = np.stack([x, y, np.ones(x.shape)], axis=-1) @ axes.T  # of unit length along the axis
+    eye = axes @ np.array([0.0, 0.0, -1.0])  # relative to the town's centre
+    ways = np.stack([x, y, np.ones(x.shape)], axis=-1) @ axes.T  # unit component along the axis
     ground = np.where(ways[..., 2] < 0, -eye[2] / np.minimum(ways[..., 2], -1e-9), 1e9)
     depth, light = ground, PLAIN * _shade(2, 1) * (1 + texture)
     for row in range(HOUSES):
@@ -93,7 +93,7 @@ def draw_town(shape: tuple[int, int], field: float, seed: int) -> tuple[NDArray[
 
 
 def _shade(axis: int, sign: float) -> float:
-    """Light on a face whose outward normal is an axis of the town, or the opposite way."""
+    """Return the illumination of a face whose outward normal is plus or minus an axis of the town."""
     facing = float(SUN[axis] * sign / np.linalg.norm(SUN))
     return AMBIENT + (1 - AMBIENT) * max(facing, 0.0)
 
@@ -106,7 +106,7 @@ def _part(
     pixel: float,
     shape: tuple[int, int],
 ) -> tuple[slice, slice] | None:
-    """The part of the picture within which a house is seen; None if it is not."""
+    """Return the part of the picture that may contain a house; None if it is not visible."""
     corners = np.array([[(low, high)[n >> k & 1][k] for k in range(3)] for n in range(8)])
     seen = (corners - eye) @ axes
     if seen[:, 2].min() < NEAREST:
@@ -122,7 +122,7 @@ def _part(
 def _hit(
     low: NDArray[np.float64], high: NDArray[np.float64], ways: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int_]]:
-    """Where rays from the origin enter a box, as multiples of their `ways`, inf where they miss; and by which axis."""
+    """Return where rays from the origin enter a box, in multiples of their `ways` (inf: miss), and the axis crossed."""
     safe = np.where(np.abs(ways) < 1e-12, 1e-12, ways)
     one, other = low / safe, high / safe
     entering, leaving = np.minimum(one, other), np.maximum(one, other).min(axis=-1)

@@ -1,4 +1,4 @@
-"""A wide field of dead leaves that is blurred at one eccentricity, and more so in one quadrant."""
+"""Wide-field dead leaves with blur in an annulus at one eccentricity, increased in one quadrant."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ __all__ = ["wide_field"]
 
 Quadrant = Literal["upper right", "upper left", "lower left", "lower right"]
 QUADRANTS = {"upper right": (-1, 1), "upper left": (-1, -1), "lower left": (1, -1), "lower right": (1, 1)}
-"""Signs of the way down and to the right."""
+"""Signs of the quadrant's directions: down and right."""
 
 ANNULUS_DEG = 4.0
-"""Default width of the annulus of `wide_field`: the annuli at 0, 4, 8 and 12 degrees then touch. Our choice."""
+"""Default width of the annulus: annuli at 0, 4, 8 and 12 degrees then adjoin (a design choice)."""
 
 
 def wide_field(
@@ -53,44 +53,44 @@ def wide_field(
     side: Side = "beyond",
     seed: int = 0,
 ) -> Stimulus:
-    """Draw a wide field of dead leaves, blurred in an annulus, more so in one quadrant (Maiello et al. 2017).
+    """Draw a wide field of dead leaves, blurred in an annulus, with an increment in one quadrant (Maiello et al. 2017).
 
-    The picture lies on a flat screen: eccentricity is the arc tangent of the way from its middle, and blur is as set in
-    visual angle at the annulus, where a pixel subtends less than in the middle.
+    The picture is for a flat screen: eccentricity is the arc tangent of the distance from its centre, and blur is
+    specified in visual angle at the annulus, where a pixel subtends less than at the centre.
 
     Parameters
     ----------
     eccentricity_deg
-        Radius of the middle of the annulus, 0 to 12 degrees in the paper; 0: a disc.
+        Radius of the centre line of the annulus, 0 to 12 degrees in the paper; 0 gives a disc.
     pedestal_arcmin, increment_arcmin
-        Blur of the annulus, and what is added to it in one quadrant: standard deviation along an axis, in arcmin.
+        Blur of the annulus, and its increment in one quadrant: standard deviation along an axis, in arcmin.
     quadrant
-        The one with the increment.
+        Quadrant with the increment.
     annulus_deg
-        Width of the annulus; of the disc, its diameter.
+        Width of the annulus, or diameter of the disc.
     transition_deg
-        Width over which one blur turns into another, as a raised cosine: no border of its own is to be seen.
+        Width of the raised-cosine transition between blurs, which avoids visible borders.
     window_deg
-        Diameter of the round window; uniform beyond.
+        Diameter of the circular window; the picture is uniform outside.
     smallest_deg, largest_deg
-        Leaves' radii r lie between these, and are distributed as 1 / r^3.
+        Range of the leaves' radii r, distributed as 1 / r^3.
     pixels_per_degree
-        Pixels in the middle of the picture.
+        Resolution at the centre of the picture.
     mean, contrast
-        Of the leaves' luminances: mean in shares of white, standard deviation / mean.
+        Mean (as a fraction of white) and standard deviation / mean of the leaves' luminances.
     psf
-        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
+        Blur shape, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
-        Of the eye by which blur is turned into depth.
+        Focus distance and pupil diameter of the eye, which relate blur to depth.
     side
-        Of the focus, on which that depth lies: "beyond", where blur has a limit, or "nearer".
+        Side of focus on which that depth lies: "beyond", where blur has an upper limit, or "nearer".
     seed
-        The same seed gives the same leaves, whatever the blur.
+        Random seed of the leaves, which do not depend on blur.
 
     Returns
     -------
     Stimulus
-        With the masks "window", "annulus" and "target", the quadrant of the annulus with the increment.
+        Stimulus with the masks "window", "annulus" and "target" (the quadrant of the annulus with the increment).
 
     Raises
     ------
@@ -107,9 +107,9 @@ def wide_field(
     shape = check_shape(psf, parameters)
     check_amount("window_deg", window_deg, "degrees", positive=True)
     if window_deg > 120:
-        raise InputError(f"window_deg is {window_deg:g}, but a flat screen shows 120 degrees at most.")
+        raise InputError(f"window_deg is {window_deg:g}, but must be 120 at most on a flat screen: give less.")
     check_amount("pixels_per_degree", pixels_per_degree, "pixels per degree", positive=True)
-    flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # degrees of the middle's pixels
+    flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # in degrees at the central resolution
     check_choice("side", side, ("beyond", "nearer"))
     frame = Frame(flat, flat, pixels_per_degree)
     check_choice("quadrant", quadrant, tuple(QUADRANTS))
@@ -123,7 +123,7 @@ def wide_field(
         )
     frame.blur("pedestal_arcmin", pedestal_arcmin)
     cosine = math.cos(math.radians(eccentricity_deg))
-    stretch = cosine**-1.5  # a pixel subtends cos^2 along the radius and cos across it, in shares of the middle's
+    stretch = cosine**-1.5  # relative to the centre, a pixel subtends cos^2 radially and cos tangentially
     blurs = [float(pedestal_arcmin), float(pedestal_arcmin) + float(increment_arcmin)]
     frame.blur("increment_arcmin", increment_arcmin)
     sds = [stretch * frame.blur("pedestal_arcmin + increment_arcmin", blur) for blur in blurs]
@@ -163,7 +163,7 @@ def wide_field(
     number = ring.astype(int) + target
     masks = {"window": window >= 0.5, "annulus": ring, "target": target}
     blur_map = np.array([0.0, *blurs])[number]
-    # Where two blurs are mixed the sharper one bounds the gradient.
+    # Where two blurs are mixed, the sharper one limits the gradient.
     least = np.where(annulus > 1 - 1e-9, np.where(quarter > 1 - 1e-9, sds[1], sds[0]), 0.0)
     return Stimulus(
         "wide_field",
@@ -184,5 +184,5 @@ def wide_field(
 
 
 def _ramp(inside: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Weight of a raised cosine of this width: a half at 0, 1 inside."""
+    """Return a raised cosine of this width: 0.5 at 0, 1 inside."""
     return 0.5 + 0.5 * np.sin(math.pi * np.clip(inside / width, -0.5, 0.5))
