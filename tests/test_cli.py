@@ -242,20 +242,20 @@ BAD = {
     "nearly black": (pixels("b.png", lambda p: (p >> 15).astype(np.uint8)), SETTINGS, r"b\.png is black"),
     "saturated": (pixels("b.png", lambda p: np.where(p > 2**14, 2**16 - 1, p)), SETTINGS, r"b\.png is saturated: \d+%"),
     "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is the same everywhere \(999\)"),
-    "NaN": (poke(np.nan), SETTINGS, r"b\.npy holds 5760 pixels that are NaN or infinite \(62%\)"),
-    "values beyond single precision": (poke(1e38), SETTINGS, r"b\.npy holds values from .* to 1e\+38, but the bright"),
+    "NaN": (poke(np.nan), SETTINGS, r"b\.npy contains 5760 pixels that are NaN or infinite \(62%\)"),
+    "values beyond single precision": (poke(1e38), SETTINGS, r"b\.npy contains values from .* to 1e\+38, but the bright"),
     "a torn array": (
         lambda f: (edit("b.png", "b.npy")(f), (f / "b.npy").write_bytes(b"PK\x03\x04" + b"x" * 99)),
         SETTINGS,
         r"b\.npy cannot be read as an image: expected an array that numpy\.save wrote",
     ),
-    "infinite": (poke(np.inf), SETTINGS, r"b\.npy holds 5760 pixels that are NaN or infinite \(62%\)"),
+    "infinite": (poke(np.inf), SETTINGS, r"b\.npy contains 5760 pixels that are NaN or infinite \(62%\)"),
     "array of a wrong shape": (
         array(lambda p: p[None]),
         SETTINGS,
         r"b\.npy: its shape is \(1, 96, 96\), but must be H x W",
     ),
-    "array of a wrong type": (array(lambda p: p.astype(int)), SETTINGS, r"b\.npy holds pixels of type int64"),
+    "array of a wrong type": (array(lambda p: p.astype(int)), SETTINGS, r"b\.npy contains pixels of type int64"),
     "pickled array": (array(lambda p: p.astype(object)), SETTINGS, r"b\.npy cannot be read as an image"),
     "results over an image": (
         lambda f: ((f / "depth.png").write_bytes((f / "b.png").read_bytes()), edit("b.png", "depth.png")(f)),
@@ -440,7 +440,7 @@ def test_what_is_given_once_serves_all_photographs(folder):
 
 def test_one_value_of_each_leaves_all_views_alike(folder):
     said = sentence(run("depth", *PHOTOGRAPHS, *LENS, "--f-number", "5.6", "--focus-distance", "0.85"))
-    assert "all 2 photographs have an f-number of 5.6 and their focus at 0.85 m" in said
+    assert "all 2 photographs have an f-number of 5.6 and are focused at 0.85 m" in said
     assert "give --f-number N or --focus-distance M once for each photograph" in said
 
 

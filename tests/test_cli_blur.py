@@ -306,9 +306,9 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
         (METRES, {"baseline": 0.2}, "baseline and offset are for disparity, but"),
         (METRES + 1j, {}, "depth must be real numbers"),
         (METRES > 1, {}, "depth must be real numbers"),
-        ((1e3 * METRES).astype(np.int32), {}, "holds integers of type int32, whose step is not known: give the scale"),
+        ((1e3 * METRES).astype(np.int32), {}, "contains integers of type int32, whose unit is unknown: give the scale"),
         (METRES, {"unit": "mm", "offset": 3.0}, "baseline and offset are for disparity, but"),
-        (1e-300 * METRES, {}, "they must be 1e-06 m or more: look at the unit and the scale"),
+        (1e-300 * METRES, {}, "they must be 1e-06 m or more: check the unit and the scale"),
     ],
 )
 def test_depth_that_would_silently_be_another_is_refused(
@@ -357,7 +357,7 @@ def test_another_colour_profile_is_warned_of(tmp_path: Path, recwarn: pytest.War
     read_picture(tmp_path / "sRGB.png")
     read_picture(tmp_path / "LAB.png", "linear")
     assert not recwarn.list
-    with pytest.warns(match=r"LAB\.png has the colour profile Lab .*, but its colours are read as sRGB: convert it"):
+    with pytest.warns(match=r"LAB\.png has the colour profile Lab .*, but its colours are treated as sRGB: convert it"):
         read_picture(tmp_path / "LAB.png")
 
 
@@ -365,7 +365,7 @@ def test_another_colour_profile_is_warned_of(tmp_path: Path, recwarn: pytest.War
 def test_pictures_of_other_integers_are_refused(tmp_path: Path, kind: type) -> None:
     """A table of all levels of 32 bits would fill 34 GB."""
     np.save(tmp_path / "p.npy", np.ones((2, 3), kind))
-    with pytest.raises(InputError, match=f"of type {kind.__name__}, but must hold 8- or 16-bit"):
+    with pytest.raises(InputError, match=f"of type {kind.__name__}, but must contain 8- or 16-bit"):
         read_picture(tmp_path / "p.npy")
 
 

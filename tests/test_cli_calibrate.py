@@ -102,7 +102,7 @@ def test_a_camera_file_that_cannot_be_one_is_refused(camera, tmp_path):
     doubled = text.replace("f_number = 16", "f_number = 8", 1)
     assert "f_number = 16" in text
     for changed, sentence in (
-        (text.replace(variance, f"-{variance}", 1), "covariance is not symmetric with variances of 0 or more"),
+        (text.replace(variance, f"-{variance}", 1), "covariance is not symmetric and positive semidefinite"),
         (text.replace(joint, f"{1 + abs(float(joint))}", 1), "covariance is not symmetric"),
         (text.replace(joint, "1e300").replace(variance, "1e-300"), "covariance is not symmetric"),
         (doubled, r"two \[\[aperture\]\] tables have one f_number: leave one of them out"),

@@ -96,7 +96,7 @@ def test_cropping_finds_the_common_part_and_refuses_what_was_resized(pair, tmp_p
     assert np.corrcoef(whole.luminance.ravel(), cut.luminance.ravel())[0, 1] > 0.85
     image = cv2.imread(str(pair[0]), cv2.IMREAD_GRAYSCALE)
     cv2.imwrite(str(tmp_path / "half.png"), cv2.resize(image, None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA))
-    with pytest.raises(InputError, match="not resized"):
+    with pytest.raises(InputError, match="without resizing"):
         read_photographs([pair[0], tmp_path / "half.png"], crop=True)
 
 

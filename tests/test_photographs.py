@@ -178,7 +178,7 @@ def test_bad_pixels_are_masked_and_filled_from_beside(tmp_path):
     pixels = RGB16 / 65535
     pixels[4, 5, 1], pixels[0, 0] = np.nan, -np.inf
     np.save(tmp_path / "a.npy", pixels)
-    with pytest.warns(FocalGradientWarning, match=r"a\.npy: 2 pixels are NaN or infinite, and are left out"):
+    with pytest.warns(FocalGradientWarning, match=r"a\.npy: 2 pixels are NaN or infinite and are excluded"):
         photograph = read_photograph(tmp_path / "a.npy")
     assert photograph.mask is not None
     assert np.argwhere(~photograph.mask).tolist() == [[0, 0], [4, 5]]
@@ -361,7 +361,7 @@ def test_all_that_is_missing_is_named_at_once(tmp_path):
 
 def test_one_picture_given_twice_is_refused(tmp_path):
     first, second = (write(tmp_path / name, RGB8) for name in ("a.png", "b.png"))
-    with pytest.raises(InputError, match=r"a\.png and .*b\.png hold the same picture"):
+    with pytest.raises(InputError, match=r"a\.png and .*b\.png contain the same picture"):
         read_photographs([first, second])
 
 

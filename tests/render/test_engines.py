@@ -293,7 +293,7 @@ def test_bad_input(change, words) -> None:  # type: ignore[no-untyped-def]
 def test_bad_series() -> None:
     with pytest.raises(InputError, match="optics is empty"):
         render_series(plane(1.0), [], (4, 4), PIXEL)
-    with pytest.raises(InputError, match="holds 1 lenses"):
+    with pytest.raises(InputError, match="contains 1 lenses"):
         render_bands(plane(1.0), [Lens(0.025, 4, 1.0)], (4, 4), PIXEL)
 
 

@@ -1,6 +1,6 @@
-"""Photographs: image files and the optics that took them, in; views, out.
+"""Photographs: from image files and the optics that took them to views.
 
-Units stand in the names here (``_mm``, ``_um``, ``_m``), as people write them; behind this door all is SI.
+Names carry units here (``_mm``, ``_um``, ``_m``), as in users' files; internally everything is in SI units.
 """
 
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera

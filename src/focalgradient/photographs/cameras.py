@@ -1,4 +1,4 @@
-"""CAMERA.toml: a calibrated camera, as `focalgradient calibrate` writes it."""
+"""CAMERA.toml: a calibrated camera, as written by `focalgradient calibrate`."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ __all__ = ["Calibrated", "camera_toml", "load_camera"]
 
 
 ROUNDED = 1e-4
-"""What correlations and their eigenvalues may be off by: the file has seven digits of each of some tens of numbers."""
+"""Tolerance of correlations and their eigenvalues: the file stores seven digits of some tens of numbers each."""
 
 
 class Calibrated(Table):
-    """What the views of a calibrated camera start from: its sensor, and how it blurs."""
+    """Sensor and blur calibration of a camera, from which its views are made."""
 
     sensor: Sensor
     calibration: InstanceOf[Calibration]
 
     @property
     def focus(self) -> float | None:
-        """The one focus distance (m) as marked, or, where unmarked, as found; None where there are several."""
+        """The single focus distance (m), as marked or, if unmarked, as estimated; None if there are several."""
         (mark, vergence), *others = self.calibration.focus.items()
         return None if others else mark or 1 / vergence - self.calibration.offset
 
     def fill(self, data: dict[str, Any]) -> dict[str, Any]:
-        """The `data` of a settings file, with what it leaves out and the calibration gives."""
+        """Return the `data` of a settings file, with missing values taken from the calibration."""
         sensor = self.sensor.model_dump(exclude_none=True)
         camera = data.get("camera", {})
         views = data.get("view", [])
@@ -62,7 +62,7 @@ class _Body(Sensor):
     blur_k: _Positive
     own_blur_um2: _Number
     offset_m: _Number
-    model_error: Annotated[float, Field(ge=0, lt=1, description="a share from 0 to 1")]
+    model_error: Annotated[float, Field(ge=0, lt=1, description="a fraction from 0 to below 1")]
 
 
 class _Aperture(Table):
@@ -76,11 +76,11 @@ class _Focus(Table):
 
 
 class _Uncertainty(Table):
-    covariance: Annotated[list[list[_Number]], Field(description="a square of numbers, a row for each parameter")]
+    covariance: Annotated[list[list[_Number]], Field(description="a square matrix with one row per parameter")]
     informed: Annotated[
         list[_Number],
-        # Files of earlier versions say "told".
-        Field(description="a number for each parameter", validation_alias=AliasChoices("informed", "told")),
+        # Files of earlier versions use "told".
+        Field(description="one number per parameter", validation_alias=AliasChoices("informed", "told")),
     ]
 
 
@@ -111,7 +111,7 @@ class _CameraFile(Table):
 
 
 def load_camera(path: str | os.PathLike[str]) -> Calibrated:
-    """Read the file that `focalgradient calibrate` wrote.
+    """Read a file written by `focalgradient calibrate`.
 
     Raises
     ------
@@ -125,15 +125,16 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
     covariance = file.uncertainty.covariance
     if len(file.uncertainty.informed) != count or [len(row) for row in covariance] != [count] * count:
         raise InputError(
-            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the file "
-            "anew with focalgradient calibrate."
+            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the "
+            "file again "
+            "with focalgradient calibrate."
         )
     for name, key, marks in (
         ("aperture", "f_number", [one.f_number for one in file.apertures]),
         ("focus", "focus_distance_m", [one.focus_distance_m for one in file.focus]),
     ):
         if len(set(marks)) < len(marks):
-            raise InputError(f"{path}: two [[{name}]] tables have one {key}: leave one of them out.")
+            raise InputError(f"{path}: two [[{name}]] tables have the same {key}: remove one.")
     _check_covariance(path, np.array(covariance))
     calibration = Calibration(
         focal_length=body.focal_length_mm * 1e-3,
@@ -155,15 +156,15 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
 
 
 def _check_covariance(path: Path, covariance: NDArray[np.float64]) -> None:
-    """Refuse what is no covariance: the errors of depth that follow from it would be no numbers, or any."""
+    """Raise `InputError` unless `covariance` is symmetric and positive semidefinite."""
     with np.errstate(all="ignore"):
         sd = np.sqrt(np.diag(covariance))
         scaled = covariance / np.where(sd > 0, sd, 1) / np.where(sd > 0, sd, 1)[:, None]
         valid = bool(np.isfinite(scaled).all() and np.abs(scaled - scaled.T).max() < ROUNDED)
     if not (valid and np.linalg.eigvalsh(scaled).min() > -ROUNDED):
         raise InputError(
-            f"{path}: covariance is not symmetric with variances of 0 or more along every direction: write the file "
-            "anew with focalgradient calibrate."
+            f"{path}: covariance is not symmetric and positive semidefinite: write the file again "
+            "with focalgradient calibrate."
         )
 
 
@@ -175,11 +176,14 @@ def _psf(path: Path, body: _Body) -> Psf | None:
 
 
 def _shape(camera: Calibration) -> str:
-    """The shape as the file states it: its name alone where its only parameter is `blur_k`."""
+    """Return the shape as stated in the file: its name alone if its only parameter is `blur_k`."""
     shape = camera.psf
     assert shape is not None
     if shape_class(shape.name) is not type(shape):
-        raise InputError(f"psf {shape.name!r} is another shape than {type(shape).__name__}: give it a name of its own.")
+        raise InputError(
+            f"psf {shape.name!r} is registered for another shape than {type(shape).__name__}: give the class a "
+            "different name."
+        )
     values = {key: value for key, value in shape.stated().items() if key != "k" or value != camera.k}
     if not values:
         return f'"{shape.name}"'
@@ -192,27 +196,30 @@ def _field(table: _FieldTable) -> FocusField:
 
 
 def camera_toml(calibrated: Calibrated) -> str:
-    """The text of CAMERA.toml."""
+    """Return the text of CAMERA.toml."""
     camera, sensor = calibrated.calibration, calibrated.sensor
     sd = camera.sd
     stops = len(camera.f_numbers)
     lines = [
-        "# Written by `focalgradient calibrate`; +- is one standard deviation.",
-        f"# Distances as measured count from {plane_name(sensor.distances_from)}.",
-        "# Distance from the entrance pupil = distance as measured + offset_m; vergence = 1 / distance from the pupil.",
+        "# Written by `focalgradient calibrate`; +- gives one standard deviation.",
+        f"# Measured distances are relative to {plane_name(sensor.distances_from)}.",
+        "# Distance from the entrance pupil = measured distance + offset_m; vergence = 1 / distance from the pupil.",
         "[camera]",
         *(f"{key} = {_shown(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
-        *([] if camera.psf is None else [f"psf = {_shape(camera)}  # the shape of blur that the target showed"]),
+        *([] if camera.psf is None else [f"psf = {_shape(camera)}  # blur shape estimated from the target"]),
         f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius"
         + (" along edges" if camera.psf is None else ", of the shape"),
         f"own_blur_um2 = {camera.own * 1e12:.5g}  # +- {sd[1]:.2g}: variance on the sensor; negative where sharpened",
         f"offset_m = {camera.offset:.5g}  # +- {sd[2]:.2g}",
         *(
-            [f"edge_scatter_um = {camera.edge_scatter * 1e6:.4g}  # of single edges about the law, on the sensor"]
+            [
+                f"edge_scatter_um = {camera.edge_scatter * 1e6:.4g}  # scatter of single edges about the blur "
+                "model, on the sensor"
+            ]
             if camera.edge_scatter
             else []
         ),
-        f"model_error = {camera.model_error:.3g}  # of the blur's width, as a share",
+        f"model_error = {camera.model_error:.3g}  # relative error of the blur radius",
     ]
     for (mark, effective), s in zip(camera.f_numbers.items(), sd[3:], strict=False):
         lines += ["", "[[aperture]]", f"f_number = {mark!r}", f"effective = {effective:.5g}  # +- {effective * s:.2g}"]
@@ -221,26 +228,27 @@ def camera_toml(calibrated: Calibrated) -> str:
         if focus is not None:
             lines.append(f"focus_distance_m = {focus!r}  # as marked")
         truth = 1 / vergence - camera.offset
-        lines.append(f"vergence_dioptres = {vergence:.6g}  # +- {s:.2g}: {truth:.4g} m as measured")
+        lines.append(f"vergence_dioptres = {vergence:.6g}  # +- {s:.2g}: {truth:.4g} m measured")
     if camera.psf is not None:
         field = camera.field
         lines += [
             "",
             "[field]",
-            "# Coefficients of x, y, x^2, x y, y^2 from the middle of the frame, right and down, in halves of its",
-            "# longer side: dioptres to add to estimates, the share by which blur is larger; bounds of x and y;",
+            "# Coefficients of x, y, x^2, x y, y^2 (from the centre of the frame, right and down, in units of half its",
+            "# longer side): dioptres to add to estimates, relative increase of the blur radius; bounds of x and y;",
             "# standard deviation of the slope of the focus along x and y, in dioptres.",
             *(
                 f"{name} = [{', '.join(f'{v:.6g}' for v in getattr(field, name))}]"
                 for name in ("focus", "blur", "bounds", "tilt")
             ),
-            f"split_band_scale = {field.split_band_scale:.4g}  # scatter of the target / what the split-band test says",
+            f"split_band_scale = {field.split_band_scale:.4g}  # scatter of the target / predicted by the "
+            "split-band test",
         ]
     lines += [
         "",
         "[uncertainty]",
         "# Of ln blur_k, own_blur_um2, offset_m, ln of each effective f-number, each focus vergence, in this order.",
-        "# informed: the share of the prior's variance that the views took away, 0 (all is the prior's) to 1.",
+        "# informed: reduction of the prior variance by the views, from 0 (prior only) to 1.",
         f"informed = [{', '.join(f'{share:.2f}' for share in camera.informed)}]",
         "covariance = [",
         *(f"    [{', '.join(f'{value:.6e}' for value in row)}]," for row in camera.covariance),

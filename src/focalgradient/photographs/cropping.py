@@ -1,4 +1,4 @@
-"""Photographs of unequal size, cropped to what all of them show."""
+"""Cropping of photographs of unequal size to their common field."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from focalgradient.photographs.images import Photograph
 __all__ = ["cropped"]
 
 COARSE = 240
-"""Shorter side in pixels of the images that are laid over each other at first."""
+"""Shorter side in pixels of the images that are registered first."""
 
 ALIKE = 0.6
-"""Correlation from which two images show the same: texture that is blurred differently keeps 0.8 and more."""
+"""Minimum correlation of two images of the same scene: with different blur, texture retains 0.8 and more."""
 
 MOST_CUT = 0.35
-"""Share of a side that one image may show more than another."""
+"""Maximum fraction of a side by which one image may extend beyond another."""
 
 
 def cropped(photographs: Sequence[Photograph]) -> list[Photograph]:
-    """The part that all `photographs` show, to some pixels, of each: aligning removes what is left.
+    """Return the common part of all `photographs`, accurate to some pixels; alignment removes the rest.
 
     Raises
     ------
     InputError
-        If one does not show what the smallest shows at the same scale: it was resized, or shows another scene.
+        If one does not show the smallest one's scene at the same scale: it was resized, or shows another scene.
     """
     smallest = min(photographs, key=lambda photograph: photograph.luminance.size)
     height, width = smallest.luminance.shape
     places = [_place(photograph, smallest) for photograph in photographs]
-    # Of each, the pixels that lie over the smallest; then those that are there in all.
+    # The pixels of each that lie over the smallest, then those present in all.
     top, left = (max(0, *(-place[axis] for place in places)) for axis in (0, 1))
     sizes = [photograph.luminance.shape for photograph in photographs]
     bottom = min(height, *(size[0] - place[0] for size, place in zip(sizes, places, strict=True)))
@@ -50,9 +50,9 @@ def cropped(photographs: Sequence[Photograph]) -> list[Photograph]:
 
 
 def _place(photograph: Photograph, smallest: Photograph) -> tuple[int, int]:
-    """Row and column in `photograph` of the first pixel of `smallest`."""
+    """Return row and column in `photograph` of the first pixel of `smallest`."""
     if photograph.luminance.shape == smallest.luminance.shape:
-        return 0, 0  # what is left of a shift is the alignment's
+        return 0, 0  # remaining shifts are removed by alignment
     factor = max(1, min(smallest.luminance.shape) // COARSE)
     small, large = (_shrunk(one.luminance, factor) for one in (smallest, photograph))
     rim = [int(np.ceil(MOST_CUT / 2 * n)) for n in small.shape]
@@ -67,7 +67,7 @@ def _place(photograph: Photograph, smallest: Photograph) -> tuple[int, int]:
 
 
 def _shrunk(image: NDArray[np.float32], factor: int) -> NDArray[np.float32]:
-    """Averaged over squares, and smoothed, for a difference of blur not to matter."""
+    """Return an image averaged over squares and smoothed, which reduces differences in blur."""
     height, width = (n // factor * factor for n in image.shape)
     size = (width // factor, height // factor)
     small = cv2.resize(image[:height, :width], size, interpolation=cv2.INTER_AREA)
@@ -76,6 +76,6 @@ def _shrunk(image: NDArray[np.float32], factor: int) -> NDArray[np.float32]:
 
 def _apart(photograph: Photograph, smallest: Photograph) -> InputError:
     return InputError(
-        f"{photograph.path} and {smallest.path} differ in size, and do not show one scene at one scale, so that "
-        "cropping does not make them alike: export them with the same size in pixels, not resized."
+        f"{photograph.path} and {smallest.path} differ in size and do not show one scene at one scale, so that they "
+        "cannot be cropped to a common field: export them at the same size in pixels, without resizing."
     )

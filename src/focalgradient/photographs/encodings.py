@@ -1,4 +1,4 @@
-"""How an image file says that its values encode light: by a colour profile, a PNG's own word, or EXIF."""
+"""Detection of the encoding stated in an image file: colour profile, PNG chunks or EXIF."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ __all__ = ["Encoding", "profile_name", "stated_encoding"]
 Encoding = Literal["linear", "srgb"]
 
 CLOSE = 0.02
-"""Mean difference of two tone curves, as sRGB values from 0 to 1, up to which they count as one: gamma 2.2 lies within
-0.01 of sRGB, gamma 1.8 at 0.05."""
+"""Maximum mean difference of two tone curves that count as equal, in sRGB values from 0 to 1: gamma 2.2 is within 0.01
+of sRGB, gamma 1.8 differs by 0.05."""
 
 FORMATS = ("PNG", "TIFF", "JPEG")
-"""Formats that Pillow may open: its others have decoders that nobody here needs, and that a file could reach."""
+"""Formats that Pillow may open: the decoders of all others are excluded for safety."""
 
 EXIF, COLOUR_SPACE, SRGB = 0x8769, 0xA001, 1
 
 
 def stated_encoding(data: bytes, name: Any) -> Encoding | None:
-    """What an image file says of how its values encode light; None where it says nothing.
+    """Return the encoding that an image file states, or None if it states none.
 
     Parameters
     ----------
     data
-        The bytes of a PNG, TIFF or JPEG file.
+        Content of a PNG, TIFF or JPEG file, in bytes.
     name
-        Its name, for the warning.
+        File name, for the warning.
 
     Warns
     -----
     FocalGradientWarning
-        If it states a tone curve that is neither: the nearer one is returned.
+        If the stated tone curve is neither sRGB nor linear; the closer one is returned.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def stated_encoding(data: bytes, name: Any) -> Encoding | None:
         with Image.open(io.BytesIO(data), formats=FORMATS) as image:
             profile, gamma, said = (image.info.get(key) for key in ("icc_profile", "gamma", "srgb"))
             exif = image.getexif().get_ifd(EXIF).get(COLOUR_SPACE)
-    except Exception:  # what is damaged, or no kind of image that says it, is for the decoder to judge
+    except Exception:  # damaged files are reported by the decoder
         return None
     values = np.arange(256) / 255
     if profile and (curve := _curve(profile)) is not None:
@@ -67,7 +67,7 @@ def stated_encoding(data: bytes, name: Any) -> Encoding | None:
 
 
 def profile_name(profile: bytes) -> str:
-    """The name of a colour profile."""
+    """Return the description of a colour profile."""
     try:
         return printable(ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(io.BytesIO(profile))).strip())
     except (ImageCms.PyCMSError, ImportError, OSError):
@@ -75,7 +75,7 @@ def profile_name(profile: bytes) -> str:
 
 
 def _curve(profile: bytes) -> NDArray[np.floating] | None:
-    """The sRGB values (0 to 1) of the greys of 256 values by a colour profile; None where it cannot be read."""
+    """Return the sRGB values (0 to 1) of 256 grey levels under a colour profile; None if it cannot be read."""
     try:
         found = ImageCms.ImageCmsProfile(io.BytesIO(profile))
         grey = Image.fromarray(np.arange(256, dtype=np.uint8)[None])
@@ -88,7 +88,7 @@ def _curve(profile: bytes) -> NDArray[np.floating] | None:
 
 
 def _nearer(curve: NDArray[np.floating], what: str, name: Any) -> Encoding:
-    """Of the two encodings that which shows `curve` (256 sRGB values) best, with a warning if it is neither."""
+    """Return the encoding closer to `curve` (256 sRGB values); warn if it matches neither."""
     values = np.arange(256) / 255
     known: dict[Encoding, float] = {
         "srgb": float(np.abs(curve - values).mean()),
@@ -97,8 +97,9 @@ def _nearer(curve: NDArray[np.floating], what: str, name: Any) -> Encoding:
     encoding = min(known, key=lambda one: known[one])
     if known[encoding] > CLOSE:
         warnings.warn(
-            f"{printable(name)} states {what}, whose tone curve is neither sRGB nor linear; it is read as {encoding}: "
-            "convert it to one of them if depth or light is to be exact.",
+            f"{printable(name)} states {what}, whose tone curve is neither sRGB nor linear; it is treated as "
+            f"{encoding}: "
+            "convert it to one of them for exact results.",
             FocalGradientWarning,
             stacklevel=2,
         )

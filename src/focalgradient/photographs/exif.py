@@ -1,4 +1,4 @@
-"""Settings from what cameras write into their files (EXIF), and from options for what they do not."""
+"""Camera settings from EXIF metadata, completed by given values."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from focalgradient.tables import check_table
 __all__ = ["from_exif"]
 
 _MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 1e-3}
-"""Length of FocalPlaneResolutionUnit in mm: inch, centimetre, and, in wide use, millimetre and micrometre."""
+"""FocalPlaneResolutionUnit in mm: inch, centimetre, and, in common use, millimetre and micrometre."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Recorded:
-    """What the EXIF of one file gives; None for what it does not."""
+    """EXIF metadata of one file; None for missing values."""
 
     focal_length_mm: float | None
     f_number: float | None
     focus_distance_m: float | None
     pixel_pitch_um: float | None
-    by_equivalent: bool = False  # the pitch follows from the 35-mm equivalent
+    by_equivalent: bool = False  # whether the pitch is derived from the 35-mm equivalent
 
 
 def from_exif(
@@ -59,40 +59,40 @@ def from_exif(
     least: int = 2,
     order_only: bool = False,
 ) -> Settings:
-    """Make settings for photographs of one scene from their EXIF; what is given here goes before what EXIF gives.
+    """Return settings for photographs of one scene from their EXIF metadata; given values take precedence.
 
     Parameters
     ----------
     paths
         Image files.
     least
-        How many there must be.
+        Minimum number of files.
     order_only
-        Where no focus distance is known, take the photographs for a stack in order of focus, evenly spaced in vergence
-        from 1 to 2 (`Settings.relative`): depth is then a place in the stack. Optics that are missing do not matter.
+        Whether, if no focus distance is known, the photographs are taken as a focus stack, in order and evenly spaced
+        in vergence from 1 to 2 (`Settings.relative`): depth is then a position in the stack, and missing optics do not
+        matter.
     f_numbers, focus_distances_m
-        One for all files, or one for each, in order; or none: taken from EXIF.
+        One value for all files, or one each, in order; or none, to use EXIF.
     focal_length_mm, pixel_pitch_um
-        None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized; or
-        else, with a warning, from the focal length's 35-mm equivalent, which is rounded to a millimetre.
+        None: from EXIF. The pitch is derived from FocalPlaneXResolution, scaled if the image was resized; otherwise,
+        with a warning, from the 35-mm equivalent of the focal length, which is rounded to a millimetre.
     encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
         As in `focalgradient.photographs.Camera`.
     focus_tolerance, f_number_tolerance
-        The same; None: the defaults there.
+        As above; None: their defaults.
     calibrated
-        The camera, where it was calibrated: it gives its sensor, and its focus if there was but one; f-numbers are
-        then marks on the lens.
+        Calibration of the camera: it provides the sensor, and the focus if there is only one; f-numbers are then marks
+        on the lens.
 
     Raises
     ------
-    InputError
-        If EXIF lacks what is not given (the message names the parameter for each), or the files disagree on
-        focal length or pixel pitch, or fewer files than `least` are given, or the calibration does not hold for them.
+    If a value is missing from both EXIF and arguments (the message names the parameters), the files disagree on focal
+    length or pixel pitch, fewer than `least` files are given, or the calibration does not apply to them.
     """
     files = [Path(path) for path in paths]
     if len(files) < least:
         raise InputError(
-            f"only {len(files)} photograph is given, but depth needs {least} or more of one scene: add another."
+            f"the number of photographs is {len(files)}, but depth needs {least} or more of one scene: add more."
         )
     once = 1 in (len(f_numbers), len(focus_distances_m))
     f_numbers = _for_each(files, "f_numbers", f_numbers)
@@ -116,7 +116,7 @@ def from_exif(
     relative = order_only and not focus_distances_m and all(one.focus_distance_m is None for one in recorded)
     if relative:
         focus_distances_m = [1 / (1 + n / max(1, len(files) - 1)) for n in range(len(files))]
-        # Stand-ins: sharpness does not depend on them. What focus does to magnification is not known.
+        # Placeholders that do not affect sharpness. The effect of focus on magnification is unknown.
         first = recorded[0]
         camera["telecentric"] = True
         camera["focal_length_mm"] = camera["focal_length_mm"] or first.focal_length_mm or 50.0
@@ -124,8 +124,9 @@ def from_exif(
         f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
     if pixel_pitch_um is None and camera["pixel_pitch_um"] is None and any(one.by_equivalent for one in recorded):
         warnings.warn(
-            f"EXIF gives no size of pixels: {recorded[0].pixel_pitch_um:.3g} um follows from the 35-mm equivalent of "
-            "the focal length, to a few per cent, if the picture was not cropped; give pixel_pitch_um if you know it.",
+            f"EXIF gives no pixel size: {recorded[0].pixel_pitch_um:.3g} um is derived from the 35-mm equivalent of "
+            "the focal length, accurate to a few per cent if the picture was not cropped; give pixel_pitch_um if it "
+            "is known.",
             FocalGradientWarning,
             stacklevel=2,
         )
@@ -133,9 +134,9 @@ def from_exif(
     if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
         one = views[0]
         raise InputError(
-            f"all {len(views)} photographs have an f-number of {one['f_number']:g} and their focus at "
-            f"{one['focus_distance_m']:g} m, so that all are blurred alike, and no depth follows: give f_numbers or "
-            "focus_distances_m once for each photograph, as they differ."
+            f"all {len(views)} photographs have an f-number of {one['f_number']:g} and are focused at "
+            f"{one['focus_distance_m']:g} m, so that their blur is the same and gives no depth: give f_numbers or "
+            "focus_distances_m once for each photograph."
         )
     settings = check_table(
         "the optics given",
@@ -148,17 +149,17 @@ def from_exif(
         },
         Settings,
     )
-    settings.lenses()  # refuses those that are not plausible
+    settings.lenses()  # rejects implausible lenses
     return settings
 
 
 def _for_each(files: Sequence[Path], name: str, given: Sequence[float]) -> Sequence[float]:
-    """What is given of each file, or once for all; or nothing.
+    """Return a list with one value per file from values given per file or once; or an empty list.
 
     Raises
     ------
     InputError
-        If it is given another number of times.
+        If the number of values is another.
     """
     if len(given) not in (0, 1, len(files)):
         raise InputError(
@@ -171,12 +172,12 @@ def _for_each(files: Sequence[Path], name: str, given: Sequence[float]) -> Seque
 def _of_calibrated(
     camera: Mapping[str, Any], calibrated: Calibrated, file: Path, recorded: _Recorded
 ) -> dict[str, Any]:
-    """What is given of a camera, and what its calibration gives beside that.
+    """Return the given camera values, completed by its calibration.
 
     Raises
     ------
     InputError
-        If the first file was taken at another focal length than the camera was calibrated at.
+        If the first file was taken at another focal length than the calibration.
     """
     sensor, taken = calibrated.sensor, recorded.focal_length_mm
     if camera["focal_length_mm"] is None and taken and abs(taken / sensor.focal_length_mm - 1) > 0.01:
@@ -186,7 +187,7 @@ def _of_calibrated(
         )
     known = {name: given or getattr(sensor, name) for name, given in camera.items() if name != "pixel_pitch_um"}
     pitch, exif_pitch = camera["pixel_pitch_um"], recorded.pixel_pitch_um or sensor.pixel_pitch_um
-    if pitch is None and abs(exif_pitch / sensor.pixel_pitch_um - 1) < 0.05:  # if not, it was resized
+    if pitch is None and abs(exif_pitch / sensor.pixel_pitch_um - 1) < 0.05:  # otherwise the image was resized
         pitch = sensor.pixel_pitch_um
     return known | {"pixel_pitch_um": pitch}
 
@@ -198,14 +199,14 @@ def _complete(
     f_numbers: Sequence[float],
     focus_distances_m: Sequence[float],
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """The tables of the camera and of its views, with what EXIF gives where nothing else does.
+    """Return the tables of the camera and its views, completed by EXIF.
 
     Raises
     ------
     InputError
-        If something is missing (all that is, is named), or the files disagree on what they share.
+        If values are missing (all are named), or the files disagree on common values.
     """
-    lacking: list[tuple[str, str]] = []  # what, and the parameter that gives it
+    lacking: list[tuple[str, str]] = []  # description, and name of the parameter
 
     def each(values: Sequence[float | None], what: str, parameter: str) -> list[float]:
         names = [file.name for file, value in zip(files, values, strict=True) if value is None]
@@ -241,25 +242,27 @@ def _complete(
 
 
 def _recorded(path: Path) -> _Recorded:
-    """Read what the file's EXIF gives: nothing where it has none."""
+    """Return the EXIF metadata of a file; empty if it has none."""
     tags: Mapping[int, Any] = {}
     size = (0, 0)
     data = read_image_bytes(path)
-    # EXIF is foreign and optional: damaged is as good as absent, and Pillow's remarks on it help nobody.
+    # EXIF is optional: damaged metadata is treated as absent, and Pillow's warnings about it are suppressed.
     with contextlib.suppress(Exception), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with Image.open(io.BytesIO(data), formats=FORMATS) as image:
             size = image.size
             tags = image.getexif().get_ifd(ExifTags.IFD.Exif)
     if is_raw(path):
-        # Most are TIFF files of a kind that Pillow does not open, with the same EXIF in them.
+        # Most raw files are TIFF variants that Pillow does not open, with standard EXIF metadata.
         with contextlib.suppress(Exception):
             exif = Image.Exif()
             exif.load(b"Exif\0\0" + data)
             tags, size = exif.get_ifd(ExifTags.IFD.Exif), (0, 0)
     distance = _number(tags, ExifTags.Base.SubjectDistance)
     pitch = _pixel_pitch(tags, size)
-    sized = pitch is not None or _number(tags, ExifTags.Base.FocalPlaneXResolution) is not None  # of what was cropped
+    sized = (
+        pitch is not None or _number(tags, ExifTags.Base.FocalPlaneXResolution) is not None
+    )  # unusable if the image was cropped
     equivalent = None if sized else _pitch_by_equivalent(tags, size)
     return _Recorded(
         focal_length_mm=_number(tags, ExifTags.Base.FocalLength),
@@ -272,14 +275,14 @@ def _recorded(path: Path) -> _Recorded:
 
 
 FULL_FRAME_MM = math.hypot(36, 24)
-"""Diagonal of the frame that 35-mm equivalents refer to (CIPA DCG-001)."""
+"""Diagonal in mm of the frame to which 35-mm equivalents refer (CIPA DCG-001)."""
 
 
 def _pitch_by_equivalent(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None:
-    """Give the pixel pitch in um by the 35-mm equivalent of the focal length; None where EXIF lacks it.
+    """Return the pixel pitch in um from the 35-mm equivalent of the focal length; None if EXIF lacks it.
 
-    The diagonal of the sensor is that of the full frame times focal length / equivalent; the picture, resized or not,
-    shows all of it.
+    The diagonal of the sensor is that of the full frame times focal length / equivalent; the uncropped picture, resized
+    or not, spans it.
     """
     focal = _number(tags, ExifTags.Base.FocalLength)
     full = _number(tags, ExifTags.Base.FocalLengthIn35mmFilm)
@@ -289,26 +292,26 @@ def _pitch_by_equivalent(tags: Mapping[int, Any], size: tuple[int, int]) -> floa
 
 
 def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None:
-    """Give the pixel pitch in um of the image as it is now, or None where EXIF does not give it."""
+    """Return the pixel pitch in um of the image at its current size, or None if EXIF does not give it."""
     per_unit = _number(tags, ExifTags.Base.FocalPlaneXResolution)
     unit = _MILLIMETRES.get(tags.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
     if per_unit is None or unit is None:
         return None
-    if size == (0, 0):  # the sensor's own pixels
+    if size == (0, 0):  # pixels of the sensor
         return 1e3 * unit / per_unit
     taken = [
         _number(tags, tag) or now
         for tag, now in zip((ExifTags.Base.ExifImageWidth, ExifTags.Base.ExifImageHeight), size, strict=True)
     ]
     scale = [was / now for was, now in zip(taken, size, strict=True)]
-    # Unequal scales: cropped, not (only) resized, so that the pitch is unknown. One pixel may be lost to rounding.
+    # Unequal scales mean that the image was cropped, so that the pitch is unknown; one pixel may be lost to rounding.
     if abs(scale[0] - scale[1]) > 1.5 * max(s / now for s, now in zip(scale, size, strict=True)):
         return None
     return 1e3 * unit / per_unit * scale[0]
 
 
 def _number(tags: Mapping[int, Any], tag: int) -> float | None:
-    """Read a positive number, or None where the tag is absent, zero or senseless."""
+    """Return a positive number, or None if the tag is absent, zero or invalid."""
     try:
         value = float(tags[tag])
     except (KeyError, TypeError, ValueError, ZeroDivisionError, OverflowError):

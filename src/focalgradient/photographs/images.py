@@ -1,6 +1,6 @@
-"""Image files to linear luminance.
+"""Reading of image files as linear luminance.
 
-The encoding is undone first, then colour becomes luminance: luminance is a sum of *linear* red, green and blue.
+Values are decoded first, then colour is converted: luminance is a weighted sum of *linear* red, green and blue.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-# Of compressed TIFF files, as many as Pillow takes of the others; OpenCV reads this once.
+# The same pixel limit for compressed TIFF files as Pillow's for other formats; OpenCV reads it once.
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", "178956970")
 
 import cv2
@@ -33,60 +33,60 @@ from focalgradient.view import LUMINANCE
 __all__ = ["Photograph", "read_photograph", "read_photographs"]
 
 _UNUSABLE = 0.5
-"""Share of pixels that are saturated, or NaN or infinite, above which an image is refused."""
+"""Maximum fraction of pixels that are saturated, NaN or infinite."""
 
 _SATURATED_WORTH_SAYING = 1e-3
-"""Share of pixels at the file type's maximum above which a warning says so."""
+"""Fraction of pixels at the type's maximum above which a warning is issued."""
 
 _BYTES_KEPT, _BYTES_MADE = 5, 40
-"""Bytes a pixel that a photograph keeps (luminance and mask), and that are taken beside while one is decoded."""
+"""Bytes per pixel that a photograph occupies (luminance and mask), and additionally while it is decoded."""
 
 _QUALITY = 89
-"""Quality of JPEG below which what compression takes away is not covered: at 90 it mostly is, at 85 and 75 it is not
-(`benchmarks/stored_photographs.py`)."""
+"""JPEG quality below which compression errors are not covered by the stated uncertainty: at 90 they mostly are, at 85
+and 75 not (`benchmarks/stored_photographs.py`)."""
 
 _STEP_OF_QUALITY_50 = 57.625
-"""Mean step of quantisation of luminance at quality 50: the example table of the JPEG standard (T.81, Annex K)."""
+"""Mean luminance quantisation step at quality 50: example table of the JPEG standard (T.81, Annex K)."""
 
 _SMALLER = "crop or reduce the images, or give fewer of them"
 
 _JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG"
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-"""How files of the formats begin that are decoded; the last two are TIFF of more than 4 GB."""
+"""Signatures of the decoded formats; the last two are TIFF files of more than 4 GB."""
 
 _ARRAY = "an array of an image"
 
 _BRIGHT = 1e9
-"""Absolute value of floating-point pixels above which, and under the inverse of which at the brightest, squares of
-squares leave what single precision holds."""
+"""Maximum absolute value of floating-point pixels, whose inverse is the minimum of the brightest: beyond them, fourth
+powers exceed single precision."""
 
 _DARK = 0.05
-"""Brightness of a flat field, as a share of its brightest place, below which it is refused."""
+"""Minimum brightness of a flat field as a fraction of its maximum."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Photograph:
-    """What one image file holds.
+    """Content of one image file.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     luminance
-        Linear luminance, H x W, float32; integer files are scaled so that their maximum (255, 65535) is 1.
+        Linear luminance, H x W, float32; integer files are scaled to a maximum (255, 65535) of 1.
     encoding
-        ``"linear"`` or ``"srgb"``: how the file's values were read.
+        ``"linear"`` or ``"srgb"``: encoding with which the values were decoded.
     pixel_type
-        The file's own pixel type, such as ``"uint8"``.
+        Pixel type of the file, such as ``"uint8"``.
     saturated
-        Share of pixels of which some channel lies at the maximum of an integer `pixel_type`, 0 to 1.
+        Fraction of pixels with a channel at the maximum of an integer `pixel_type`, 0 to 1.
     binning
-        Pixels of the sensor to one of these, in each direction: 2 for a camera raw file, or else 1.
+        Sensor pixels per pixel in each direction: 2 for a camera raw file, otherwise 1.
     mask
-        H x W, True where a pixel can be used: no channel lies at the maximum of an integer `pixel_type`, and all are
-        finite. None where all can be used.
+        H x W, True where a pixel is valid: no channel is at the maximum of an integer `pixel_type`, and all are finite.
+        None if all are valid.
     assumed
-        True where neither the caller nor the file says how its values are encoded.
+        True if neither the caller nor the file states the encoding.
     """
 
     path: Path
@@ -99,7 +99,7 @@ class Photograph:
     assumed: bool = False
 
     def __repr__(self) -> str:
-        """Name, size and encoding, without the pixels themselves."""
+        """Return name, size and encoding, without the pixels."""
         height, width = self.luminance.shape
         return (
             f"Photograph({self.path.name}: {height} x {width} pixels, {self.pixel_type}, {self.encoding}, "
@@ -115,29 +115,29 @@ def read_photograph(
     Parameters
     ----------
     path
-        An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG, grey or colour, or a .npy file with
-        an H x W or H x W x 3 (red, green, blue) array; or a camera raw file, of which the green light is read (see
-        `focalgradient.photographs.raw`). An alpha channel is dropped; an orientation tag is obeyed.
+        An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG file, grey or colour; a .npy file with an
+        H x W or H x W x 3 (red, green, blue) array; or a camera raw file, of which only green is used (see
+        `focalgradient.photographs.raw`). An alpha channel is dropped; the orientation tag is applied.
     encoding
-        How the values are encoded: ``"linear"`` or ``"srgb"``. None: as the file says (`stated_encoding`), or else sRGB
-        for 8-bit image files, linear for all others. Camera raw files are always linear.
+        Encoding of the values, ``"linear"`` or ``"srgb"``. None: as stated by the file (`stated_encoding`), otherwise
+        sRGB for 8-bit image files and linear for all others. Camera raw files are always linear.
     flat
-        Picture of an evenly lit, blank surface by the same lens at the same aperture and focus, out of focus or not, to
-        divide out vignetting: its smooth fall-off is taken, relative to its mean, not its noise.
+        Flat field: picture of a uniformly lit, blank surface with the same lens, aperture and focus, sharp or not,
+        which corrects vignetting. Its smooth fall-off relative to its mean is used, not its noise.
 
     Raises
     ------
     InputError
-        If the file is missing, unreadable or not an image, or more than half its pixels are saturated (at the maximum
-        of an integer type) or NaN or infinite (floating point), or it is black (no pixel above 2 levels and 0.1 % of
-        that maximum; for floating point, none above 0) or the same everywhere; or if the flat field differs in size,
-        is saturated, or dark somewhere.
+        If the file is missing, unreadable or not an image; if more than half its pixels are saturated (at the maximum
+        of an integer type), NaN or infinite; if it is black (no pixel above 2 levels and 0.1 % of that maximum; for
+        floating point, none above 0) or uniform; or if the flat field differs in size, is saturated, or is dark
+        somewhere.
 
     Warns
     -----
     FocalGradientWarning
-        If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out;
-        and if it is a JPEG of less than about quality 90.
+        If more than 0.1 % of the pixels are saturated, or any is NaN or infinite, which `Photograph.mask` excludes; and
+        if it is a JPEG below about quality 90.
 
     Examples
     --------
@@ -173,14 +173,14 @@ def read_photographs(
     *,
     crop: bool = False,
 ) -> list[Photograph]:
-    """Read image files that must agree in size: `read_photograph` for each of `paths`, with its flat field if any.
+    """Read image files of equal size by `read_photograph`, each with its flat field if any.
 
-    With `crop`, images that differ in size are cropped to what all of them show, of the same scale.
+    With `crop`, images of unequal size but equal scale are cropped to their common field.
 
     Raises
     ------
     InputError
-        As `read_photograph` does, and if the sizes differ.
+        As for `read_photograph`, and if the sizes differ.
     """
     sizes = [_size(Path(path)) or 0 for path in paths]
     needed = _BYTES_KEPT * sum(sizes) + _BYTES_MADE * max(sizes, default=0)
@@ -195,21 +195,22 @@ def read_photographs(
         for one in photographs[:number]:
             if np.array_equal(one.luminance, other.luminance):
                 raise InputError(
-                    f"{printable(one.path)} and {printable(other.path)} hold the same picture, pixel for pixel: depth "
-                    "comes from what differs, so give photographs of different aperture or focus."
+                    f"{printable(one.path)} and {printable(other.path)} contain the same picture, pixel for pixel, "
+                    "but depth "
+                    "needs differences in blur: give photographs with different aperture or focus."
                 )
         (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
         if (h0, w0) != (h, w):
             raise InputError(
                 f"{photographs[0].path} is {w0} x {h0} pixels but {other.path} is {w} x {h}: views of one scene must "
-                "have the same size and orientation, so export them alike, neither cropped nor resized, or crop them "
-                "to what all show (crop=True)."
+                "have the same size and orientation, so export them with the same settings, or crop them "
+                "to their common field (crop=True)."
             )
     return photographs
 
 
 def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding, bool]:
-    """The file's pixels, how they are encoded, and whether that is only assumed."""
+    """Return the file's pixels, their encoding, and whether the encoding is only assumed."""
     if is_raw(path):
         return read_raw(path, read_image_bytes(path)), "linear", False
     if path.suffix.lower() == ".npy":
@@ -223,13 +224,14 @@ def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], En
 def _flattened(
     path: Path, luminance: NDArray[np.float32], pixels: NDArray[Any], flat: Path, encoding: Encoding
 ) -> NDArray[np.float32]:
-    """`luminance` over the smooth fall-off of the flat field; what is saturated stays at the common ceiling."""
+    """Return `luminance` divided by the smooth fall-off of the flat field; saturated pixels keep a common maximum."""
     even = read_photograph(flat, encoding)
     shape, size = even.luminance.shape, luminance.shape
     if shape != size:
         raise InputError(
-            f"flat field {flat} is {shape[1]} x {shape[0]} pixels but {path} is {size[1]} x {size[0]}: take and export "
-            "both alike."
+            f"flat field {flat} is {shape[1]} x {shape[0]} pixels but {path} is {size[1]} x {size[0]}: record and "
+            "export "
+            "both with the same settings."
         )
     if even.saturated > _SATURATED_WORTH_SAYING:
         raise InputError(f"flat field {flat} is saturated ({even.saturated:.1%} of its pixels): expose it less.")
@@ -248,7 +250,7 @@ def _flattened(
 
 
 def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The flat field's fall-off, a polynomial of degree 6 down and across: its noise and texture stay out."""
+    """Return the flat field's fall-off, a polynomial of degree 6 along both axes, without noise and texture."""
 
     def powers(count: int) -> NDArray[np.float64]:
         return np.asarray(np.polynomial.chebyshev.chebvander((2 * np.arange(count) + 1) / count - 1, 6), float)
@@ -260,23 +262,23 @@ def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _decode(path: Path, data: bytes) -> NDArray[Any]:
-    """An image file's own pixels, H x W grey or H x W x 3 RGB, turned upright."""
+    """Return an image file's pixels, H x W grey or H x W x 3 RGB, in upright orientation."""
     try:
         with _quiet():
             if data.startswith(_JPEG):
-                # Pillow, unlike OpenCV, never writes on standard error and always refuses a truncated JPEG.
+                # Unlike OpenCV, Pillow never writes to standard error and always rejects a truncated JPEG.
                 return _read_jpeg(data)
-            if not data.startswith((_PNG, *_TIFF)):  # OpenCV would try its other decoders
+            if not data.startswith((_PNG, *_TIFF)):  # otherwise OpenCV would try its other decoders
                 raise _not_an_image(path)
             if data.startswith(_PNG):
                 with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-                    image.verify()  # of a damaged PNG the decoder below would complain on standard error
+                    image.verify()  # the decoder below writes to standard error for a damaged PNG
             pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
     except MemoryError:
         raise
     except Image.DecompressionBombError as error:
         raise _too_large(path) from error
-    except Exception as error:  # decoders fail in many ways on what is not theirs
+    except Exception as error:  # decoders raise various exceptions for invalid files
         if isinstance(error, cv2.error) and error.code == cv2.Error.StsNoMem:
             raise MemoryError from error
         raise _not_an_image(path) from error
@@ -287,7 +289,7 @@ def _decode(path: Path, data: bytes) -> NDArray[Any]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep to themselves what the decoders remark on odd files."""
+    """Suppress the decoders' messages and warnings."""
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -301,20 +303,21 @@ def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
 
 
 def _look_at_quality(path: Path) -> None:
-    """Warn of JPEG compression that is too strong for depth; `path` is an image that could be read."""
+    """Warn of JPEG compression that is too strong for depth; `path` is a readable image."""
     if is_raw(path) or path.suffix.lower() == ".npy":
         return
     try:
         with opened(path, "an image file") as file, _quiet(), Image.open(file, formats=FORMATS) as image:
             tables: dict[int, list[int]] = getattr(image, "quantization", {})
-    except Exception:  # no kind of image that Pillow knows: no JPEG
+    except Exception:  # not readable by Pillow, hence not a JPEG
         return
     step = float(np.mean(tables[0])) / _STEP_OF_QUALITY_50 if 0 in tables else 0.0
     quality = 100 - 50 * step if step <= 1 else 50 / step
     if quality < _QUALITY:
         warnings.warn(
-            f"{printable(path)} is a JPEG of about quality {quality:.0f}: compression took away fine detail that depth "
-            "rests on, which the stated uncertainty covers from quality 90 on only: use camera raw files, or quality "
+            f"{printable(path)} is a JPEG of about quality {quality:.0f}: compression removed fine detail that depth "
+            "depends on, and the stated uncertainty includes this from quality 90 only: use camera raw files, or "
+            "quality "
             "95.",
             FocalGradientWarning,
             stacklevel=3,
@@ -334,7 +337,7 @@ def _read_array(path: Path) -> NDArray[Any]:
 
 
 def read_image_bytes(path: Path) -> bytes:
-    """The bytes of an image file, which are some."""
+    """Return the content of a non-empty image file in bytes."""
     data = read_bytes(path, "an image file")
     if not data:
         raise InputError(f"{printable(path)} is empty: give an image file.")
@@ -342,7 +345,7 @@ def read_image_bytes(path: Path) -> bytes:
 
 
 def _size(path: Path) -> int | None:
-    """Pixels of an image file by its header; None where that does not give them."""
+    """Return the number of pixels given in an image file's header; None if it does not give it."""
     array = path.suffix.lower() == ".npy"
     if array or is_raw(path):
         with opened(path, "an image file") as file:
@@ -354,7 +357,7 @@ def _size(path: Path) -> int | None:
         raise
     except Image.DecompressionBombError as error:
         raise _too_large(path) from error
-    except Exception:  # not Pillow's, or damaged: decoding will tell
+    except Exception:  # not readable by Pillow, or damaged: reported by the decoder
         return None
 
 
@@ -368,10 +371,10 @@ def _not_an_image(path: Path, expected: str = "an intact PNG, TIFF, JPEG or .npy
 
 
 def _usable(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
-    """H x W: where no channel is at the maximum of an integer type, or NaN or infinite."""
+    """Return H x W, True where every channel is finite and below the maximum of an integer type."""
     if pixels.dtype not in (np.uint8, np.uint16) and not np.issubdtype(pixels.dtype, np.floating):
         raise InputError(
-            f"{path} holds pixels of type {pixels.dtype}, but must hold 8- or 16-bit unsigned integers or "
+            f"{path} contains pixels of type {pixels.dtype}, but must contain 8- or 16-bit unsigned integers or "
             "floating-point numbers: convert it first."
         )
     integer = np.issubdtype(pixels.dtype, np.integer)
@@ -380,7 +383,7 @@ def _usable(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
-    """`pixels` with each one outside the mask replaced by the nearest inside it."""
+    """Return `pixels` with each pixel outside the mask replaced by the nearest one inside."""
     from scipy.ndimage import distance_transform_edt
 
     row, column = distance_transform_edt(~mask, return_distances=False, return_indices=True)
@@ -388,7 +391,7 @@ def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
 
 
 def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
-    """Give the share of saturated pixels; refuse pixels from which no blur can be measured."""
+    """Return the fraction of saturated pixels; raise `InputError` if the pixels cannot show blur."""
     bad = 1 - float(mask.mean())
     integer = np.issubdtype(pixels.dtype, np.integer)
     top = int(np.iinfo(pixels.dtype).max) if integer else 0
@@ -396,7 +399,8 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
         trouble = (
             f"is saturated: {bad:.0%} of its pixels lie at the maximum, {top}, where at most half may: expose it less."
             if integer
-            else f"holds {np.sum(~mask)} pixels that are NaN or infinite ({bad:.0%}), but at most half may be: crop it."
+            else f"contains {np.sum(~mask)} pixels that are NaN or infinite ({bad:.0%}), but at most half may be: "
+            "crop it."
         )
         raise InputError(f"{path} {trouble}")
     good = pixels[mask]
@@ -405,29 +409,29 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
         raise InputError(f"{path} is black: its brightest value is {brightest:g}: expose it more.")
     if not integer and (max(brightest, -darkest) > _BRIGHT or brightest < 1 / _BRIGHT):
         raise InputError(
-            f"{path} holds values from {darkest:g} to {brightest:g}, but the brightest must lie between "
-            f"{1 / _BRIGHT:g} and {_BRIGHT:g}: multiply all images by one constant."
+            f"{path} contains values from {darkest:g} to {brightest:g}, but the brightest must lie between "
+            f"{1 / _BRIGHT:g} and {_BRIGHT:g}: multiply all images by the same constant."
         )
     if darkest == brightest:
-        raise InputError(f"{path} is the same everywhere ({brightest:g}), so it shows no blur: give one with texture.")
+        raise InputError(f"{path} is uniform ({brightest:g}), so it shows no blur: give one with texture.")
     if integer and bad > _SATURATED_WORTH_SAYING:
         warnings.warn(
-            f"{path}: {bad:.1%} of the pixels are saturated; depth on and around them is not to be trusted.",
+            f"{path}: {bad:.1%} of the pixels are saturated; depth on and around them is unreliable.",
             FocalGradientWarning,
             stacklevel=3,
         )
     elif not integer and bad:
         warnings.warn(
-            f"{path}: {np.sum(~mask)} pixels are NaN or infinite, and are left out.", FocalGradientWarning, stacklevel=3
+            f"{path}: {np.sum(~mask)} pixels are NaN or infinite and are excluded.", FocalGradientWarning, stacklevel=3
         )
     return bad if integer else 0.0
 
 
 def decoded(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:
-    """Linear light of a file's pixels, of any shape: 1 is the maximum of an integer type."""
+    """Return the linear radiance of a file's pixels, any shape; 1 is the maximum of an integer type."""
     linear = srgb_to_linear if encoding == "srgb" else np.asarray
     if np.issubdtype(pixels.dtype, np.integer):
-        # Decode the 256 or 65536 levels once, exactly, and look the pixels up.
+        # Decode the 256 or 65536 levels once, then use them as a lookup table.
         return linear(np.linspace(0, 1, np.iinfo(pixels.dtype).max + 1)).astype(np.float32)[pixels]
     return linear(pixels).astype(np.float32)
 

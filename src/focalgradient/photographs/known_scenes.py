@@ -1,4 +1,4 @@
-"""SCENES.toml: ordinary photographs with a depth camera's map of each scene, to calibrate a camera from."""
+"""SCENES.toml: photographs with depth maps of each scene from a depth camera, for calibration."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ __all__ = ["KnownScenes", "UnusableSceneError", "load_known_scenes", "names_dept
 
 
 class UnusableSceneError(InputError):
-    """The views of one scene cannot be compared: it is left out."""
+    """The views of one scene cannot be compared; the scene is skipped."""
 
 
 class SceneCamera(TargetCamera):
-    """The camera, what is held of it beforehand, and what the depth files are: the table ``[camera]``."""
+    """The camera, its priors, and the unit of the depth files: table ``[camera]``."""
 
     depth_unit: Annotated[DepthUnit, Field(description="'m', 'mm' or 'dioptres'")] = "mm"
     depth_step: Annotated[
         float, Field(gt=0, allow_inf_nan=False, description="a positive number of units in a step of the file, like 1")
     ] = 1.0
-    focus_tolerance: Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.1")] = (
+    focus_tolerance: Annotated[float, Field(gt=0, lt=1, description="a fraction above 0 and below 1, like 0.1")] = (
         FOCUS_TOLERANCE
     )
 
 
 class SceneShot(Shot):
-    """One photograph of a scene of known depth: a table ``[[view]]``."""
+    """One photograph of a scene with known depth: table ``[[view]]``."""
 
     depth: Annotated[ImagePath, Field(description="the path of a depth map, like 'depth_mm.png'")]
-    """On this photograph's pixels; shots of one scene name the same file."""
+    """Depth map registered to this photograph; shots of one scene name the same file."""
 
 
 class KnownScenes(Table):
-    """The camera, and its shots of scenes."""
+    """The camera, and its shots of several scenes."""
 
     camera: Annotated[SceneCamera, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
     shots: Annotated[
@@ -64,17 +64,17 @@ class KnownScenes(Table):
 
     @property
     def files(self) -> list[Path]:
-        """All files that are read."""
+        """All files to be read."""
         return [path for shot in self.shots for path in (shot.image, shot.depth, shot.flat) if path is not None]
 
     @property
     def scenes(self) -> list[list[SceneShot]]:
-        """Shots of each scene, the sharpest first.
+        """Shots of each scene, sharpest first.
 
         Raises
         ------
         InputError
-            If a scene has no two f-numbers, or the scenes differ in focus mark or f-numbers.
+            If a scene does not have two f-numbers, or the scenes differ in focus mark or f-numbers.
         """
         by_depth: dict[Path, list[SceneShot]] = {}
         for shot in self.shots:
@@ -83,8 +83,8 @@ class KnownScenes(Table):
         kinds = {tuple((shot.f_number, shot.focus_distance_m) for shot in shots) for shots in scenes}
         if len(kinds) > 1 or len({mark for _, mark in next(iter(kinds))}) > 1:
             raise InputError(
-                "the scenes were taken at several focus marks or f-numbers, but one calibration from scenes is of one "
-                "focus mark and the same f-numbers: calibrate each by itself."
+                "the scenes were taken at several focus marks or f-numbers, but one calibration from scenes needs one "
+                "focus mark and the same f-numbers: calibrate each separately."
             )
         if len({number for number, _ in next(iter(kinds))}) < 2:
             raise InputError(
@@ -95,11 +95,11 @@ class KnownScenes(Table):
 
     @property
     def priors(self) -> Priors:
-        """What is held of the camera beforehand."""
+        """Priors of the camera."""
         return camera_priors(self.camera, [shot.focus_distance_m for shot in self.shots])
 
     def read(self, shots: list[SceneShot], psf: Psf) -> KnownScene:
-        """Read one scene, and estimate its depth by the marks on the lens."""
+        """Read one scene, and estimate its depth with the lens's marks."""
         from focalgradient.depth.recover import recover_depth
 
         camera = self.camera
@@ -132,7 +132,7 @@ class KnownScenes(Table):
         return KnownScene(depth, views, distance, step)
 
     def fit(self, scenes: list[KnownScene], psf: Psf) -> SceneFit:
-        """Fit the camera to scenes as read."""
+        """Fit the camera to scenes that were read."""
         camera, shots = self.camera, self.scenes[0]
         return fit_scenes(
             scenes,
@@ -146,23 +146,23 @@ class KnownScenes(Table):
 
 
 def names_depth(path: str | os.PathLike[str]) -> bool:
-    """Whether a settings file's views name depth maps: scenes of known depth, no target."""
+    """Return whether the views of a settings file name depth maps, i.e. describe scenes instead of a target."""
     views: Any = read_toml(Path(path)).get("view")
     return isinstance(views, list) and any(isinstance(view, dict) and "depth" in view for view in views)
 
 
 def load_known_scenes(path: str | os.PathLike[str]) -> KnownScenes:
-    """Read and check SCENES.toml; its paths are relative to its folder.
+    """Read and validate SCENES.toml; its paths are relative to its folder.
 
     Raises
     ------
     InputError
-        If it cannot be read, is not TOML, or has unknown, missing or wrong keys; or its scenes do not fit together.
+        If it cannot be read, is not TOML, has unknown, missing or invalid keys, or its scenes are inconsistent.
     """
     known = load_table(Path(path), read_toml(Path(path)), KnownScenes)
     try:
         with given_as(KEYS):
-            known.scenes  # noqa: B018  refuses what does not fit together
+            known.scenes  # noqa: B018  raises if the scenes are inconsistent
             for shot in known.shots:
                 Lens(known.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m)
     except InputError as error:

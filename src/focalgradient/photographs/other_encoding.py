@@ -1,9 +1,9 @@
-"""What an encoding that is only assumed leaves open: depth of a part of the views, were they encoded otherwise.
+"""Sensitivity of depth to an assumed encoding, from a part of the views decoded with the other encoding.
 
-A file that says nothing of it is taken for sRGB if it has 8 bits, and for linear if it has more. Cameras add tone
-curves of their own, and scientific cameras write linear values. A curve changes the contrast of all views alike, most
-of which cancels where views are compared. What does not is measured on the views at hand, by reading a part of them
-otherwise.
+A file that does not state its encoding is assumed to be sRGB if it has 8 bits, and linear otherwise. Cameras apply
+their own tone curves, and scientific cameras write linear values. A tone curve changes the contrast of all views in the
+same way, which mostly cancels when views are compared. The remainder is measured on the views at hand by decoding a
+part of them with the other encoding.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from focalgradient.view import View
 __all__ = ["encoding_difference"]
 
 SIDE = 320
-"""Side in pixels of the part."""
+"""Side in pixels of the part that is decoded again."""
 
 LEAST = 400
-"""Pixels that must be valid both ways."""
+"""Minimum number of pixels that must be valid with both encodings."""
 
 
 def encoding_difference(
     views: Sequence[View], depth: DepthMap, encoding: Encoding, near: float | None, far: float | None, align: bool
 ) -> float | None:
-    """Median change of vergence (D), were the views' files of the other encoding; None where it is not known.
+    """Return the median change of vergence (D) if the files had the other encoding; None if unknown.
 
     Parameters
     ----------
     views, depth
-        The views, in 0 to 1, and their map by the default method.
+        The views, with values from 0 to 1, and their depth map by the default method.
     encoding
-        As which the files were read.
+        Encoding with which the files were decoded.
     near, far, align
-        As the map was made.
+        As for the depth map.
     """
     from focalgradient.depth.recover import recover_depth
 
@@ -53,7 +53,7 @@ def encoding_difference(
         for middle, n in zip((np.median(where) for where in np.nonzero(depth.valid)), depth.shape, strict=True)
         for start in [int(np.clip(middle - SIDE // 2, 0, max(0, n - SIDE)))]
     )
-    # What is read as the other encoding would have been undone, or not been.
+    # Undo, or apply, the sRGB decoding.
     recode = linear_to_srgb if encoding == "srgb" else srgb_to_linear
     others = [
         replace(

@@ -1,4 +1,4 @@
-"""Pictures in colour and their depth, from files: what `focalgradient.render.blur` is made of."""
+"""Reading of colour pictures and depth maps, the inputs of `focalgradient.render.blur`."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from focalgradient.photographs.images import decoded, filled, read_pixels
 __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_distances", "read_picture"]
 
 DepthUnit = Literal["m", "mm", "dioptres", "disparity"]
-"""What the values of a depth file are: distances in metres or millimetres, vergence, or disparity in pixels."""
+"""Quantity stored in a depth file: distance in metres or millimetres, vergence, or disparity in pixels."""
 
 NEAREST_M = 1e-6
-"""The least distance (m) that is a picture's: about a wavelength of light."""
+"""Minimum plausible distance (m): about a wavelength of light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """What an image file shows.
+    """Content of an image file, in colour.
 
     Parameters
     ----------
     light
-        Linear radiance, 32 bits, H x W in grey or H x W x 3 (red, green, blue); 1 is the maximum of an integer file.
+        Linear radiance, 32 bits, H x W (grey) or H x W x 3 (red, green, blue); 1 is the maximum of an integer file.
     encoding
-        ``"linear"`` or ``"srgb"``: how the file's values were read.
+        ``"linear"`` or ``"srgb"``: encoding with which the values were decoded.
     pixel_type
-        The file's own pixel type, such as ``"uint8"``.
+        Pixel type of the file, such as ``"uint8"``.
     """
 
     light: NDArray[np.float32]
@@ -47,32 +47,33 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Distances:
-    """The distance of every pixel, in metres, H x W, and the share of them that was filled in, 0 to 1."""
+    """Distance of every pixel in metres, H x W, and the fraction of pixels that were filled, 0 to 1."""
 
     metres: NDArray[np.float64]
     filled: float
 
 
 def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
-    """Read a picture as linear light, its colours kept.
+    """Read a picture as linear radiance, in colour.
 
     Parameters
     ----------
     path
-        An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG; EXR (with the extra ``exr``); a .npy
-        file with an H x W or H x W x 3 array; or a camera raw file, of which the green light is read.
+        An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG file; EXR (with the extra ``exr``); a
+        .npy file with an H x W or H x W x 3 array; or a camera raw file, of which only green is used.
     encoding
-        ``"linear"`` or ``"srgb"``. None: as the file says, or else sRGB for 8-bit image files, linear for all others.
+        ``"linear"`` or ``"srgb"``. None: as stated by the file, otherwise sRGB for 8-bit image files, linear for all
+        others.
 
     Raises
     ------
     InputError
-        If the file cannot be read, holds NaN or infinite pixels, or is transparent in places.
+        If the file cannot be read, contains NaN or infinite pixels, or is transparent in places.
 
     Warns
     -----
     FocalGradientWarning
-        If it is read as sRGB but has another colour profile, which is not applied.
+        If it is decoded as sRGB but has another colour profile, which is not applied.
 
     Examples
     --------
@@ -91,14 +92,15 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
         raise InputError(
-            f"{printable(path)} holds pixels that are NaN, infinite or of type {pixels.dtype}, but must hold 8- or "
+            f"{printable(path)} contains pixels that are NaN, infinite or of type {pixels.dtype}, but must contain "
+            "8- or "
             "16-bit unsigned integers or finite floating-point numbers: repair or convert it."
         )
     return picture_of(pixels, encoding)
 
 
 def picture_of(pixels: NDArray[Any], encoding: Encoding) -> Picture:
-    """Give the light of pixels as stored, H x W or H x W x 3 (red, green, blue).
+    """Return the linear radiance of pixels as stored, H x W or H x W x 3 (red, green, blue).
 
     >>> float(picture_of(np.full((1, 1), 255, np.uint8), "srgb").light[0, 0])
     1.0
@@ -116,32 +118,32 @@ def read_distances(
     offset: float = 0.0,
     fill: bool = True,
 ) -> Distances:
-    """Read the depth of a picture.
+    """Read the depth map of a picture.
 
     Parameters
     ----------
     path
-        A .npy, EXR, PFM or floating-point TIFF file of one channel, or an 8- or 16-bit PNG or TIFF.
+        A single-channel .npy, EXR, PFM or floating-point TIFF file, or an 8- or 16-bit PNG or TIFF file.
     unit
-        What its values are, times `scale`.
+        Unit of the values after multiplication by `scale`.
     scale
-        Units in a step of the file: 1 by default, and to be given for files of integers.
+        Units per step of the file: 1 by default; required for integer files.
     baseline, pixel_angle, offset
-        For disparity: metres between the cameras, radians of a pixel, and pixels to add to each disparity. The
-        distance is baseline / (pixel angle x (disparity + offset)).
+        For disparity: distance between the cameras in metres, pixel angle in radians, and pixels to add to each
+        disparity. The distance is baseline / (pixel angle x (disparity + offset)).
     fill
-        Fill holes; if not, they are NaN.
+        Whether to fill holes; otherwise they are NaN.
 
     Returns
     -------
     Distances
-        Holes (NaN, infinite, zero or negative values; zero dioptres and an infinite distance are none) are filled from
-        beside them in their row, from the farther of the two sides: what is not seen mostly lies behind.
+        Holes (NaN, infinite, zero or negative values, except zero dioptres and infinite distance) are filled along rows
+        from the farther of the two sides, since hidden surfaces mostly lie behind.
 
     Raises
     ------
     InputError
-        If the file cannot be read, is no map of depth, or holds holes only; or if a parameter is missing.
+        If the file cannot be read, is not a depth map, or contains only holes; or if a parameter is missing.
 
     Warns
     -----
@@ -158,11 +160,13 @@ def read_distances(
     2.5
     """
     if unit != "disparity" and (baseline is not None or offset):
-        raise InputError(f"baseline and offset are for disparity, but {printable(path)} holds {unit}: leave them out.")
+        raise InputError(
+            f"baseline and offset are for disparity, but {printable(path)} contains {unit}: leave them out."
+        )
     values = _depth_values(path, scale).astype(float) * (1.0 if scale is None else scale)
     if unit == "disparity":
         if baseline is None or pixel_angle is None:
-            raise InputError(f"{printable(path)} holds disparity, which needs the baseline: give it in metres.")
+            raise InputError(f"{printable(path)} contains disparity, which needs the baseline: give it in metres.")
         values = (values + offset) * pixel_angle / baseline
     inverse = unit in ("dioptres", "disparity")
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -173,15 +177,15 @@ def read_distances(
             metres = np.where(values > 0, values * (1e-3 if unit == "mm" else 1.0), np.nan)
     holes = np.isnan(metres)
     if holes.all():
-        raise InputError(f"{printable(path)} holds no distance at all: every value is zero, negative or not finite.")
+        raise InputError(f"{printable(path)} contains no valid distance: every value is zero, negative or not finite.")
     if (nearest := np.nanmin(metres)) < NEAREST_M:
         raise InputError(
-            f"{printable(path)} holds distances of {nearest:.2g} m, but they must be {NEAREST_M:g} m or more: "
-            "look at the unit and the scale."
+            f"{printable(path)} contains distances of {nearest:.2g} m, but they must be {NEAREST_M:g} m or more: "
+            "check the unit and the scale."
         )
     if holes.any() and fill:
         warnings.warn(
-            f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth; they were filled in from beside them.",
+            f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth and were filled from their neighbours.",
             FocalGradientWarning,
             stacklevel=2,
         )
@@ -190,26 +194,27 @@ def read_distances(
 
 
 def png_of(values: NDArray[np.uint8]) -> bytes:
-    """A picture of 8 bits, H x W or H x W x 3 (red, green, blue), as the bytes of a PNG file."""
+    """Return an 8-bit picture, H x W or H x W x 3 (red, green, blue), as a PNG file in bytes."""
     good, data = cv2.imencode(".png", values[..., ::-1] if values.ndim == 3 else values)
     assert good
     return bytes(data)
 
 
 def _look_at_colours(path: Path, encoding: Encoding) -> None:
-    """Refuse a picture whose alpha channel hides a part of it, as what is behind it is not known; warn of a profile."""
+    """Raise `InputError` for a partly transparent picture; warn of a colour profile that is not applied."""
     try:
         with Image.open(path, formats=FORMATS) as image:
             hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
             profile = image.info.get("icc_profile")
     except (OSError, ValueError, Image.DecompressionBombError):
-        return  # no kind of picture that has either
+        return  # format without transparency or profile
     if hidden:
         raise _transparent(path)
     if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():
         warnings.warn(
-            f"{printable(path)} has the colour profile {name}, but its colours are read as sRGB: convert it to sRGB if "
-            "they are to be exact.",
+            f"{printable(path)} has the colour profile {name}, but its colours are treated as sRGB: convert it to "
+            "sRGB for "
+            "exact colours.",
             FocalGradientWarning,
             stacklevel=3,
         )
@@ -230,19 +235,19 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     if values.ndim == 3 and (values[..., :1] == values).all():
         values = values[..., 0]
     if values.ndim != 2:
-        raise InputError(f"{printable(path)} has shape {values.shape}, but a map of depth must be H x W.")
+        raise InputError(f"{printable(path)} has shape {values.shape}, but a depth map must be H x W.")
     if values.dtype.kind not in "fiu":
-        raise InputError(f"{printable(path)} holds values of type {values.dtype}, but depth must be real numbers.")
+        raise InputError(f"{printable(path)} contains values of type {values.dtype}, but depth must be real numbers.")
     if values.dtype.kind in "iu" and scale is None:
         raise InputError(
-            f"{printable(path)} holds integers of type {values.dtype}, whose step is not known: "
+            f"{printable(path)} contains integers of type {values.dtype}, whose unit is unknown: "
             "give the scale, such as 0.001 for millimetres read as metres, or a file of floating-point numbers."
         )
     return values
 
 
 def _read_pfm(path: Path) -> NDArray[np.float32]:
-    """A portable float map: three lines of text, then rows from the bottom up; a negative scale means little-endian."""
+    """Read a portable float map: three text lines, then rows from bottom to top; negative scale: little-endian."""
     data = read_bytes(path, "a PFM file")
     try:
         kind, size, order, rest = data.split(b"\n", 3)
@@ -259,15 +264,15 @@ def _read_pfm(path: Path) -> NDArray[np.float32]:
 
 
 def _read_exr(path: Path) -> NDArray[Any]:
-    """The colours of an EXR file, H x W x 3, or its one channel, H x W."""
+    """Return the colours of an EXR file, H x W x 3, or its only channel, H x W."""
     check_installed(f"{printable(path)} is an EXR file: it", "exr", "OpenEXR")
     import OpenEXR
 
-    read_bytes(path, "an EXR file")  # refuses what is no regular file, or too large
+    read_bytes(path, "an EXR file")  # rejects irregular or too large files
     try:
         with OpenEXR.File(str(path)) as file:
             channels = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
-    except Exception as error:  # the decoder fails in many ways on what is not its own
+    except Exception as error:  # the decoder raises various exceptions for invalid files
         raise InputError(f"{printable(path)} cannot be read: expected an intact EXR file.") from error
     if "RGBA" in channels and (channels["RGBA"][..., 3] < 1).any():
         raise _transparent(path)
@@ -276,7 +281,7 @@ def _read_exr(path: Path) -> NDArray[Any]:
             return channels[name][..., :3].astype(np.float32)
     if len(channels) != 1:
         raise InputError(
-            f"{printable(path)} has the channels {', '.join(sorted(channels))}, but must have R, G and B, or one alone."
+            f"{printable(path)} has the channels {', '.join(sorted(channels))}, but must have R, G and B, or only one."
         )
     return next(iter(channels.values())).astype(np.float32)
 

@@ -1,9 +1,9 @@
-"""The planes that distances are measured from: sensor, front of the lens, entrance pupil.
+"""Reference planes of distances: sensor, front of the lens, entrance pupil.
 
-Blur's angle is the pupil's radius times a difference of vergence, seen from the entrance pupil, for any lens: vergence
-counts from there. A tape measure starts at the sensor's mark on the camera or at the front of the lens, and the focus
-scale of a photographic lens counts from the sensor. All three planes lie on one axis, so that one number converts each:
-entrance pupil's distance = measured distance + offset.
+For any lens, the blur angle is the pupil radius times a difference of vergence, both measured from the entrance pupil.
+A tape measure starts at the camera's sensor mark or at the front of the lens, and the focus scale of a photographic
+lens refers to the sensor. All three planes lie on one axis, so a single offset converts each: distance from the
+entrance pupil = measured distance + offset.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ Plane = Literal["entrance_pupil", "sensor", "lens_front"]
 PLANES: tuple[Plane, ...] = ("entrance_pupil", "sensor", "lens_front")
 
 GUESS = 0.5
-"""Standard deviation of the place of an entrance pupil that is not stated, in focal lengths: a choice. Photographic
-lenses of 18 to 85 mm have it 40 to 140 mm before the sensor, 1 to 4 focal lengths."""
+"""Standard deviation of an unstated entrance-pupil position, in focal lengths (a design choice). In photographic lenses
+of 18 to 85 mm it lies 40 to 140 mm in front of the sensor, 1 to 4 focal lengths."""
 
 STATED_SD = 0.002
-"""Standard deviation in metres of a place on the camera that is stated: as a ruler gives it."""
+"""Standard deviation in metres of a stated plane position, as measured with a ruler."""
 
 LEAST_SD = 0.02
-"""Standard deviation in metres of a place that is not stated, at least: before a mirror, wide lenses sit far out."""
+"""Minimum standard deviation in metres of an unstated position: retrofocus lenses have it far in front."""
 
 
 def plane_name(plane: str | None) -> str:
-    """The plane in words.
+    """Return the plane's name in words.
 
     >>> plane_name("sensor"), plane_name(None)
     ('the sensor', 'the plane that the calibration was measured from')
@@ -44,21 +44,22 @@ def plane_name(plane: str | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """Where the planes of a camera lie.
+    """Positions of the reference planes of a camera.
 
     Parameters
     ----------
     focal_length
-        In metres.
+        Focal length in metres.
     telecentric
-        On the image side: the entrance pupil lies in the front focal plane.
+        Whether the lens is image-space telecentric: the entrance pupil lies in the front focal plane.
     to_pupil, to_front
-        From the sensor to the entrance pupil, and to the front of the lens, in metres. None: not stated; a thin lens
-        with its stop at it (or in its front focal plane, where telecentric) then stands for the entrance pupil.
+        Distances from the sensor to the entrance pupil, and to the front of the lens, in metres. None: unknown; the
+        entrance pupil is then that of a thin lens with its stop at the lens (or in its front focal plane, if
+        telecentric).
 
     Examples
     --------
-    A lens of 50 mm whose scale says 1 m, counted from the sensor, is in focus 0.947 m before its entrance pupil:
+    A 50 mm lens set to 1 m on a scale that refers to the sensor is focused 0.947 m in front of its entrance pupil:
 
     >>> round(Body(0.05).optical(1.0, "sensor"), 3)
     0.947
@@ -70,12 +71,12 @@ class Body:
     to_front: float | None = None
 
     def offset(self, plane: Plane, focus: float = math.inf) -> float:
-        """Distance from the entrance pupil less distance from `plane`, in metres; `focus` (m) is from the pupil.
+        """Return distance from the entrance pupil minus distance from `plane` (m); `focus` (m) is from the pupil.
 
         Raises
         ------
         InputError
-            If `plane` is the front of the lens and its place is not stated.
+            If `plane` is the front of the lens and its position is unknown.
         """
         if plane == "entrance_pupil":
             return 0.0
@@ -84,45 +85,45 @@ class Body:
             return -to_pupil
         if self.to_front is None:
             raise InputError(
-                "distances count from lens_front, but where it lies is not stated: give sensor_to_front_mm, the "
+                "distances refer to lens_front, but its position is unknown: give sensor_to_front_mm, the "
                 "distance from the sensor's mark on the camera to the front of the lens."
             )
         return self.to_front - to_pupil
 
     def offset_sd(self, plane: Plane) -> float:
-        """Standard deviation of `offset`, in metres."""
+        """Return the standard deviation of `offset` in metres."""
         if plane == "entrance_pupil" or self.to_pupil is not None:
             return STATED_SD
         return max(LEAST_SD, GUESS * self.focal_length)
 
     def optical(self, distance: float, plane: Plane) -> float:
-        """Distance from the entrance pupil of what lies in focus at `distance` from `plane`, in metres.
+        """Return the distance from the entrance pupil of an object in focus at `distance` from `plane`, in metres.
 
         Raises
         ------
         InputError
-            As `offset`, or if the distance lies behind the entrance pupil, or is less than a lens can focus at.
+            As for `offset`, or if the distance lies behind the entrance pupil or is closer than the lens can focus.
         """
         if plane == "entrance_pupil" or math.isinf(distance):
             return distance
         if self.to_pupil is not None or plane == "lens_front":
             found = distance + self.offset(plane, distance)
         else:
-            # distance = u + v0 with 1/u + 1/v0 = 1/F; telecentric, the pupil lies F before the lens.
+            # distance = u + v0 with 1/u + 1/v0 = 1/F; if telecentric, the pupil lies F in front of the lens.
             length = self.focal_length
             square = distance**2 - 4 * distance * length
             found = (distance + math.sqrt(square)) / 2 - length * self.telecentric if square >= 0 else 0.0
         if not found > 0:
             raise InputError(
-                f"a distance of {distance:g} m from {plane_name(plane)} lies behind the entrance pupil, or nearer than "
-                "the lens can focus: check which plane it counts from (focus_from, distances_from)."
+                f"a distance of {distance:g} m from {plane_name(plane)} lies behind the entrance pupil, or closer than "
+                "the lens can focus: check its reference plane (focus_from, distances_from)."
             )
         return found
 
     def _thin(self, focus: float) -> float:
-        """From the sensor to the entrance pupil of a thin lens that is focused at `focus` (m)."""
+        """Return the distance from the sensor to the entrance pupil of a thin lens focused at `focus` (m)."""
         length = self.focal_length
-        if self.telecentric:  # the pupil lies F before the lens; focus counts from it
+        if self.telecentric:  # the pupil lies F in front of the lens; focus is relative to it
             lens = focus + length
             return length + (length if math.isinf(lens) else 1 / (1 / length - 1 / lens))
         return length if math.isinf(focus) else 1 / (1 / length - 1 / max(focus, 1.001 * length))

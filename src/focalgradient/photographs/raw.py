@@ -1,8 +1,8 @@
-"""Camera raw files: what the sensor counted, linear by nature, before any camera has sharpened or toned it.
+"""Camera raw files: linear sensor counts, before any sharpening or tone curve.
 
-Only the green pixels are read, the two of each 2 x 2 cell of the colour filter averaged into one pixel. Nothing is
-invented between pixels of a colour (demosaicing changes blur, and differently along an edge and across), and one
-colour is spared the lens's chromatic aberration. A pixel is then two of the sensor's wide.
+Only green pixels are used; the two of each 2 x 2 cell of the colour filter are averaged into one pixel. No values are
+interpolated (demosaicing changes blur, and differently along and across edges), and a single colour avoids the lens's
+chromatic aberration. A pixel is then two sensor pixels wide.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["CELL", "is_raw", "read_dual_pixel_raw", "read_raw"]
 
 CELL = 2
-"""Sensor pixels to one of the image, in each direction."""
+"""Sensor pixels per image pixel in each direction."""
 
 _SUFFIXES = tuple(
     f".{name}"
@@ -33,11 +33,11 @@ _SUFFIXES = tuple(
 )
 
 _TURNS = {0: 0, 3: 2, 5: 1, 6: 3}
-"""Quarter turns, anticlockwise, that set the picture upright, by LibRaw's word for its orientation."""
+"""Number of anticlockwise quarter turns to upright orientation, by LibRaw's orientation code."""
 
 
 def is_raw(path: Path) -> bool:
-    """Whether the file's name is that of a camera raw file.
+    """Return whether a file name has the extension of a camera raw file.
 
     >>> is_raw(Path("IMG_0001.CR2")), is_raw(Path("IMG_0001.JPG"))
     (True, False)
@@ -46,19 +46,19 @@ def is_raw(path: Path) -> bool:
 
 
 def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
-    """Green light in each 2 x 2 cell of the sensor, H/2 x W/2, upright: 0 is black, 65535 saturated.
+    """Return green radiance per 2 x 2 cell of the sensor, H/2 x W/2, upright: 0 is black, 65535 saturated.
 
-    A cell of which either green pixel is saturated counts as saturated.
+    A cell is saturated if either green pixel is.
 
     Parameters
     ----------
     path, data
-        The file's name, for messages, and its bytes.
+        File name, for messages, and content in bytes.
 
     Raises
     ------
     InputError
-        If rawpy is not installed, or the file is damaged, or its sensor has no 2 x 2 cells with two green pixels.
+        If rawpy is not installed, the file is damaged, or its sensor has no 2 x 2 cells with two green pixels.
     """
     check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
     import rawpy
@@ -74,15 +74,15 @@ def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
 
 
 def read_dual_pixel_raw(path: Path) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """Return the halves of a dual-pixel raw file (Canon's "DPRAW"), as `read_raw` returns a picture: left, right.
+    """Return the two halves of a dual-pixel raw file (Canon's "DPRAW"), left and right, in the format of `read_raw`.
 
-    Such a file holds the sum of both halves, and one half, which is taken for the left; the right is the rest of
-    the sum. Where it is the right one, near and far are exchanged: exchange the two.
+    The file contains the sum of both halves, and one half, which is assumed to be the left one; the right one is the
+    difference. If it is the right one, near and far are exchanged: exchange the halves.
 
     Raises
     ------
     InputError
-        As `read_raw`, or if the file holds one picture only.
+        As for `read_raw`, or if the file contains only one picture.
     """
     check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
     import rawpy
@@ -94,13 +94,13 @@ def read_dual_pixel_raw(path: Path) -> tuple[NDArray[np.uint16], NDArray[np.uint
             one = _green(path, raw)
     except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
         raise InputError(
-            f"{path} is not a dual-pixel raw file that can be read ({str(error).strip('. ')}): let the camera store "
+            f"{path} is not a dual-pixel raw file that can be read ({str(error).strip('. ')}): set the camera to store "
             "dual-pixel raw, or give the halves as two pictures."
         ) from error
     if one.shape != both.shape or np.array_equal(one, both):
-        raise InputError(f"{path} holds one picture only, no halves: let the camera store dual-pixel raw.")
+        raise InputError(f"{path} contains one picture only, without halves: set the camera to store dual-pixel raw.")
     top = np.iinfo(np.uint16).max
-    other = 2.0 * both - one  # means of the two halves, as black is 0 and white the top in each
+    other = 2.0 * both - one  # `both` is the mean of the halves, as each ranges from black (0) to white
     return one, np.where(both == top, top, np.clip(other, 0, top)).astype(np.uint16)
 
 
@@ -121,7 +121,7 @@ def _green(path: Path, raw: rawpy.RawPy) -> NDArray[np.uint16]:
     saturated = np.zeros((height, width), np.bool_)
     for row, column, channel in sites:
         black = raw.black_level_per_channel[channel]
-        # The camera's own word on where its response stops being linear, where it gives one.
+        # The camera's own linearity limit, if stated.
         linear = (raw.camera_white_level_per_channel or [0] * 4)[channel]
         white = min(level for level in (raw.white_level, linear) if level > black)
         site = counts[row::CELL, column::CELL][:height, :width]

@@ -1,4 +1,4 @@
-"""The settings file, VIEWS.toml: which image was taken with which optics."""
+"""VIEWS.toml, the settings file: images and the optics with which they were taken."""
 
 from __future__ import annotations
 
@@ -29,39 +29,39 @@ __all__ = ["GIVEN", "Camera", "Settings", "Shot", "load_settings", "make_views",
 
 
 FOCUS_TOLERANCE = 0.1
-"""Relative standard deviation of a focus distance that a lens's scale or EXIF states: marks are off by up to a tenth or
-two."""
+"""Relative standard deviation of a focus distance from a lens scale or EXIF: marks are wrong by up to 10 or 20 %."""
 
 F_NUMBER_TOLERANCE = 0.05
-"""Relative standard deviation of a factor of the marked f-numbers: they are rounded to a third of a stop, and no lens
-blurs quite as a disc."""
+"""Relative standard deviation of a common factor of the marked f-numbers: they are rounded to a third of a stop, and
+real blur differs from a disc."""
 
-_SHARE = "a share from 0 to below 1, like 0.05"
+_SHARE = "a fraction from 0 to below 1, like 0.05"
 
 
 class Camera(Sensor):
-    """What all views share: the table ``[camera]``."""
+    """Parameters common to all views: table ``[camera]``."""
 
     blur_k: Annotated[
-        float, Field(gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur over the disc's radius")
+        float,
+        Field(gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur divided by the disc's radius"),
     ] = 0.5
-    """Standard deviation of a Gaussian blur over the radius of the blur disc; it has no effect on disc blur."""
+    """Standard deviation of a Gaussian blur divided by the blur-disc radius; no effect on disc blur."""
     focus_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = FOCUS_TOLERANCE
-    """Relative standard deviation of the focus distances, as marked."""
+    """Relative standard deviation of the marked focus distances."""
     f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = F_NUMBER_TOLERANCE
-    """Relative standard deviation of a factor of all f-numbers, as marked."""
-    dual_pixel_asymmetry: Annotated[float, Field(gt=0, le=1, description="a share above 0 and up to 1, like 0.315")] = (
-        ASYMMETRY
-    )
+    """Relative standard deviation of a common factor of all marked f-numbers."""
+    dual_pixel_asymmetry: Annotated[
+        float, Field(gt=0, le=1, description="a fraction above 0 and up to 1, like 0.315")
+    ] = ASYMMETRY
     dual_pixel_field: Annotated[
         list[Annotated[float, Field(allow_inf_nan=False)]],
         Field(min_length=5, max_length=5, description="five numbers"),
     ] = [0.0] * 5
-    """Asymmetry of dual pixels' halves, and how it varies over the field: see `focalgradient.optics.DualPixel`."""
+    """Asymmetry of the dual-pixel halves, and its variation over the field: see `focalgradient.optics.DualPixel`."""
 
 
 class Shot(Table):
-    """One image and how it was taken: a table ``[[view]]``."""
+    """One image and its camera settings: table ``[[view]]``."""
 
     image: Annotated[ImagePath, Field(description="the path of an image, like 'view0.png'")]
     f_number: Annotated[
@@ -69,15 +69,16 @@ class Shot(Table):
     ]
     focus_distance_m: Annotated[float, Field(ge=1e-3, description="a positive number of metres, like 0.85, or inf")]
     half: Annotated[Literal["left", "right"] | None, Field(description="'left' or 'right'")] = None
-    """The half of dual pixels that saw it."""
+    """Half of the dual pixels that recorded it."""
     flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
-    """Picture of a blank, evenly lit surface at the same aperture: vignetting, divided out."""
+    """Flat field: picture of a blank, uniformly lit surface at the same aperture, to correct vignetting."""
 
 
 class Settings(Table):
     """The camera, and its shots of one scene.
 
-    With a `calibration`, what the shots say of f-number and focus are marks on the lens, and the truth is looked up.
+    With a `calibration`, the shots' f-numbers and focus distances are marks on the lens, which it converts to true
+    values.
 
     >>> settings = Settings.model_validate(
     ...     {
@@ -98,24 +99,24 @@ class Settings(Table):
         None, exclude=True, description="named as calibration = 'camera.toml' in [camera]"
     )
     calibrated_plane: Plane | None = Field(
-        None, exclude=True, description="the plane that the calibration's distances count from"
+        None, exclude=True, description="the reference plane of the calibration's distances"
     )
 
-    relative: bool = Field(False, exclude=True, description="true where the foci are known by their order alone")
+    relative: bool = Field(False, exclude=True, description="true if only the order of the foci is known")
     _calibration_file: Path | None = PrivateAttr(None)
 
     tables: ClassVar[dict[str, type[Table]]] = {"camera": Camera, "view": Shot}
 
     @property
     def files(self) -> list[Path]:
-        """All files that these settings name: images, blank ones, and the calibration."""
+        """All files named by these settings: images, flat fields, and the calibration."""
         named = [path for shot in self.shots for path in (shot.image, shot.flat)]
         return [path for path in (*named, self._calibration_file) if path is not None]
 
     def given_k(self, shape: str) -> float | None:
-        """Sigma / radius of the blur of a `shape`, where the camera's table or its calibration gives it.
+        """Return sigma / radius of the blur of a `shape`, if given by the camera's table or its calibration.
 
-        A camera that was calibrated with a shape gives the k of that shape only.
+        A camera calibrated with one shape gives the k of that shape only.
         """
         if self.calibration is None:
             return self.camera.blur_k if "blur_k" in self.camera.model_fields_set else None
@@ -124,12 +125,12 @@ class Settings(Table):
 
     @property
     def offset(self) -> float:
-        """From the plane that distances are measured from to the entrance pupil, in metres.
+        """Distance from the reference plane of measured distances to the entrance pupil, in metres.
 
         Raises
         ------
         InputError
-            If it is another plane than the calibration's, and where either lies is not known.
+            If the plane differs from the calibration's, and the position of either is unknown.
         """
         camera, body = self.camera, self.camera.body
         plane = camera.distances_from
@@ -138,7 +139,7 @@ class Settings(Table):
             return body.offset(plane or "entrance_pupil", focus)
         if plane is None or plane == self.calibrated_plane:
             return self.calibration.offset
-        if self.calibrated_plane == "sensor":  # where the entrance pupil lies was measured
+        if self.calibrated_plane == "sensor":  # the position of the entrance pupil was measured
             body = replace(body, to_pupil=-self.calibration.offset)
         elif self.calibrated_plane == "lens_front" and body.to_front is not None:
             body = replace(body, to_pupil=body.to_front - self.calibration.offset)
@@ -146,17 +147,17 @@ class Settings(Table):
 
     @property
     def plane(self) -> str:
-        """The plane that distances count from, in words."""
+        """Name of the reference plane of distances."""
         plane = self.camera.distances_from or self.calibrated_plane
         return plane_name(plane or ("entrance_pupil" if self.calibration is None else None))
 
     def lenses(self) -> list[Lens]:
-        """Give the lens of each shot, in SI units.
+        """Return the lens of each shot, in SI units.
 
         Raises
         ------
         InputError
-            If a shot is focused within the focal length, or was taken at a setting that is not calibrated.
+            If a shot is focused within the focal length, or at a setting that was not calibrated.
         """
         lenses = []
         for number, shot in enumerate(self.shots, 1):
@@ -177,7 +178,7 @@ class Settings(Table):
         return lenses
 
     def optics(self) -> list[Lens | DualPixel]:
-        """Give the optics of each shot: its lens, or one half of its pupil."""
+        """Return the optics of each shot: its lens, or one half of its pupil."""
         camera = self.camera
         found: list[Lens | DualPixel] = []
         for shot, lens in zip(self.shots, self.lenses(), strict=True):
@@ -186,10 +187,10 @@ class Settings(Table):
         return found
 
     def pixel_angles(self) -> list[float]:
-        """Give the angle in radians that a pixel of each shot subtends on the axis: pixel pitch / sensor distance.
+        """Return the angle in radians subtended by a pixel of each shot on the axis: pixel pitch / sensor distance.
 
-        Focusing moves the sensor, and so changes the angle, unless the lens is telecentric on the image side: then it
-        is pixel pitch / focal length in every view.
+        Focusing moves the sensor and changes the angle, unless the lens is image-space telecentric: then it is pixel
+        pitch / focal length in every view.
         """
         camera, pitch = self.camera, self.camera.pixel_pitch_um * 1e-6
         if camera.telecentric:
@@ -203,23 +204,23 @@ GIVEN = {
     "focus_distance": ("focus_distance_m", "m"),
     "pixel_pitch": ("pixel_pitch_um", "um"),
 }
-"""Keys of a settings file, with their units, by the library's parameter."""
+"""Keys of a settings file and their units, by parameter of the library."""
 
 
 def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = None) -> Settings:
-    """Read and check a settings file; its image paths are relative to its folder.
+    """Read and validate a settings file; its image paths are relative to its folder.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     calibrated
-        The camera, where it was calibrated; it goes before the ``calibration`` that the file itself may name.
+        Calibration of the camera, which takes precedence over the ``calibration`` named in the file.
 
     Raises
     ------
     InputError
-        If it cannot be read, is not TOML, or has unknown, missing or wrong keys; or contradicts the calibration.
+        If it cannot be read, is not TOML, has unknown, missing or invalid keys, or contradicts the calibration.
     """
     path = Path(path)
     data = read_toml(path)
@@ -255,19 +256,19 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
 
 
 def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[View]:
-    r"""Join each photograph with the optics of its shot; what their vignetting differs by is evened out.
+    r"""Return views: each photograph with the optics of its shot, corrected for differences in vignetting.
 
     Parameters
     ----------
     settings
-        Of `load_settings` or `from_exif`.
+        Settings from `load_settings` or `from_exif`.
     photographs
-        One for each of the settings' shots, in their order.
+        One photograph per shot of the settings, in order.
 
     Returns
     -------
     list of View
-        As many, each with the photograph's luminance and mask (H x W), and the angle of its pixels in radians.
+        One view per photograph, with its luminance and mask (H x W), and its pixel angle in radians.
 
     Examples
     --------
@@ -290,12 +291,12 @@ def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[Vi
 
 
 def read_views(path: str | os.PathLike[str]) -> list[View]:
-    """Read the views that a settings file names, ready for `focalgradient.recover_depth`.
+    """Read the views named in a settings file, ready for `focalgradient.recover_depth`.
 
     Raises
     ------
     InputError
-        As `load_settings` and `read_photographs` do.
+        As for `load_settings` and `read_photographs`.
     """
     settings = load_settings(path)
     with given_as(GIVEN):

@@ -1,4 +1,4 @@
-"""Parts of settings files that photographs share: paths of images, and what is fixed in a camera."""
+"""Common parts of settings files of photographs: image paths, and fixed properties of a camera."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["ImagePath", "Sensor"]
 
 
 def _in_folder(path: Path, info: ValidationInfo) -> Path:
-    """Image paths are relative to the settings file, whose folder comes as context."""
+    """Resolve an image path relative to the folder of the settings file, which is the validation context."""
     return Path(info.context or "") / path
 
 
@@ -24,7 +24,7 @@ ImagePath = Annotated[Path, Field(strict=False), AfterValidator(_in_folder)]
 
 # Each description completes "..., but must be " and "... is missing: give ".
 class Sensor(Table):
-    """What is fixed in a camera: focal length, pixels, and how their values are written."""
+    """Fixed properties of a camera: focal length, pixels, encoding and reference planes."""
 
     focal_length_mm: Annotated[
         float, Field(ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of millimetres, like 25.0")
@@ -32,32 +32,33 @@ class Sensor(Table):
     pixel_pitch_um: Annotated[
         float, Field(ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of micrometres, like 8.0")
     ]
-    """Of the sensor's pixels, also for camera raw files."""
+    """Pitch of the sensor's pixels, also for camera raw files."""
     encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None
-    """None: as the files say, or else sRGB for 8-bit image files, linear for all others."""
+    """None: as stated by the files, otherwise sRGB for 8-bit image files, linear for all others."""
     telecentric: Annotated[bool, Field(description="true or false")] = False
-    """On the image side: focus does not change magnification, and a pixel's angle is pitch / focal length."""
+    """Whether the lens is image-space telecentric: focus does not change magnification; pixel angle = pitch / focal
+    length."""
     distances_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
-    """The plane that distances count from. None: the entrance pupil, or what a calibration was measured from."""
+    """Reference plane of distances. None: the entrance pupil, or that of the calibration."""
     focus_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
-    """The plane that focus distances count from: a lens's scale counts from the sensor. None: as other distances."""
+    """Reference plane of focus distances; lens scales refer to the sensor. None: as for other distances."""
     sensor_to_pupil_mm: Annotated[
         float | None, Field(ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 70")
     ] = None
-    """From the sensor to the entrance pupil; None: as of a thin lens."""
+    """Distance from the sensor to the entrance pupil; None: that of a thin lens."""
     sensor_to_front_mm: Annotated[
         float | None, Field(ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 95")
     ] = None
-    """From the sensor to the front of the lens, which distances from there need."""
+    """Distance from the sensor to the front of the lens; required for distances measured from there."""
 
     @property
     def body(self) -> Body:
-        """Where the planes of the camera lie."""
+        """Positions of the reference planes of the camera."""
         places = (self.sensor_to_pupil_mm, self.sensor_to_front_mm)
         return Body(self.focal_length_mm * 1e-3, self.telecentric, *(place and place * 1e-3 for place in places))
 
     @property
     def only(self) -> Sensor:
-        """The sensor's part alone, of a table that holds more."""
+        """The sensor's part of a table with further keys."""
         known: dict[str, Any] = {name: getattr(self, name) for name in Sensor.model_fields}
         return Sensor.model_validate(known)

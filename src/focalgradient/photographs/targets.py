@@ -1,4 +1,4 @@
-"""TARGETS.toml: photographs of a target at known distances, to calibrate a camera from."""
+"""TARGETS.toml: photographs of a target at known distances, for calibration."""
 
 from __future__ import annotations
 
@@ -36,21 +36,22 @@ __all__ = ["TargetCamera", "TargetShot", "Targets", "camera_priors", "load_targe
 _DEFAULT = Priors()
 
 MARK = 0.05
-"""Standard deviation of a focus mark whose plane is named, relative, unless stated: marks are off by up to a tenth."""
+"""Relative standard deviation of a focus mark with known reference plane, by default: marks are wrong by up to 10 %."""
 
 OTHER_PLANE = 1.0
-"""Distance between the planes of the marks and of measured distances where either is not named: standard deviation, in
-focal lengths. Sensor and entrance pupil are 1 to 4 apart."""
+"""Standard deviation, in focal lengths, of the distance between the reference planes of marks and of measured distances
+if either is unknown. Sensor and entrance pupil are 1 to 4 focal lengths apart."""
 
-_Share = Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.07")]
+_Share = Annotated[float, Field(gt=0, lt=1, description="a fraction above 0 and below 1, like 0.07")]
 _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
 
 
 class TargetCamera(Sensor):
-    """The camera, and what is held of it beforehand: the table ``[camera]``."""
+    """The camera and its priors: table ``[camera]``."""
 
     offset_m: Annotated[float, Field(allow_inf_nan=False, description="a number of metres, like 0.05")] = 0.0
-    """From the plane that distances were measured from to the entrance pupil of the lens; negative behind it: prior."""
+    """Prior mean of the distance from the reference plane to the entrance pupil; negative if the plane lies in
+    front."""
     offset_sd_m: _Length = _DEFAULT.offset_sd
     distance_sd_m: _Length = _DEFAULT.distance_sd
     f_number_tolerance: _Share = _DEFAULT.f_number_sd
@@ -60,7 +61,7 @@ class TargetCamera(Sensor):
 
 
 class TargetShot(Table):
-    """One photograph of the target: a table ``[[view]]``."""
+    """One photograph of the target: table ``[[view]]``."""
 
     image: Annotated[ImagePath, Field(description="the path of an image, like '50cm_f10.jpg'")]
     distance_m: Annotated[
@@ -70,7 +71,7 @@ class TargetShot(Table):
     focus_distance_m: Annotated[
         float | None, Field(gt=0, description="a positive number of metres, like 0.85, or inf")
     ] = None
-    """As marked on the lens; views that agree in it, or leave it out, share one focus."""
+    """As marked on the lens; views with the same mark, or without one, share one focus."""
     flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
 
 
@@ -87,11 +88,11 @@ class Targets(Table):
 
     @property
     def priors(self) -> Priors:
-        """What is held of the camera beforehand."""
+        """Priors of the camera."""
         return camera_priors(self.camera, [shot.focus_distance_m for shot in self.shots])
 
     def read(self, shot: TargetShot) -> Reading:
-        """Measure one of the photographs.
+        """Measure the blur in one of the photographs.
 
         Raises
         ------
@@ -108,7 +109,7 @@ class Targets(Table):
 
     @property
     def pairs(self) -> list[tuple[TargetShot, TargetShot]]:
-        """Shots of one distance and focus at the smallest f-number, each with one at the largest, in order.
+        """Pairs of shots at one distance and focus: each at the smallest f-number with one at the largest, in order.
 
         Raises
         ------
@@ -132,12 +133,12 @@ class Targets(Table):
         return found
 
     def read_pair(self, pair: tuple[TargetShot, TargetShot], psf: Psf) -> Reading:
-        """Measure the wider of two photographs by equalising them, for `focalgradient.calibration.calibrate_pairs`.
+        """Measure the blur of the wider-aperture photograph of a pair by equalisation, for `calibrate_pairs`.
 
         Raises
         ------
         InputError
-            If one cannot be read, or they show no difference of blur.
+            If one cannot be read, or they show no difference in blur.
         """
         views = [self._view(shot) for shot in pair]
         try:
@@ -149,11 +150,11 @@ class Targets(Table):
         return Reading(wide.distance_m, wide.f_number, wide.focus_distance_m, blur.radius * unit, blur.radius_sd * unit)
 
     def map_pair(self, pair: tuple[TargetShot, TargetShot], camera: Calibration) -> tuple[list[View], DepthMap] | None:
-        """Depth of the target by the default method through a calibrated `camera`, and the views; None if refused."""
+        """Return views and depth map of a pair by the default method with a calibrated `camera`; None if it fails."""
         from focalgradient.depth.recover import recover_depth
 
         views = []
-        for shot in reversed(pair):  # the sharper first
+        for shot in reversed(pair):  # sharper view first
             photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
             lens = camera.lens(shot.f_number, shot.focus_distance_m)
             pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
@@ -168,13 +169,13 @@ class Targets(Table):
             return None
 
     def shape(self, pairs: Sequence[tuple[TargetShot, TargetShot]]) -> Psf:
-        """Shape of blur that explains the pairs best."""
+        """Return the blur shape that best explains the pairs."""
         return likeliest_shape(
             [([self._view(shot) for shot in pair], [shot.f_number for shot in pair]) for pair in pairs]
         )
 
     def _view(self, shot: TargetShot) -> View:
-        """A photograph as a view. Blur is measured in pixels: the optics, to be found, do not enter."""
+        """Return a photograph as a view. Blur is measured in pixels, independently of the unknown optics."""
         photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
         pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
         lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
@@ -182,7 +183,7 @@ class Targets(Table):
 
 
 def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None]) -> Priors:
-    """What is held of a camera beforehand, whose marks of the focus are given in metres."""
+    """Return the priors of a camera with focus marks in metres."""
     offset, offset_sd = camera.offset_m, camera.offset_sd_m
     focus_sd, focus_offset = camera.focus_tolerance, None
     body, marks = camera.body, [mark for mark in focus_distances if mark]
@@ -195,7 +196,7 @@ def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None])
         focus_sd = MARK
     if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
         focus_offset = body.optical(mark, camera.focus_from) - mark
-    if None in (camera.distances_from, camera.focus_from):  # the mark may count from another plane than distances
+    if None in (camera.distances_from, camera.focus_from):  # marks and distances may have different reference planes
         focus_sd = math.hypot(focus_sd, OTHER_PLANE * camera.focal_length_mm * 1e-3 / mark)
     return Priors(
         k=camera.blur_k,
@@ -211,12 +212,12 @@ def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None])
 
 
 def load_targets(path: str | os.PathLike[str]) -> Targets:
-    """Read and check TARGETS.toml; its image paths are relative to its folder.
+    """Read and validate TARGETS.toml; its image paths are relative to its folder.
 
     Raises
     ------
     InputError
-        If it cannot be read, is not TOML, or has unknown, missing or wrong keys.
+        If it cannot be read, is not TOML, or has unknown, missing or invalid keys.
     """
     targets = load_table(Path(path), read_toml(Path(path)), Targets)
     try:
@@ -233,11 +234,11 @@ GIVEN = KEYS | {
     "offset_sd": ("offset_sd_m", "m"),
     "distance_sd": ("distance_sd_m", "m"),
 }
-"""Keys of TARGETS.toml, with their units, by the name of the quantity."""
+"""Keys of TARGETS.toml and their units, by quantity."""
 
 
 def _check_units(targets: Targets) -> None:
-    """Refuse optics and distances that are not plausible together."""
+    """Raise `InputError` if optics and distances are implausible in combination."""
     camera = targets.camera
     focal_length, pitch = 1e-3 * camera.focal_length_mm, 1e-6 * camera.pixel_pitch_um
     check_focal_length(focal_length)
@@ -248,7 +249,7 @@ def _check_units(targets: Targets) -> None:
             check_focus(shot.focus_distance_m, focal_length)
             check_hyperfocal(shot.focus_distance_m, focal_length, slope)
     nearest = min(shot.distance_m for shot in targets.shots)
-    check_target(nearest, focal_length, slope)  # of others, what the photographs show is the better judge
+    check_target(nearest, focal_length, slope)  # other distances are judged by the photographs themselves
     for name in ("offset", "offset_sd", "distance_sd"):
         if f"{name}_m" in camera.model_fields_set:
             check_offset(name, getattr(camera, f"{name}_m"), nearest)

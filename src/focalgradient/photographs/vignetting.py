@@ -1,7 +1,8 @@
-"""Vignetting: corners darken, the more the wider the aperture, and a darker copy of a texture passes for a blurred one.
+"""Vignetting correction: corners darken with aperture, and a darker copy of a texture resembles a blurred one.
 
-Where there is a flat field it is divided out (`focalgradient.photographs.images`). What the views of one scene still
-differ by over the frame, smoothly, is vignetting too: blur moves light by pixels only.
+A flat field, if given, is divided out (`focalgradient.photographs.images`). Remaining smooth differences in brightness
+over the frame between views of one scene are also attributed to vignetting, because blur redistributes radiance only
+over pixels.
 """
 
 from __future__ import annotations
@@ -18,26 +19,26 @@ from focalgradient.view import View
 __all__ = ["even_out"]
 
 BLOCKS = 24
-"""Blocks along the shorter side of the frame in which the views' brightness is compared."""
+"""Number of blocks along the frame's shorter side in which the views' brightness is compared."""
 
 SMALLEST = 32
-"""Pixels along the shorter side of the frame below which brightness shows the scene rather than the lens."""
+"""Minimum shorter side in pixels: in smaller frames, brightness reflects the scene instead of the lens."""
 
 ROUNDS = 8
-"""Rounds of the fit that plays down blocks which differ for other reasons."""
+"""Number of iterations of the robust fit, which downweights blocks that differ for other reasons."""
 
 
 def even_out(views: Sequence[View]) -> list[View]:
-    """The views with the vignetting of the one of smallest aperture, about the middle of the frame.
+    """Return the views with the vignetting of the view with the smallest aperture.
 
     Parameters
     ----------
     views
-        Of one scene and one size.
+        Views of one scene, of one size.
 
     Examples
     --------
-    A view that is 30 % darker in its corners, and 10 % brighter all over, is evened to 1 %:
+    A view that is 30 % darker in its corners and 10 % brighter overall is corrected to 1 %:
 
     >>> from focalgradient import Lens
     >>> sharp, wide = (Lens(0.025, n, 1.0) for n in (16, 4))
@@ -74,15 +75,15 @@ def _evened(view: View, reference: View) -> View:
         rest = np.abs(ratio - terms @ fit)
         weight = 1 / np.sqrt(1 + (rest / (2 * np.median(rest) + 1e-9)) ** 2)
     gain = np.zeros(view.shape)
-    for factor, term in zip(fit[1:], _terms(height, width)[1:], strict=True):  # the exposure is left as it is
+    for factor, term in zip(fit[1:], _terms(height, width)[1:], strict=True):  # without the constant, the exposure
         gain += factor * term
     image = (view.image / np.exp(gain)).astype(view.image.dtype)
-    image[clipped[1]] = image.max()  # what is saturated stays known by its common ceiling
+    image[clipped[1]] = image.max()  # saturated pixels keep a common maximum
     return replace(view, image=image)
 
 
 def _terms(height: int, width: int) -> list[NDArray[np.float64]]:
-    """What vignetting is made of, each broadcast to H x W: 1, slopes, any second order, the fourth round the centre."""
+    """Return the terms of the vignetting model, each broadcast to H x W: constant, linear, quadratic, radial fourth."""
     reach = max(height, width)
     down = ((2 * np.arange(height) + 1 - height) / reach)[:, None]
     across = ((2 * np.arange(width) + 1 - width) / reach)[None]
@@ -91,6 +92,6 @@ def _terms(height: int, width: int) -> list[NDArray[np.float64]]:
 
 
 def _ceiling(image: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Pixels that share the image's highest value, where they are more than chance makes."""
+    """Return pixels that share the image's maximum, if they are more than expected by chance."""
     top = image == image.max()
     return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)
