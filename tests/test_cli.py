@@ -243,7 +243,11 @@ BAD = {
     "saturated": (pixels("b.png", lambda p: np.where(p > 2**14, 2**16 - 1, p)), SETTINGS, r"b\.png is saturated: \d+%"),
     "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is the same everywhere \(999\)"),
     "NaN": (poke(np.nan), SETTINGS, r"b\.npy contains 5760 pixels that are NaN or infinite \(62%\)"),
-    "values beyond single precision": (poke(1e38), SETTINGS, r"b\.npy contains values from .* to 1e\+38, but the bright"),
+    "values beyond single precision": (
+        poke(1e38),
+        SETTINGS,
+        r"b\.npy contains values from .* to 1e\+38, but the bright",
+    ),
     "a torn array": (
         lambda f: (edit("b.png", "b.npy")(f), (f / "b.npy").write_bytes(b"PK\x03\x04" + b"x" * 99)),
         SETTINGS,

@@ -83,10 +83,10 @@ def test_what_is_no_series_is_refused(series: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"focus_m": [0.0, 1.0]}, "is no summary"),
-        ({"focus_m": [-1.0, 1.0]}, "is no summary"),
+        ({"focus_m": [0.0, 1.0]}, "is not a summary"),
+        ({"focus_m": [-1.0, 1.0]}, "is not a summary"),
         ({"focus_m": [1.0, 1.0]}, "two or more foci"),
-        ({"focus_m": [1.0, 4.0], "white": 0.0}, "is no summary"),
+        ({"focus_m": [1.0, 4.0], "white": 0.0}, "is not a summary"),
         ({"focus_m": [1.0, 2.0]}, "blurred-2.0m.npy"),  # is missing
         ({"focus_m": [1.0, 0.5]}, "does not fit"),  # holds NaN
         ({"focus_m": [1.0, 4.0]}, "does not fit"),  # has four colours

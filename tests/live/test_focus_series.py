@@ -137,7 +137,7 @@ def test_what_is_kept_is_not_made_again_and_what_was_cut_off_goes_on(
 def test_a_damaged_folder_is_refused(tmp_path: Path, made: FocusSeries) -> None:
     made.save(tmp_path)
     (tmp_path / "series.json").write_text(json.dumps({"focus_dioptre": [1.0, 0.5], "errors": [[0, 0]]}))
-    with pytest.raises(InputError, match="make the series anew"):
+    with pytest.raises(InputError, match="make the series again"):
         FocusSeries.read(tmp_path)
     made.save(tmp_path)
     np.save(tmp_path / "distance.npy", np.ones((2, 2)))
@@ -175,7 +175,7 @@ def test_an_eye_in_colour_is_in_focus_colour_by_colour() -> None:
         ({"distance": np.zeros((SIDE, SIDE))}, "not positive"),
         ({"distance": np.ones((3, 3))}, "shape"),
         ({"picture": np.full((SIDE, SIDE), 1e6)}, "scale it down"),
-        ({"focus": (2.0, 1.0)}, "farthest and of the nearest"),
+        ({"focus": (2.0, 1.0)}, "farthest and the nearest"),
         ({"largest_error": 0.0}, "largest_error"),
         ({"optics": object()}, "aperture_diameter"),
     ],

@@ -1,4 +1,4 @@
-"""Pictures re-focused between two frames: a series of planes of focus, and what mixes them on a screen."""
+"""Interactive refocusing: focus series, i.e. pictures at several planes of focus, and their blending on screen."""
 
 from focalgradient.live.blurred_folder import read_series
 from focalgradient.live.following import TIME_CONSTANT, Focusing, Transition

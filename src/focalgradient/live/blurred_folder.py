@@ -1,4 +1,4 @@
-"""A focus series in a folder: one that was kept, or the pictures of ``focalgradient blur`` at two foci or more."""
+"""Reading of focus series: stored ones, or pictures of ``focalgradient blur`` at two or more foci."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["read_series"]
 
 
 def read_series(folder: Path) -> FocusSeries:
-    """Read a series that ``focalgradient focus-series`` made, or ``focalgradient blur`` of one picture at several foci.
+    """Read a series made by ``focalgradient focus-series``, or by ``focalgradient blur`` at several foci.
 
-    Of the second, the error of mixing is not known.
+    For the latter, the interpolation error is unknown.
 
     Raises
     ------
     InputError
-        If there is none, or a file of it is missing or does not fit the others.
+        If there is none, or a file is missing or inconsistent with the others.
     """
     if (folder / SUMMARY).exists():
         return FocusSeries.read(folder)
@@ -37,11 +37,11 @@ def read_series(folder: Path) -> FocusSeries:
             raise ValueError
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
-            f"{printable(path)} is no summary of 'focalgradient blur': give the folder it made."
+            f"{printable(path)} is not a summary of 'focalgradient blur': give the folder that it made."
         ) from error
     if several or len(set(foci)) < max(len(foci), 2):
         raise InputError(
-            f"{printable(folder)} is no focus series: make one with 'focalgradient focus-series', or with "
+            f"{printable(folder)} is not a focus series: make one with 'focalgradient focus-series', or with "
             "'focalgradient blur' of one picture in two or more foci."
         )
     distance = read_array(folder / "distance.npy", "the distances that 'focalgradient blur' writes")

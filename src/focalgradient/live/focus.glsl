@@ -1,21 +1,21 @@
-// One pixel of a focus series: the two planes of focus next to it, mixed in linear light and encoded for the display.
-uniform sampler2DArray planes;  // linear light, as the texture unit decodes it: sRGB 8 bits, or half floats
-uniform float last;             // number of the last plane
-uniform float gain;             // by which the light of the planes is raised
+// One pixel of a focus series: the two neighbouring planes, mixed in linear radiance and encoded for the display.
+uniform sampler2DArray planes;  // linear radiance, decoded by the texture unit from 8-bit sRGB or half floats
+uniform float last;             // index of the last plane
+uniform float gain;             // factor by which the planes' radiance is multiplied
 #ifdef VARIES
-uniform sampler2D places;       // plane in focus at each pixel
-uniform vec4 frame;             // of `places` in the picture: left, top, width, height, in shares of the picture
+uniform sampler2D places;       // fractional plane index at each pixel
+uniform vec4 frame;             // position of `places`: left, top, width, height, as fractions of the picture
 #else
-uniform float place;            // plane in focus: 1.25 is a quarter of the way from plane 1 to plane 2
+uniform float place;            // fractional plane index: 1.25 is a quarter of the way from plane 1 to plane 2
 #endif
 #ifndef SRGB
-uniform vec3 gamma;             // exponent of light over value for each gun
+uniform vec3 gamma;             // exponent of luminance over pixel value for each gun
 #endif
 #ifdef LAMP
 uniform vec2 size;              // width and height of the picture in pixels
-uniform vec4 lamp;              // a disc of light: column and row of its middle, radius in pixels, light on each pixel
+uniform vec4 lamp;              // disc of light: column and row of its centre, radius in pixels, radiance
 
-// Share of this pixel that the disc covers, its spread and the pixel's own being that of a disc of the radius.
+// Fraction of this pixel covered by the disc, whose radius is reduced to keep the second moment despite the pixel area.
 float covered() {
     float radius = sqrt(max(lamp.z * lamp.z - 1.0 / 3.0, 0.25));
     vec2 from = where * size - lamp.xy - 0.5;

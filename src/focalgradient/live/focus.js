@@ -1,12 +1,12 @@
 "use strict";
-/* A focus series in WebGL 2, by the shader that the windows of the experiments use.
+/* A focus series in WebGL 2, drawn by the same shader as in the windows of the experiments.
  *
  *   const view = new FocusView(canvas, SHADERS), series = await view.load(packed);
- *   view.draw(series, 1.25);                                 // the focus in dioptres
- *   view.draw(series, { values, width, height });            // a map of it, Float32Array, over the whole picture
- *   view.draw(series, { values, width, height, x, y });      // its middle at a place of the picture, in pixels
+ *   view.draw(series, 1.25);                                 // focus in dioptres
+ *   view.draw(series, { values, width, height });            // map of focus, Float32Array, over the whole picture
+ *   view.draw(series, { values, width, height, x, y });      // map centred on a position in the picture, in pixels
  *
- * `packed` is what `focalgradient.live.packed` gives; SHADERS are the sources of `focalgradient.live.page_shaders`. */
+ * `packed` is the result of `focalgradient.live.packed`; SHADERS are those of `focalgradient.live.page_shaders`. */
 class FocusView {
   constructor(canvas, shaders, gamma = null) {
     this.canvas = canvas;
@@ -38,7 +38,7 @@ class FocusView {
     return { made, at: name => gl.getUniformLocation(made, name) };
   }
 
-  /* The planes, unpacked and sent to the graphics card. */
+  /* Unpack the planes and send them to the graphics card. */
   async load({ width, height, vergences, bits, gain, data }) {
     const gl = this.gl, count = vergences.length, size = width * height;
     if (count > gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS)) throw new Error(`it holds fewer planes than ${count}`);
@@ -50,7 +50,7 @@ class FocusView {
     gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, bits === 8 ? gl.SRGB8_ALPHA8 : gl.RGBA16F, width, height, count);
     for (let n = 0, from = 0; n < count; n++) {
       for (let c = 0; c < 3; c++) for (let p = 0; p < size; p++, from++) {
-        if (n) plane[4 * p + c] += steps[from];  // each differs little from the last
+        if (n) plane[4 * p + c] += steps[from];  // stored as differences from the previous plane
         else plane[4 * p + c] = steps[from];
       }
       gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, n, width, height, 1, gl.RGBA,
@@ -66,7 +66,7 @@ class FocusView {
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(target, name, gl.CLAMP_TO_EDGE);
   }
 
-  /* Plane of a focus in dioptres: 1.25 is a quarter of the way from plane 1 to plane 2. */
+  /* Fractional plane index of a focus in dioptres: 1.25 is a quarter of the way from plane 1 to plane 2. */
   static place({ vergences }, focus) {
     const last = vergences.length - 1;
     if (!(focus > vergences[0])) return 0;
@@ -76,7 +76,7 @@ class FocusView {
     return n + (focus - vergences[n]) / (vergences[n + 1] - vergences[n]);
   }
 
-  /* One draw. `lamp`: a disc of light added to it: x, y and radius in pixels, light in shares of white. */
+  /* Draw once. `lamp`: disc of light to add: x, y and radius in pixels, radiance as a fraction of white. */
   draw(series, focus, lamp = null) {
     const gl = this.gl, map = typeof focus === "number" ? null : focus, { made, at } = map ? this.varying : this.even;
     const { width, height } = series;

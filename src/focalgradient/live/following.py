@@ -1,4 +1,4 @@
-"""How focus follows the gaze: to which plane it goes, and how fast."""
+"""Gaze-contingent focus: target plane and time course."""
 
 from __future__ import annotations
 
@@ -9,23 +9,25 @@ from typing import Literal
 __all__ = ["TIME_CONSTANT", "Focusing", "Transition"]
 
 Transition = Literal["eye", "immediate"]
-"""How focus gets to a new distance: as an eye's, or within a frame."""
+"""Time course of a change in focus: as of an eye, or within one frame."""
 
 TIME_CONSTANT = 0.3
-"""Seconds of a first-order response: about that of human accommodation (Campbell & Westheimer, J Physiol 151, 1960)."""
+"""Time constant (s) of the first-order response, about that of human accommodation (Campbell & Westheimer, J Physiol
+151, 1960)."""
 
 
 class Focusing:
-    """Where the focus is, and where it goes.
+    """Current focus and target focus.
 
     Parameters
     ----------
     vergences
-        Of the foci that there are, in dioptres.
+        Vergences of the available foci in dioptres.
     transition
-        ``"eye"``: the way that is left shrinks to 1/e in `time_constant` seconds. ``"immediate"``: none is left.
+        ``"eye"``: the remaining difference decays to 1/e in `time_constant` seconds. ``"immediate"``: it vanishes at
+        once.
     time_constant
-        In seconds.
+        Time constant in seconds.
 
     Examples
     --------
@@ -44,12 +46,12 @@ class Focusing:
         self.vergence = vergences[0]
 
     def look(self, focus: int) -> bool:
-        """Go to the focus of that number: whether that is another than before."""
+        """Set the focus with this index as the target; return whether it has changed."""
         changed, self.target = focus != self.target, focus
         return changed
 
     def step(self, seconds: float) -> float:
-        """Let time pass: the vergence in focus then."""
+        """Advance time by `seconds`, and return the vergence in focus."""
         goal = self._vergences[self.target]
         left = 0.0 if self._transition == "immediate" else math.exp(-seconds / self._constant)
         self.vergence = goal + left * (self.vergence - goal)

@@ -1,4 +1,4 @@
-"""Pictures of a series on disk: each written as soon as it is made, so that a run that was cut off goes on."""
+"""Storage of a series' pictures: each is written when made, so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from focalgradient.files import printable, read_array, read_json, write_whole
 __all__ = ["INPUTS", "MARK", "SUMMARY", "Kept", "digest_of", "plane_name"]
 
 SUMMARY, INPUTS = "series.json", "inputs.json"
-"""The summary, written last; and what the pictures are made of, written first."""
+"""File names of the summary (written last) and of the digest of the inputs (written first)."""
 
 MARK = "focalgradient focus-series, with distance.npy"
-"""What the command knows its own files by: see `focalgradient.files.mark`."""
+"""Mark by which the command recognises its own files: see `focalgradient.files.mark`."""
 
 Half = NDArray[np.float16]
 
 
 def plane_name(vergence: float) -> str:
-    """Name of the file of the picture focused at a vergence in dioptres.
+    """Return the file name of the picture focused at a vergence in dioptres.
 
     >>> plane_name(0.5)
     'focus-0.5D.npy'
@@ -38,19 +38,19 @@ def plane_name(vergence: float) -> str:
 
 
 def digest_of(optics: Any, arrays: Iterable[NDArray[Any]], **settings: Any) -> str:
-    """Return a digest of everything that a series depends on, this package's version included.
+    """Return a digest of all inputs of a series, including this package's version.
 
     Raises
     ------
     InputError
-        If the optics cannot be pickled, so that they could not be recognised.
+        If the optics cannot be pickled and so cannot be identified.
     """
     try:
         pickled = pickle.dumps(optics, protocol=4)
     except Exception as error:
         raise InputError(
-            f"optics is {described(optics)}, which cannot be pickled, so that a kept series would not know it again: "
-            "define its class in a module, or leave out folder."
+            f"optics is {described(optics)}, which cannot be pickled, so that a stored series could not identify it: "
+            "define its class in a module, or omit folder."
         ) from error
     found = hashlib.sha256(pickled)
     for array in arrays:
@@ -61,16 +61,16 @@ def digest_of(optics: Any, arrays: Iterable[NDArray[Any]], **settings: Any) -> s
 
 
 class Kept:
-    """Pictures by their focus, in memory and, where a folder is given, on disk.
+    """Pictures by focus, in memory and, if a folder is given, on disk.
 
     Parameters
     ----------
     folder
-        Where they are kept; made where it is not there. None: in memory only.
+        Folder for storage, created if necessary. None: in memory only.
     digest
-        Of the inputs: pictures that others made are removed first.
+        Digest of the inputs: pictures with another digest are removed first.
     make
-        Makes the picture focused at a vergence, in linear light.
+        Function that makes the linear picture focused at a vergence.
     """
 
     def __init__(self, folder: Path | None, digest: str, make: Callable[[float], NDArray[np.floating]]):
@@ -83,7 +83,7 @@ class Kept:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
-                f"{printable(folder)} cannot be made ({error.strerror}): give a folder that you may write in."
+                f"{printable(folder)} cannot be made ({error.strerror}): give a writable folder."
             ) from error
         path = folder / INPUTS
         if path.exists() and read_json(path, "the inputs of a focus series").get("sha256") == digest:
@@ -93,7 +93,7 @@ class Kept:
         write_whole(path, json.dumps({"written_by": MARK, "sha256": digest}).encode())
 
     def __call__(self, vergence: float) -> Half:
-        """Return the picture of a focus, made or read once."""
+        """Return the picture at a focus, made or read once."""
         if vergence not in self._pictures:
             path = None if self.folder is None else self.folder / plane_name(vergence)
             if path is not None and path.exists():
@@ -107,11 +107,11 @@ class Kept:
         return self._pictures[vergence]
 
     def forget(self, vergence: float) -> None:
-        """Free the memory of a picture that is not a plane; on disk it stays until the series is finished."""
+        """Free the memory of a picture that is not a plane; it remains on disk until the series is finished."""
         self._pictures.pop(vergence, None)
 
     def finish(self, chosen: Iterable[float]) -> None:
-        """Remove from the folder the pictures that only served to measure the error."""
+        """Remove the stored pictures that only served to measure the error."""
         if self.folder is not None:
             names = {plane_name(vergence) for vergence in chosen}
             for path in self.folder.glob("focus-*D.npy"):

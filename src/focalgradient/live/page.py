@@ -1,4 +1,4 @@
-"""A focus series for a page of a browser: the planes packed as text, the shaders, and the script that draws."""
+"""Focus series for web pages: compressed planes, shaders, and the script that draws them."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ void main() {
 
 
 def packed(series: FocusSeries, *, srgb: bool = True) -> dict[str, Any]:
-    """Return a series as the script's ``FocusView.load`` takes it, for JSON.
+    """Return a series as accepted by the script's ``FocusView.load``, for JSON.
 
     Parameters
     ----------
     series
         The series.
     srgb
-        Whether the display's encoding is sRGB; else light is kept in 16 bits.
+        Whether the display's encoding is sRGB; otherwise radiance is stored in 16 bits.
 
     Returns
     -------
     dict
-        Size, vergences of the planes in dioptres, bits and gain of their numbers, and as text the first plane and the
-        difference of each from the last, compressed.
+        Size, vergences of the planes in dioptres, bits and gain of the values, and, compressed as text, the first plane
+        and the differences between successive planes.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def packed(series: FocusSeries, *, srgb: bool = True) -> dict[str, Any]:
     numbers: NDArray[Any] = texels.values if texels.values.dtype == np.uint8 else texels.values.view(np.uint16)
     planar = np.moveaxis(numbers[..., :3], -1, 1)
     with np.errstate(over="ignore"):
-        steps = np.concatenate([planar[:1], planar[1:] - planar[:-1]])  # modulo 256 or 65536, as they are added again
+        steps = np.concatenate([planar[:1], planar[1:] - planar[:-1]])  # modulo 256 or 65536, undone by addition
     height, width = series.distance.shape
     return {
         "width": width,
@@ -65,7 +65,7 @@ def packed(series: FocusSeries, *, srgb: bool = True) -> dict[str, Any]:
 
 
 def page_shaders() -> dict[str, str]:
-    """Return the sources of the shaders that ``FocusView`` takes, by name.
+    """Return the shader sources used by ``FocusView``, by name.
 
     >>> sorted(page_shaders())
     ['corners', 'gamma', 'gamma_varies', 'srgb', 'srgb_varies']
@@ -78,7 +78,7 @@ def page_shaders() -> dict[str, str]:
 
 
 def page_script() -> str:
-    """Return the source of ``FocusView``, a class of JavaScript.
+    """Return the JavaScript source of the class ``FocusView``.
 
     >>> "class FocusView" in page_script()
     True

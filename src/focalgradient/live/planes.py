@@ -1,4 +1,4 @@
-"""Choose planes of focus, by bisection, so that mixing two neighbours errs by no more than a bound."""
+"""Choice of planes of focus by bisection, with bounded interpolation error between neighbours."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from focalgradient.srgb import linear_to_srgb
 __all__ = ["Bound", "Chosen", "choose", "mix", "steps_between"]
 
 LESS, IN_VAIN = 0.8, 4
-"""Share of the error to which halving an interval must bring it, and how often it may fail to before the picture is
-taken to jump there: a smooth picture's error falls to 0.25, at a kink to 0.5. With two failures textured discs, whose
-outlines come into focus one before the other, were left with errors of up to 18 steps."""
+"""Factor to which halving an interval must reduce the error, and number of failures after which the picture is
+considered discontinuous in focus. For a smooth picture the error falls to 0.25, at a kink to 0.5. With two failures,
+textured discs whose outlines come into focus in succession were left with errors of up to 18 steps."""
 
 FINE = 64
-"""Smallest steps in an interval up to which that holds: half a pixel of blur. In longer ones a surface may come into
-focus unseen, and the error rise when they are halved."""
+"""Maximum length of an interval, in smallest steps, for which failures count: half a pixel of blur. In longer ones a
+surface may come into focus in between, and the error may increase on halving."""
 
 Picture = NDArray[np.floating]
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """Largest error of a mixture, in 8-bit steps of sRGB: of the median pixel and of the worst.
+    """Maximum interpolation error in 8-bit steps of sRGB: of the median pixel and of the worst pixel.
 
-    `smallest_step` is the distance of two planes, in dioptres, that is not divided any further.
+    `smallest_step` is the distance of two planes (D) below which intervals are not divided.
     """
 
     median: float
@@ -38,25 +38,25 @@ class Bound:
     smallest_step: float
 
     def errors(self, picture: Callable[[float], Picture], far: float, near: float) -> tuple[float, float]:
-        """Median and largest error of the mixture halfway between two planes."""
+        """Return the median and the largest error of the mixture halfway between two planes."""
         apart = steps_between(mix(picture(far), picture(near), 0.5), picture((far + near) / 2))
         return float(np.median(apart)), float(apart.max())
 
     def holds(self, picture: Callable[[float], Picture], far: float, near: float) -> bool:
-        """Whether the mixture halfway between two planes is within the bound."""
+        """Return whether the mixture halfway between two planes is within the bound."""
         median, largest = self.errors(picture, far, near)
         return median <= self.median and largest <= self.largest
 
 
 class Chosen(NamedTuple):
-    """Planes of focus (dioptres, rising), and between each two the median and the largest error, N - 1 x 2."""
+    """Planes of focus (D, increasing), and the median and largest error between neighbours, N - 1 x 2."""
 
     vergences: tuple[float, ...]
     errors: NDArray[np.float64]
 
 
 def mix(far: Picture, near: Picture, share: float | NDArray[np.floating]) -> NDArray[np.float32]:
-    """Mix two pictures in linear light: `share` of the near one, a number or H x W.
+    """Mix two pictures in linear radiance; `share` is the weight of the near one, a number or H x W.
 
     >>> mix(np.zeros((1, 2)), np.ones((1, 2)), 0.25).tolist()
     [[0.25, 0.25]]
@@ -68,9 +68,9 @@ def mix(far: Picture, near: Picture, share: float | NDArray[np.floating]) -> NDA
 
 
 def steps_between(one: Picture, other: Picture) -> NDArray[np.floating]:
-    """Return how far two pictures in linear light (1 being white) lie apart at each value, in 8-bit steps of sRGB.
+    """Return the difference of two linear pictures (white = 1) at each value, in 8-bit steps of sRGB.
 
-    Light out of the range of a display is clipped first, as a display does.
+    Radiance outside the display's range is clipped first.
 
     >>> steps_between(np.array([0.0, 1.0]), np.array([1 / 12.92 / 255, 2.0])).round(6).tolist()
     [1.0, 0.0]
@@ -85,23 +85,23 @@ def choose(
     bound: Bound,
     accepted: Callable[[float, float], object] = lambda near, halfway: None,
 ) -> Chosen:
-    """Choose planes of focus between two ends, whose neighbours mixed halfway are within the bound of `picture` there.
+    """Choose planes of focus between two ends so that mixing neighbours halfway stays within the bound.
 
     Parameters
     ----------
     picture
-        The picture in linear light, focused at a vergence in dioptres.
+        Function that returns the linear picture focused at a vergence in dioptres.
     ends
-        Vergence of the farthest and of the nearest plane, in dioptres.
+        Vergences of the farthest and the nearest plane in dioptres.
     bound
-        Where a mixture exceeds it, the plane halfway is taken too, unless that does not lessen the error.
+        Bound of the error; where it is exceeded, the plane halfway is added, unless that does not reduce the error.
     accepted
-        Called with the vergence of each plane as it is taken, from far to near, and with the one halfway to it from the
-        last, which is not a plane.
+        Callback for each plane, from far to near, with its vergence and that halfway to the previous plane, which is
+        not a plane itself.
 
     Examples
     --------
-    Light that goes with the square of the focus: the error of mixing is a quarter of it when the step is halved.
+    Radiance quadratic in focus: halving the step reduces the interpolation error to a quarter.
 
     >>> chosen = choose(lambda v: np.full((1, 1), 0.2 + 0.1 * v**2), (0.0, 1.0), Bound(1.0, 1.0, 0.01))
     >>> chosen.vergences
@@ -111,9 +111,7 @@ def choose(
     if not high > low:
         return Chosen((low,), np.zeros((0, 2)))
     vergences, errors = [low], []
-    waiting = [
-        (low, high, math.inf, 0)
-    ]  # the farthest last; with the error of twice the interval, and halvings in vain
+    waiting = [(low, high, math.inf, 0)]  # farthest last; with the error of the parent interval, and failed halvings
     while waiting:
         far, near, before, vain = waiting.pop()
         middle = (far + near) / 2

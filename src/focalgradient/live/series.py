@@ -1,4 +1,4 @@
-"""A picture at every focus: planes of focus made once, of which two neighbours are mixed in linear light."""
+"""Focus series: pictures precomputed at planes of focus, of which two neighbours are mixed in linear radiance."""
 
 from __future__ import annotations
 
@@ -28,38 +28,38 @@ from focalgradient.render import blur_picture
 __all__ = ["HALF_MAX", "FocusSeries"]
 
 SMALLEST_STEP = 1 / 128
-"""Least distance of two planes in pixels of blur radius. Mixing errs by up to 3 steps of 8 bits between planes 0.23
-pixels apart for text and a photograph-like picture, 0.06 apart for white noise, and 0.01 apart in places where the
-outline of a textured disc comes into focus before another."""
+"""Minimum distance of two planes in pixels of blur radius. Interpolation errors reach 3 8-bit steps between planes 0.23
+px apart for text and a photograph-like picture, 0.06 px for white noise, and 0.01 px where parts of a textured disc's
+outline come into focus in succession."""
 
 MARGIN = 2 / 3
-"""Share of the bounds that the error halfway between two planes must stay within. Elsewhere between them it was up to
-1.3 times as large, where the outline of a card is hidden by degrees; rounding to 8 bits adds a part of a step."""
+"""Fraction of the bounds allowed for the error halfway between two planes. Elsewhere between them it was up to 1.3
+times as large, where the outline of a card is gradually hidden; rounding to 8 bits adds part of a step."""
 
 TILE, PROBES = 128, 5
-"""Side in pixels of the parts of the picture, and number of foci, that the density of planes is tried at beforehand."""
+"""Side in pixels of the picture's parts, and number of foci, at which the density of planes is estimated."""
 
 HALF_MAX = 6e4
-"""Largest light that a 16-bit number holds."""
+"""Maximum radiance in a 16-bit float."""
 
 DISTANCE = "distance.npy"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FocusSeries:
-    """Pictures of one scene at several planes of focus, dense enough that any focus between is a mixture of two.
+    """Pictures of one scene at several planes of focus, dense enough to interpolate any focus between two.
 
     Parameters
     ----------
     vergences
-        Of the planes in focus, in dioptres, rising.
+        Vergences of the planes of focus in dioptres, increasing.
     planes
-        The picture at each, in linear light, 1 being white: H x W or H x W x 3, 16-bit.
+        Linear picture at each plane (white = 1), H x W or H x W x 3, 16-bit.
     distance
-        Distance in metres of what each pixel shows, H x W.
+        Distance of each pixel in metres, H x W.
     errors
-        Error of mixing each two neighbours halfway against the picture blurred at that focus, in 8-bit steps of sRGB:
-        the median and the largest over the picture, N - 1 x 2; NaN where it was not measured.
+        Error of mixing neighbours halfway, relative to the picture blurred at that focus, in 8-bit steps of sRGB:
+        median and maximum over the picture, N - 1 x 2; NaN if unknown.
     """
 
     vergences: tuple[float, ...]
@@ -82,44 +82,45 @@ class FocusSeries:
         folder: str | os.PathLike[str] | None = None,
         progress: Progress | None = None,
     ) -> FocusSeries:
-        """Make the series of a picture whose depth is known, or read it where it was made of the same before.
+        """Make the series of a picture with known depth, or read it if it was stored with the same inputs.
 
         Parameters
         ----------
         picture
-            Sharp picture in linear light, 1 being white, H x W or H x W x 3.
+            Sharp linear picture (white = 1), H x W or H x W x 3.
         distance
-            Distance in metres of what each pixel shows, H x W; ``inf`` is allowed.
+            Distance of each pixel in metres, H x W; may be ``inf``.
         optics
-            A `Lens`, an `Eye`, an eye's `Cones`, or others with a method ``refocused(vergence)``.
+            A `Lens`, an `Eye`, an eye's `Cones`, or other optics with a method ``refocused(vergence)``.
         pixel_angle
-            Angle in radians that one pixel subtends.
+            Angle in radians subtended by one pixel.
         focus
-            Vergence in dioptres of the farthest and of the nearest focus. None: those of the picture.
+            Vergences of the farthest and the nearest focus in dioptres. None: those of the picture.
         median_error, largest_error
-            Bounds of the error of mixing two planes, in 8-bit steps of sRGB, of the median pixel and of the worst one.
+            Maximum interpolation error in 8-bit steps of sRGB, of the median pixel and of the worst pixel.
         wavelengths
-            Of an `Eye`: the number of parts of a display's light that are each in their own focus. None: all alike.
+            Number of wavebands into which the display's spectrum is divided for an `Eye`, each with its own focus.
+            None: no dispersion.
         folder
-            Where it is kept, picture by picture: what was cut off goes on there, and other inputs make it anew.
+            Folder for storage, picture by picture: interrupted runs are resumed, and other inputs replace the series.
         progress
-            Called with the share done, 0 to 1, and a few words; first with the number of planes that are expected and
-            the memory that they take as textures.
+            Callback that receives the fraction done, 0 to 1, and a short description; first with the expected number of
+            planes and their memory as textures.
 
         Raises
         ------
         InputError
-            If an argument is out of range, the optics cannot be refocused, or memory does not suffice.
+            If an argument is out of range, the optics cannot be refocused, or memory is insufficient.
 
         Warns
         -----
         FocalGradientWarning
-            If the bound is exceeded where the blurred picture itself jumps as focus changes.
+            If the bound is exceeded where the blurred picture itself changes abruptly with focus.
 
         Notes
         -----
-        Planes are bisected until the mixture halfway is within two thirds of the bounds of the picture blurred there:
-        the rest is kept for the error elsewhere between the two, and for rounding to 8 bits.
+        Intervals between planes are bisected until the mixture halfway is within two thirds of the bounds: the rest is
+        reserved for larger errors elsewhere between the planes, and for rounding to 8 bits.
 
         Examples
         --------
@@ -137,7 +138,7 @@ class FocusSeries:
         ends = _ends(far, focus)
         for name, value in (("median_error", median_error), ("largest_error", largest_error)):
             check_number(name, value, "8-bit steps", positive=True)
-        pixels = optics.aperture_diameter / 2 / pixel_angle  # of blur radius in a dioptre
+        pixels = optics.aperture_diameter / 2 / pixel_angle  # blur radius in pixels per dioptre
         bound = Bound(MARGIN * median_error, MARGIN * largest_error, SMALLEST_STEP / pixels if pixels > 0 else math.inf)
         where = None if folder is None else Path(folder)
         blur = partial(_blurred, optics=optics, pixel_angle=pixel_angle, wavelengths=wavelengths)
@@ -163,9 +164,9 @@ class FocusSeries:
             made._finish(where)
         if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
             warnings.warn(
-                f"mixing two planes of focus errs by up to {made.error[1]:.1f} steps of 8 bits (median "
+                f"mixing two planes of focus has errors of up to {made.error[1]:.1f} steps of 8 bits (median "
                 f"{made.error[0]:.2f}) in {made._beyond(largest_error):.0%} of the range of focus: the "
-                "picture itself jumps there as focus changes, however near the planes are.",
+                "picture itself changes abruptly there with focus, however close the planes are.",
                 FocalGradientWarning,
                 stacklevel=2,
             )
@@ -186,10 +187,10 @@ class FocusSeries:
         Parameters
         ----------
         picture, optics, pixel_angle, others
-            As for `of`. The picture is flat and at the optics' own focus where that allows the range.
+            As for `of`. The picture is flat and, if the range allows, at the optics' own focus.
         defocus
-            Least and greatest defocus in dioptres, positive where the picture lies beyond the plane of focus: the
-            series' vergences are these, so ``series.at(0.5)`` is defocused by half a dioptre.
+            Smallest and largest defocus in dioptres, positive where the picture lies beyond the plane of focus. They
+            are the vergences of the series: ``series.at(0.5)`` is defocused by 0.5 D.
 
         Examples
         --------
@@ -203,7 +204,10 @@ class FocusSeries:
         check_optics(optics)
         low, high = defocus
         if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-            raise InputError(f"defocus is {defocus!r}, but must be a least and a greatest finite number of dioptres.")
+            raise InputError(
+                f"defocus is {defocus!r}, but must be two finite numbers: give the smallest and the largest defocus in "
+                "dioptres."
+            )
         place = max(optics.focus_vergence, -low, 0.0)
         light = np.asarray(picture)
         flat = np.full(light.shape[:2], 1 / place if place > 0 else math.inf)
@@ -213,16 +217,16 @@ class FocusSeries:
 
     @classmethod
     def read(cls, folder: str | os.PathLike[str]) -> FocusSeries:
-        """Read a series that was kept in a folder.
+        """Read a series stored in a folder.
 
         Raises
         ------
         InputError
-            If there is none, or a file of it is missing or does not fit the others.
+            If there is none, or a file is missing or inconsistent with the others.
         """
         where = Path(folder)
         summary = read_json(where / SUMMARY, "the summary of a focus series")
-        wrong = f"{printable(where / SUMMARY)} is not the summary of a focus series: make the series anew."
+        wrong = f"{printable(where / SUMMARY)} is not the summary of a focus series: make the series again."
         try:
             vergences = tuple(float(value) for value in summary["focus_dioptre"])
             errors = np.asarray([[np.nan if e is None else e for e in row] for row in summary["errors"]], float)
@@ -237,7 +241,7 @@ class FocusSeries:
         return cls(vergences, planes, distance, errors).checked(where)
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Keep the series in a folder, which is made where it is not there."""
+        """Store the series in a folder, which is created if necessary."""
         where = Path(folder)
         where.mkdir(parents=True, exist_ok=True)
         for vergence, plane in zip(self.vergences, self.planes, strict=True):
@@ -256,21 +260,22 @@ class FocusSeries:
         write_whole(where / SUMMARY, json.dumps(summary, indent=1).encode())
 
     def checked(self, where: Path) -> FocusSeries:
-        """Return the series itself, or raise `InputError` where its files do not fit each other."""
+        """Return the series, or raise `InputError` if its files are inconsistent."""
         shape = self.planes[0].shape
         for vergence, plane in zip(self.vergences, self.planes, strict=True):
             fits = shape in (self.distance.shape, (*self.distance.shape, 3)) and plane.shape == shape
             if not (fits and plane.dtype.kind == "f" and np.isfinite(plane).all()):
                 raise InputError(
-                    f"the picture at {vergence:g} D in {printable(where)} does not fit the other files: make the "
-                    "series anew."
+                    f"the picture at {vergence:g} D in {printable(where)} is inconsistent with the other files: "
+                    "make the "
+                    "series again."
                 )
         if self.distance.dtype.kind != "f" or not (self.distance > 0).all():
-            raise InputError(f"the distances in {printable(where)} must all be positive: make the series anew.")
+            raise InputError(f"the distances in {printable(where)} must all be positive: make the series again.")
         return self
 
     def __repr__(self) -> str:
-        """The number of planes, their range, their size and their error."""
+        """Return the number of planes, their range, size and error."""
         height, width = self.distance.shape
         return (
             f"FocusSeries({len(self.vergences)} planes of {width} x {height} pixels, {self.vergences[0]:.3g} to "
@@ -280,39 +285,39 @@ class FocusSeries:
 
     @property
     def error(self) -> tuple[float, float]:
-        """Largest median and largest single error of mixing, in 8-bit steps; NaN where it was not measured."""
+        """Largest median error and largest error of interpolation, in 8-bit steps; NaN if unknown."""
         return (float(self.errors[:, 0].max()), float(self.errors[:, 1].max())) if len(self.errors) else (0.0, 0.0)
 
     def _beyond(self, bound: float) -> float:
-        """Share of the range of focus between planes whose mixture errs by more than the bound, in 8-bit steps."""
+        """Return the fraction of the focus range in which the interpolation error exceeds the bound (8-bit steps)."""
         apart = np.diff(self.vergences)
         return float(apart[self.errors[:, 1] > bound].sum() / apart.sum())
 
     @property
     def within_white(self) -> bool:
-        """Whether all light lies between black and white, so that 8-bit sRGB textures hold it."""
+        """Whether all radiance lies between black and white, so that 8-bit sRGB textures suffice."""
         return all(plane.min() >= 0 and plane.max() <= 1 for plane in self.planes)
 
     @property
     def texture_bytes(self) -> int:
-        """Memory in bytes that the planes take as textures: 4 bytes a pixel (sRGB), 8 where light exceeds white."""
+        """Memory in bytes of the planes as textures: 4 bytes per pixel (sRGB), or 8 if radiance exceeds white."""
         return len(self.planes) * self.distance.size * (4 if self.within_white else 8)
 
     def place_of(self, focus: ArrayLike) -> NDArray[np.float64]:
-        """Return the plane of each focus (dioptres, any shape): 1.25 is a quarter of the way from plane 1 to plane 2.
+        """Return the fractional plane index of each focus (D, any shape): 1.25 is a quarter from plane 1 to plane 2.
 
-        A focus beyond the ends is that of the end.
+        Foci beyond the ends are clipped.
         """
         places = np.arange(len(self.vergences), dtype=float)
         return np.asarray(np.interp(np.asarray(focus, float), self.vergences, places))
 
     def at(self, focus: ArrayLike) -> NDArray[np.float32]:
-        """Return the picture at a focus in dioptres, linear light, of the planes' shape.
+        """Return the picture at a focus in dioptres, in linear radiance, of the planes' shape.
 
         Parameters
         ----------
         focus
-            A number, or H x W: the focus of each pixel. Beyond the ends it is that of the end.
+            A number, or H x W: the focus of each pixel; clipped to the range of the series.
 
         Raises
         ------
@@ -342,7 +347,7 @@ class FocusSeries:
         return (display or Display()).encode(self.at(focus))
 
     def vergence_at(self, x: float, y: float, radius: float = 0.0) -> float | None:
-        """Vergence in dioptres at a place, the median within `radius` pixels each way; None outside the picture.
+        """Return the vergence (D) at a position, the median within `radius` pixels each way; None outside the picture.
 
         `x` and `y` are in pixels from the upper left corner of the picture.
         """
@@ -354,12 +359,12 @@ class FocusSeries:
         return float(np.median(1 / part))
 
     def nearest(self, vergence: float) -> int:
-        """Number of the plane whose focus is nearest to a vergence, in dioptres."""
+        """Return the index of the plane whose focus is closest to a vergence in dioptres."""
         return int(np.argmin(np.abs(np.asarray(self.vergences) - vergence)))
 
 
 def _check(light: NDArray[np.float32], far: NDArray[np.float64], optics: Optics, pixel_angle: float) -> None:
-    """Refuse what cannot be blurred, by blurring a part of it, and light beyond 16 bits."""
+    """Validate the inputs of a series, by blurring a part of the picture, and its range."""
     check_optics(optics)
     refocused(optics, max(optics.focus_vergence, 0.0))
     if light.ndim not in (2, 3) or (light.ndim == 3 and light.shape[2] != 3) or far.shape != light.shape[:2]:
@@ -367,9 +372,11 @@ def _check(light: NDArray[np.float32], far: NDArray[np.float64], optics: Optics,
             f"picture has shape {light.shape} and distance {far.shape}, but must be H x W or H x W x 3, and H x W."
         )
     if not (np.isfinite(light).all() and np.abs(light).max(initial=0) <= HALF_MAX):
-        raise InputError(f"picture holds values beyond {HALF_MAX:g}, but 1 is white: scale it down.")
+        raise InputError(f"picture contains values beyond {HALF_MAX:g}, but 1 is white: scale it down.")
     if not (far > 0).all():
-        raise InputError("distance holds values that are not positive, but every pixel needs its distance in metres.")
+        raise InputError(
+            "distance contains values that are not positive, but every pixel needs a distance: give metres."
+        )
     blur_picture(light[:1, :1], far[:1, :1], optics, pixel_angle=pixel_angle)
 
 
@@ -377,7 +384,7 @@ def _ends(far: NDArray[np.float64], focus: tuple[float, float] | None) -> tuple[
     low, high = (float(1 / far.max()), float(1 / far.min())) if focus is None else focus
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         raise InputError(
-            f"focus is {focus!r}, but must be the vergences of the farthest and of the nearest plane in dioptres."
+            f"focus is {focus!r}, but must be the vergences of the farthest and the nearest plane: give dioptres."
         )
     return float(low), float(high)
 
@@ -394,7 +401,7 @@ def _blurred(
     focused = refocused(optics, vergence)
     if wavelengths is None:
         blurred = blur_picture(light, far, focused, pixel_angle=pixel_angle)
-        # What overshoots black or white, where the picture does not, is not worth textures of 16 bits.
+        # Overshoot beyond black or white, where the picture has none, does not justify 16-bit textures.
         return np.clip(blurred, min(float(light.min()), 0.0), max(float(light.max()), 1.0))
     from focalgradient.eye import retinal_image
 
@@ -424,10 +431,10 @@ def _expected(
     bound: Bound,
     pixels: float,
 ) -> int:
-    """Number of planes that the bound is expected to take, by how fine they must be at the finest of `PROBES` foci.
+    """Return the number of planes expected for the bound, from the density at the most demanding of `PROBES` foci.
 
-    Each is tried in the part of the picture that has most contrast where it is nearly in focus; `pixels` is the blur
-    radius of a dioptre.
+    Each focus is tried in the part of the picture with the most contrast near focus; `pixels` is the blur radius per
+    dioptre.
     """
     if not ends[1] > ends[0]:
         return 1
@@ -449,7 +456,9 @@ def _expected(
                 cut[vergence] = blur(light[part], far[part], vergence)
             return cut[vergence]
 
-        halvings = max(0, math.floor(math.log2(max(span * pixels, 1.0))))  # to planes a pixel of blur apart, or two
+        halvings = max(
+            0, math.floor(math.log2(max(span * pixels, 1.0)))
+        )  # start with planes one or two pixels of blur apart
         while True:
             step = span / 2**halvings
             first = ends[0] + step * math.floor((focus - ends[0]) / step)

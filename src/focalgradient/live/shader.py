@@ -1,4 +1,4 @@
-"""The shader that shows a focus series: one program for a window of OpenGL and for a page with WebGL 2."""
+"""Shader that displays a focus series, for OpenGL windows and for web pages with WebGL 2."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Dialect", "Texels", "fragment_shader", "gamma_of", "texels_of"]
 
 
 class Dialect(Enum):
-    """The language in which a program for the graphics card is written: what comes before `focus.glsl`."""
+    """Shading language: the header that precedes `focus.glsl`."""
 
     WINDOW = """#version 120
 #extension GL_EXT_texture_array : require
@@ -45,13 +45,13 @@ def fragment_shader(dialect: Dialect, *, srgb: bool, varies: bool, lamp: bool = 
     Parameters
     ----------
     dialect
-        The language.
+        Shading language.
     srgb
-        Whether the display's encoding is sRGB; else each gun has an exponent, the uniform ``gamma``.
+        Whether the display's encoding is sRGB; otherwise each gun has an exponent, the uniform ``gamma``.
     varies
-        Whether focus varies over the picture, by the texture ``places``; else it is the uniform ``place``.
+        Whether focus varies over the picture, given by the texture ``places``; otherwise by the uniform ``place``.
     lamp
-        Whether a disc of light, the uniform ``lamp``, is added.
+        Whether to add a disc of light, given by the uniform ``lamp``.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def gamma_of(display: Display) -> tuple[float, float, float] | None:
     Raises
     ------
     InputError
-        If the display dithers, which the shader does not.
+        If the display uses dithering, which the shader does not support.
 
     Examples
     --------
@@ -77,24 +77,26 @@ def gamma_of(display: Display) -> tuple[float, float, float] | None:
     ((2.2, 2.2, 2.2), None)
     """
     if display.dither:
-        raise InputError("display has dither=True, but a focus series is shown without: give dither=False.")
+        raise InputError(
+            "display has dither=True, but a focus series is displayed without dithering: set dither=False."
+        )
     if isinstance(display.gamma, tuple):
         return display.gamma
     return None if display.gamma == "sRGB" else (float(display.gamma),) * 3
 
 
 class Texels(NamedTuple):
-    """Planes as they are sent to a graphics card, N x H x W x 4, and the gain by which their light is raised."""
+    """Planes as sent to the graphics card, N x H x W x 4, and the gain by which their radiance is multiplied."""
 
     values: NDArray[np.uint8] | NDArray[np.float16]
     gain: float
 
 
 def texels_of(series: FocusSeries, *, srgb: bool = True) -> Texels:
-    """Return the planes as 8-bit sRGB for a display of that encoding, else as 16-bit linear light.
+    """Return the planes as 8-bit sRGB for a display with that encoding, otherwise as 16-bit linear radiance.
 
-    Light above white is kept in 16 bits, too: it is cut off only when two planes have been mixed. It is raised by a
-    power of 2, as some graphics cards take numbers below 6e-5 for 0, which is 3 steps of 8 bits at a gamma of 2.2.
+    Radiance above white is also stored in 16 bits, and clipped only after mixing. It is multiplied by a power of 2,
+    because some graphics cards treat numbers below 6e-5 (3 8-bit steps at a gamma of 2.2) as 0.
 
     >>> flat = FocusSeries((0.0,), (np.full((1, 2), 0.5, np.float16),), np.ones((1, 2)), np.zeros((0, 2)))
     >>> texels_of(flat).values[0, 0, 0].tolist()

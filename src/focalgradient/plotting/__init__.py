@@ -1,6 +1,6 @@
-"""Figures: of views and depth maps (`maps`), in one style (`figures`).
+"""Figures of views and depth maps (`maps`), stimuli and results, in one style (`figures`).
 
-Nothing here needs a display or `pyplot`: figures carry their own canvas.
+Figures carry their own canvas, so that neither a display nor `pyplot` is needed.
 """
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style

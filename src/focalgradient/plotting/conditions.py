@@ -1,4 +1,4 @@
-"""Figures of the conditions of any task: answers by one factor, each subject thin, the mean and its interval bold."""
+"""Figures of responses by one factor, for any task: each subject thin, the mean with its interval bold."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from focalgradient.statistics.means import t_interval
 __all__ = ["condition_figure", "draw_condition"]
 
 COLUMNS = 3
-"""Answers side by side."""
+"""Number of panels per row."""
 
 
 def condition_figure(
     table: pd.DataFrame, factor: str, answers: Sequence[tuple[str, bool]], *, units: Mapping[str, str], simulated: bool
 ) -> Figure:
-    """Draw the answers by the levels of one factor.
+    """Draw the responses by the levels of one factor.
 
     Parameters
     ----------
     table
-        A row a trial, with `participant_id`, the factor and the answers; no catch trials.
+        One row per trial, with `participant_id`, the factor and the responses; without catch trials.
     factor
-        Column of the condition.
+        Name of the factor's column.
     answers
-        Columns of answers, each with whether it is a ratio, whose means are geometric.
+        Names of the response columns, each with whether it is a ratio, for which geometric means are used.
     units
-        Of factor and answers, by column, where they have one.
+        Unit of each column that has one.
     simulated
-        Whether observers were.
+        Whether the observers were simulated.
     """
     with style():
         columns = min(len(answers), COLUMNS)
@@ -57,7 +57,7 @@ def condition_figure(
 def draw_condition(
     ax: Axes, table: pd.DataFrame, factor: str, answer: str, *, ratio: bool, units: Mapping[str, str]
 ) -> Axes:
-    """Draw the means of one answer by the levels of a factor: on its axis where they are numbers, else side by side."""
+    """Draw the means of one response by factor level: at numeric positions, or else equally spaced."""
     values = table[answer].astype(float)
     logs = pd.Series(np.log(values), values.index) if ratio else values
     own = logs.groupby([table["participant_id"], table[factor]]).mean().unstack(factor)
@@ -82,7 +82,7 @@ def draw_condition(
 
 
 def _named(column: str, units: Mapping[str, str], *more: str) -> str:
-    """Label of an axis: the column, its unit, and what else is to be said of it.
+    """Return an axis label: column name with unit and further remarks.
 
     >>> _named("matched", {"matched": "D"}), _named("blur", {}), _named("seen", {"seen": "m"}, "geometric mean")
     ('matched (D)', 'blur', 'seen (m, geometric mean)')

@@ -1,4 +1,4 @@
-"""The sheet of a set of pictures: all conditions of all scenes side by side."""
+"""Contact sheet of a set of pictures: all conditions of all scenes side by side."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from focalgradient.plotting.figures import new_figure, style
 
 __all__ = ["contact_sheet", "draw_picture"]
 
-COLUMN = 25.0  # mm, of a picture
+COLUMN = 25.0  # width of a picture (mm)
 GAP = 0.6
-LETTER = 1.5  # mm, of a letter of the note: DejaVu Sans at 8 points has 1.45 on average
+LETTER = 1.5  # width of a letter of the note (mm): DejaVu Sans at 8 points has 1.45 on average
 
 
 def draw_picture(
     ax: Axes, values: NDArray[np.uint8], fixated: Sequence[tuple[float, float]] = (), *, ring: float = 0.075
 ) -> Axes:
-    """Draw a picture as a display shows it, with rings around what is `fixated`.
+    """Draw a picture as displayed, with rings around the `fixated` points.
 
     Parameters
     ----------
     ax
-        Where to draw.
+        Axes to draw into.
     values
         8-bit values, H x W x 3.
     fixated
-        Places in pixels from the upper left corner, to the right and down.
+        Positions in pixels from the upper left corner, to the right and down.
     ring
-        Radius of the rings, as a share of the picture's width.
+        Radius of the rings as a fraction of the picture's width.
     """
     height, width = values.shape[:2]
     ax.imshow(values, extent=(0, width, height, 0), interpolation="antialiased")
@@ -52,24 +52,23 @@ def contact_sheet(
     groups: Sequence[tuple[str, int]],
     note: str,
 ) -> Figure:
-    """All pictures of a set.
+    """Return a contact sheet with all pictures of a set.
 
     Parameters
     ----------
     rows
-        Of each scene, by what is to be said of it, its pictures in order, each with what is fixated in it, as in
-        `draw_picture`.
+        For each scene's caption, its pictures in order, each with its fixated points, as for `draw_picture`.
     columns
-        Heads of the columns.
+        Headings of the columns.
     groups
-        Heads over several columns each: the text, and over how many columns it goes.
+        Headings that span several columns: text, and number of columns.
     note
-        What is said below.
+        Caption below the pictures.
 
     Returns
     -------
     Figure
-        Its width goes with the columns, or with a longer note; its height with the rows.
+        Figure whose width depends on the number of columns or a longer note, and whose height on the number of rows.
     """
     left, top, bottom = 24.0, 10.0, 6.0 + 3.6 * note.count("\n")
     step = COLUMN + GAP

@@ -1,4 +1,4 @@
-"""Figure of signal detection: rates or ROC by condition, and each person's d'."""
+"""Figure of signal detection: rates or ROC curves by condition, and d' of each participant."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from focalgradient.statistics.detection import DetectionGroup, RatingRoc
 __all__ = ["detection_figure"]
 
 MOST_NAMES = 40
-"""People whose names stand beside the axis."""
+"""Maximum number of participants whose names are shown on the axis."""
 
 
 def detection_figure(
     group: DetectionGroup, curves: Mapping[tuple[str, str], RatingRoc], *, simulated: bool = False
 ) -> Figure:
-    """Hit and false-alarm rates of each person (their ROC where confidence was asked), and d' with 95 % intervals."""
+    """Draw hit and false-alarm rates of each participant (ROC with confidence ratings), and d' with 95 % intervals."""
     with style():
         figure = new_figure(180, 90, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.1))
@@ -49,7 +49,7 @@ def detection_figure(
 def _draw_rates(
     ax: Axes, group: DetectionGroup, curves: Mapping[tuple[str, str], RatingRoc], condition: str, colour: str
 ) -> None:
-    """Each person's curve or point, and the equal-variance curve of the mean d' (bold)."""
+    """Draw each participant's curve or point, and the equal-variance curve for the mean d' (bold)."""
     for who, one in group.people.items():
         if who[1] != condition:
             continue

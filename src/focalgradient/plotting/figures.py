@@ -1,4 +1,4 @@
-"""What all figures share: their colours, their style and their canvas."""
+"""Common colours, style and canvas of all figures."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from matplotlib.figure import Figure
 __all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_file", "as_files", "new_figure", "shortened", "style"]
 
 MM = 1 / 25.4
-"""A millimetre, in inches."""
+"""Length of a millimetre in inches."""
 
-BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"  # apart for colour-blind readers (Okabe & Ito)
+BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"  # colour-blind safe palette (Okabe & Ito)
 
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw what is created inside in the house style: 8 pt sans serif, thin lines, text that stays text in PDF."""
+    """Apply the house style inside the block: 8 pt sans serif, thin lines, text stored as text in PDF."""
     settings: dict[str, Any] = {
         "font.family": "DejaVu Sans",
         "font.size": 8,
@@ -47,14 +47,14 @@ def style() -> Iterator[None]:
 
 
 def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any) -> Figure:
-    """Return an empty figure of this size, 200 dots an inch, on a canvas of its own; `options` go to `Figure`."""
+    """Return an empty figure of this size at 200 dots per inch, with its own canvas; `options` go to `Figure`."""
     figure = Figure(figsize=(width_mm * MM, height_mm * MM), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
 
 
 def shortened(name: str, room: int = 24) -> str:
-    """A name in so many letters at most: its beginning and its end.
+    """Return a name shortened to `room` letters, keeping its beginning and end.
 
     >>> shortened("IMG_20240102_123456_kitchen", 14)
     'IMG_20…kitchen'
@@ -63,7 +63,7 @@ def shortened(name: str, room: int = 24) -> str:
 
 
 def as_file(figure: Figure, kind: Literal["png", "pdf"]) -> bytes:
-    """A figure as the content of a file of this kind, the same bytes in every run."""
+    """Return a figure as the content of a PNG or PDF file, reproducible byte by byte."""
     stamp = {"png": "Software", "pdf": "CreationDate"}[kind]
     buffer = io.BytesIO()
     with style():
@@ -72,5 +72,5 @@ def as_file(figure: Figure, kind: Literal["png", "pdf"]) -> bytes:
 
 
 def as_files(figure: Figure) -> dict[str, bytes]:
-    """A figure as the contents of a PNG and a PDF file."""
+    """Return a figure as the contents of a PNG and a PDF file."""
     return {"png": as_file(figure, "png"), "pdf": as_file(figure, "pdf")}

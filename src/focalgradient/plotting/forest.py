@@ -1,4 +1,4 @@
-"""Forest plot: one effect in several data sets, and over them."""
+"""Forest plot: one effect in several data sets, and the pooled effect."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from focalgradient.plotting.subjects import SIMULATED
 __all__ = ["forest_figure"]
 
 TICKS = (1, 2, 0.5, 5, 0.2, 10, 0.1, 1.5, 0.7, 3, 1.2, 0.8, 0.9, 1.1)
-"""Of an axis of ratios, the most useful first: one too near to those before is left out."""
+"""Candidate ticks of a ratio axis in order of priority; a tick too close to earlier ones is omitted."""
 
 LEAST_GAP = 0.06
-"""Between two ticks, in lengths of the axis: their labels do not touch."""
+"""Minimum distance between two ticks, as a fraction of the axis, so that labels do not overlap."""
 
 
 def _apart(ticks: list[float], ends: tuple[float, float]) -> list[float]:
-    """Ticks that are `LEAST_GAP` apart on a logarithmic axis, ascending.
+    """Return those ticks, in ascending order, that are at least `LEAST_GAP` apart on a logarithmic axis.
 
     >>> _apart([1, 2, 1.1], (0.5, 5.0))
     [1, 2]
@@ -42,22 +42,22 @@ def forest_figure(
     none: float,
     simulated: bool,
 ) -> Figure:
-    """Draw each data set's effect with its 95 % interval, the mean as a diamond, and the interval of a new data set.
+    """Draw each data set's effect with its 95 % interval, the pooled mean as a diamond, and the prediction interval.
 
     Parameters
     ----------
     what
-        Label of the axis.
+        Axis label.
     studies
-        Name, estimate and ends of each.
+        Name, estimate and interval limits of each data set.
     pooled
-        Mean and ends.
+        Pooled mean and interval limits.
     predicted
-        Ends of the interval of the effect in a new data set, where there is one.
+        Limits of the prediction interval for a new data set, if available.
     none
-        Where there is no effect: 1 of ratios, whose axis is then logarithmic, else 0.
+        Value without an effect: 1 for ratios, whose axis is then logarithmic, otherwise 0.
     simulated
-        Whether observers were.
+        Whether the observers were simulated.
     """
     with style():
         figure = new_figure(150, 24 + 7 * (len(studies) + 2), layout="constrained")
@@ -72,7 +72,7 @@ def forest_figure(
             ax.plot(predicted, [0.4, 0.4], color=ORANGE, linewidth=1.2, linestyle=(0, (2, 1)))
         ax.axvline(none, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
         names = [shortened(name, 30) for name, *_ in studies]
-        ax.set_yticks([*rows, 1], [*names, "mean of all"])
+        ax.set_yticks([*rows, 1], [*names, "pooled mean"])
         ax.set(ylim=(0, len(studies) + 1.6), xlabel=what)
         if none == 1:
             ax.set_xscale("log")

@@ -1,4 +1,4 @@
-"""A photometer's measurements with the curves that fit them."""
+"""Figure of a photometer's measurements with fitted gamma curves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COLOURS = {"red": "#C8102E", "green": "#007A33", "blue": "#0050B5", "grey": "#44
 
 
 def luminance_figure(found: Luminance) -> Figure:
-    """Luminance by level of each gun with its curve, and what is left, with the limit."""
+    """Draw luminance by level with the fitted curve of each gun, and the residuals with their limits."""
     with style():
         figure = new_figure(180, 80, layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -25,11 +25,11 @@ def luminance_figure(found: Luminance) -> Figure:
             left.plot(fine, curve.at(fine), color=colour, linewidth=1, label=f"{gun}: γ = {curve.gamma:.2f}")
             rest = 100 * (values - curve.at(found.shares)) / (curve.white - curve.black)
             right.plot(found.shares, rest, "o-", color=colour, markersize=3.5, linewidth=0.8)
-        left.set(xlabel="level, as a share of the greatest", ylabel="luminance (cd/m²)")
+        left.set(xlabel="level / maximum level", ylabel="luminance (cd/m²)")
         left.set_title(f"White {found.grey.white:.1f}, black {found.grey.black:.2f} cd/m²")
         left.legend()
         for side in (-100 * DEVIATION, 100 * DEVIATION):
             right.axhline(side, color=GREY, linewidth=0.7, linestyle="--")
-        right.set(xlabel="level, as a share of the greatest", ylabel="off the curve (% of white)")
-        right.set_title("Dashed: limit")
+        right.set(xlabel="level / maximum level", ylabel="residual (% of white − black)")
+        right.set_title("Residuals (dashed: limit)")
     return figure

@@ -1,8 +1,8 @@
 """Figures of views and depth maps.
 
-Helpers draw into the axes `ax` they are given, and return it. Depth is coloured linearly in *vergence*, in which a
-map's precision is about even: near is bright, far is dark, and the colour bar reads in metres. Rejected pixels let the
-hatched ground show through.
+Drawing functions draw into the axes `ax` and return them. Depth is coloured linearly in *vergence*, in which the
+precision of a map is about constant: near is bright, far is dark; the colour bar is labelled in metres. Rejected pixels
+show the hatched background.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ __all__ = [
 ]
 
 REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatch": "//////"}
-"""How the ground under rejected pixels is drawn: no colour map used here comes near this hatched grey."""
+"""Style of the background that shows at rejected pixels: a hatched grey distinct from all colour maps used here."""
 
 _MOST_VIEWS = 4
 
 _MOST_PIXELS = 2000
-"""Side in pixels of the largest picture that is drawn whole: 180 mm at 280 to the inch."""
+"""Side in pixels of the largest picture drawn without subsampling: 180 mm at 280 pixels per inch."""
 
 LETTER = 1.3
-"""Width (mm) of a letter of a colour bar's label, with some to spare: a label longer than its bar takes two lines."""
+"""Width of a letter in a colour bar's label (mm), with a margin; longer labels are wrapped to two lines."""
 
 
 def depth_figure(
@@ -58,16 +58,16 @@ def depth_figure(
     names: Sequence[str] | None = None,
     truth: NDArray[np.floating] | None = None,
 ) -> Figure:
-    """Draw the views, the recovered depth and its uncertainty; with `truth`, the true depth and the error as well.
+    """Draw views, recovered depth and its uncertainty; with `truth`, also the true depth and the error.
 
     Parameters
     ----------
     views
-        The views that the depth came from; the first four are drawn.
+        The views from which depth was recovered; the first four are drawn.
     depth
-        What was recovered from them, H x W.
+        The recovered depth map, H x W.
     names
-        A name for each view, such as its file's.
+        A name for each view, such as its file name.
     truth
         True distance in metres, H x W; ``inf`` or ``nan`` where there is none.
 
@@ -108,7 +108,7 @@ def depth_figure(
         figure, panels = _page(depth.shape, rows)
         for ax, view, title in zip(panels[0], shown, titles, strict=False):
             draw_view(ax, view, title)
-        for ax in panels[0][len(shown) :]:  # beside a single view: its depth in words
+        for ax in panels[0][len(shown) :]:  # next to a single view: summary of its depth
             ax.set_axis_off()
             ax.text(
                 0,
@@ -127,20 +127,20 @@ def depth_figure(
             draw_error(error_ax, depth, truth)
         draw_depth(depth_ax, depth, limits=limits)
         draw_uncertainty(sd_ax, depth)
-        legend = [Patch(**REFUSED, linewidth=0, label="rejected: no depth is claimed here")]
+        legend = [Patch(**REFUSED, linewidth=0, label="rejected: no depth estimate")]
         figure.legend(handles=legend, loc="lower left", bbox_to_anchor=(0.0, 0.0), handlelength=2.4, handleheight=1.2)
         if len(views) > len(shown):
             figure.text(
                 0.99, 4.2 * MM / figure.get_figheight(), f"{len(shown)} of {len(views)} views shown", ha="right"
             )
-        figure.draw_without_rendering()  # ticks are born when first drawn: let that be in this style
+        figure.draw_without_rendering()  # ticks are created on first drawing, which must use this style
     return figure
 
 
 def _thinned(
     views: Sequence[View], depth: DepthMap, truth: NDArray[np.floating] | None
 ) -> tuple[Sequence[View], DepthMap, NDArray[np.floating] | None]:
-    """Every second, third, ... pixel of what is larger than any page shows: drawing copies its pictures many times."""
+    """Return views, map and truth, subsampled if larger than a page can show, as drawing copies them many times."""
     every = -(-max(depth.shape) // _MOST_PIXELS)
     if every <= 1:
         return views, depth, truth
@@ -155,7 +155,7 @@ def _thinned(
 
 
 def draw_view(ax: Axes, view: View, title: str | None = None) -> Axes:
-    """Draw a view as a display would show it: its linear light, brightest 0.3 % clipped, through a gamma of 2.2."""
+    """Draw a view as displayed: linear radiance, brightest 0.3 % clipped, with a gamma of 2.2."""
     white = max(float(np.percentile(view.image, 99.7)), np.finfo(float).tiny)
     ax.imshow(np.clip(view.image / white, 0, 1) ** (1 / 2.2), cmap="gray", vmin=0, vmax=1)
     return _picture(ax, describe_optics(view.optics) if title is None else title)
@@ -169,17 +169,17 @@ def draw_depth(
     title: str = "",
     outlines: bool = False,
 ) -> Axes:
-    """Draw the valid depth, coloured linearly in vergence between `limits` (dioptres), with a bar in metres.
+    """Draw the valid depth, coloured linearly in vergence between `limits` (D), with a colour bar in metres.
 
-    The title says what share is valid, and which side of focus was assumed where the views leave it open.
-    With `outlines`, those found (``depth.details["outlines"]``) are drawn as lines.
+    The title states the valid fraction, and the side of focus assumed if the views do not determine it. With
+    `outlines`, detected occlusion boundaries (``depth.details["outlines"]``) are drawn as lines.
     """
     limits = limits or _vergence_limits(depth, None)
     note = _side_note(depth)
     title = title or f"Recovered depth, {_percent(depth.valid.mean())} valid" + (f"\n{note}" if note else "")
     if depth.details.get("order_only"):
         count = int(depth.details["order_only"])
-        bar = _map(ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "place in the stack (order only)")
+        bar = _map(ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "position in the stack (order only)")
         bar.set_ticks([1 + n / (count - 1) for n in range(count)], labels=[str(n + 1) for n in range(count)])
         return _picture(ax, title)
     if outlines:
@@ -193,30 +193,30 @@ def draw_depth(
             va="center",
             bbox={"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4},
         )
-    # The map is drawn in vergence, which counts from the entrance pupil; its bar, in the user's distance.
+    # The map is drawn in vergence relative to the entrance pupil; its colour bar is labelled in the user's distance.
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
     return _with_metres(ax, bar, limits, title, depth.offset)
 
 
 def draw_distance(ax: Axes, distance: NDArray[np.floating], *, limits: tuple[float, float], title: str = "") -> Axes:
-    """Draw `distance` (m, H x W, ``nan`` where there is none) as `draw_depth` does, between `limits` in dioptres."""
+    """Draw `distance` (m, H x W, ``nan`` where unknown) as `draw_depth` does, between `limits` in dioptres."""
     bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)")
     return _with_metres(ax, bar, limits, title)
 
 
 def _with_metres(ax: Axes, bar: Any, limits: tuple[float, float], title: str, offset: float = 0.0) -> Axes:
-    """Mark a bar of vergences in metres: distance from the entrance pupil less `offset` (m)."""
+    """Label a colour bar of vergences in metres: distance from the entrance pupil minus `offset` (m)."""
     count = round(np.clip(ax.get_window_extent().height / ax.figure.dpi * 3.2, 2, 7))
     offset = min(offset, 0.9 / max(limits[1], 1e-6))
     low, high = (1 / (1 / limit - offset) if limit > 0 else 0.0 for limit in limits)
     ticks = _metre_ticks(low, high, count=count)
     bar.set_ticks([1 / (1 / tick + offset) if tick > 0 else 0.0 for tick in ticks], labels=[_metres(t) for t in ticks])
-    bar.ax.invert_yaxis()  # far above near, as a distance rises
+    bar.ax.invert_yaxis()  # far at the top, as for increasing distance
     return _picture(ax, title)
 
 
 def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axes:
-    """Draw the standard deviation of distance, in percent of the distance, where it is valid."""
+    """Draw the standard deviation of distance, in per cent of distance, where valid."""
     with np.errstate(divide="ignore", invalid="ignore"):
         percent = np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
     low, high = _robust(percent[depth.valid], 0, 98)
@@ -225,17 +225,17 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
         title = _summary("Uncertainty: median sd", percent[depth.valid])
         if len(depth.common_errors) and depth.valid.any():
             common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
-            title += f"; all alike {100 * common:.2g} %"
+            title += f"; common {100 * common:.2g} %"
     return _picture(ax, title)
 
 
 def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: str | None = None) -> Axes:
-    """Draw recovered minus true distance, in percent of the true distance (`truth`, m, H x W), where it is valid."""
+    """Draw recovered minus true distance, in per cent of the true distance (`truth`, m, H x W), where valid."""
     usable = depth.valid & np.isfinite(truth)
     percent = 100 * (depth.distance / np.where(usable, truth, 1.0) - 1)
     limit = _robust(np.abs(percent[usable]), 0, 95)[1]
     _map(ax, percent, usable, "RdBu_r", (-limit, limit), "error (%)")
-    text = _summary("Error: median size", np.abs(percent[usable]))
+    text = _summary("Error: median magnitude", np.abs(percent[usable]))
     if usable.any():
         bias = round(float(np.median(percent[usable])), 2) + 0.0  # no negative zero
         text += f", bias {bias:+.2g} %".replace("-", "−")
@@ -243,7 +243,7 @@ def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: st
 
 
 def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[float, float]) -> None:
-    """Draw a completed map, measured or guessed, and its standard deviation (D), with the share of each evidence."""
+    """Draw a completed map and its standard deviation (D), with the fraction of each kind of evidence."""
     assert depth.evidence is not None
     measured, near, guessed = (_percent(float(np.mean(depth.evidence == how))) for how in (2, 1, 0))
     everywhere = np.ones(depth.shape, bool)
@@ -257,7 +257,7 @@ def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[
 
 
 def describe_optics(optics: Optics) -> str:
-    """Say what formed a view, in a photographer's words.
+    """Describe the optics of a view in a photographer's terms.
 
     >>> describe_optics(Lens(focal_length=0.025, f_number=5.6, focus_distance=0.85))
     'f/5.6, focus 0.85 m'
@@ -272,16 +272,16 @@ def describe_optics(optics: Optics) -> str:
 
 
 def _page(shape: tuple[int, int], rows: Sequence[tuple[int, int]]) -> tuple[Figure, list[list[Axes]]]:
-    """Lay out rows of (columns, lines of title) for pictures of `shape` on a page 180 mm wide, top to bottom.
+    """Lay out rows of (columns, title lines) for pictures of `shape` on a page 180 mm wide, from top to bottom.
 
-    Two columns leave room for a colour bar right of each picture; more are pictures only.
+    Rows of two columns leave room for a colour bar next to each picture; others have pictures only.
     """
     width, margin, gap, bar, legend = 180.0, 1.5, 5.0, 18.0, 8.0
     placed, depth = [], 1.0
     for columns, lines in rows:
         pitch = (width - 2 * margin + gap) / columns
         wide = pitch - gap - (bar if columns == 2 else 0)
-        high = min(max(wide * shape[0] / shape[1], 12.0), 95.0)  # extreme shapes stay on the page
+        high = min(max(wide * shape[0] / shape[1], 12.0), 95.0)  # limited for extreme aspect ratios
         depth += 1.5 + 4.0 * lines + high
         placed.append([(margin + pitch * column, depth, wide, high) for column in range(columns)])
         depth += 2.5
@@ -300,7 +300,7 @@ def _map(
     limits: tuple[float, float],
     label: str,
 ) -> Colorbar:
-    """Draw `values` where `drawn`, over the hatched ground of refusal, with a colour bar at the right."""
+    """Draw `values` where `drawn` is True over the hatched background, with a colour bar on the right."""
     low, high = limits
     image = ax.imshow(np.where(drawn, values, np.nan), cmap=colours, vmin=low, vmax=high)
     ax.patch.set(**REFUSED, linewidth=0)
@@ -308,14 +308,14 @@ def _map(
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0, 0.04, 1)), extend=extend, extendfrac=0.03)
     letters = int(25.4 * ax.get_window_extent().height / ax.figure.dpi / LETTER)
-    bar.set_label(fill(label, letters) if 2 * letters > len(label) else label)  # there is no room for three lines
+    bar.set_label(fill(label, letters) if 2 * letters > len(label) else label)  # at most two lines
     bar.ax.spines["outline"].set_linewidth(0.4)
-    bar.ax.set_visible(bool(drawn.any()))  # without values a scale would be made up
+    bar.ax.set_visible(bool(drawn.any()))  # without values the scale would be arbitrary
     return bar
 
 
 def _picture(ax: Axes, title: str) -> Axes:
-    """Frame `ax` as a picture: no ticks, a thin frame, its title."""
+    """Format `ax` as a picture: no ticks, thin frame, title."""
     ax.set(xticks=[], yticks=[], anchor="NW")
     ax.spines[:].set(visible=True, linewidth=0.4, color="#888888")
     ax.set_title(title, loc="left")
@@ -323,7 +323,7 @@ def _picture(ax: Axes, title: str) -> Axes:
 
 
 def _vergence_limits(depth: DepthMap, truth: NDArray[np.floating] | None) -> tuple[float, float]:
-    """Vergences (D) between which to colour: nearly all that is valid, all of the truth, nothing behind infinity."""
+    """Return the vergence limits of the colour scale (D): 99 % of the valid depth and of the truth, not below 0."""
     vergence = depth.vergence[depth.valid] if depth.valid.any() else depth.vergence.ravel()
     low, high = _robust(vergence, 0.5, 99.5)
     if truth is not None and np.isfinite(truth).any():
@@ -335,7 +335,7 @@ def _vergence_limits(depth: DepthMap, truth: NDArray[np.floating] | None) -> tup
 
 
 def _robust(values: NDArray[np.floating], low: float, high: float) -> tuple[float, float]:
-    """Return the `low` and `high` percentiles of what is finite in `values`; (0, 1) where nothing is."""
+    """Return the `low` and `high` percentiles of the finite `values`; (0, 1) if there are none."""
     values = values[np.isfinite(values)]
     if values.size == 0:
         return 0.0, 1.0
@@ -344,7 +344,7 @@ def _robust(values: NDArray[np.floating], low: float, high: float) -> tuple[floa
 
 
 def _metre_ticks(low: float, high: float, count: int) -> list[float]:
-    """About `count` vergences between `low` and `high`, spaced evenly, each of a distance that is short to write."""
+    """Return about `count` evenly spaced vergences from `low` to `high` whose distances have few digits."""
     slack = 0.35 * (high - low) / count
     ticks = []
     for vergence in np.linspace(low, high, count) if low == 0 else np.linspace(low + slack, high - slack, count):
@@ -357,7 +357,7 @@ def _metre_ticks(low: float, high: float, count: int) -> list[float]:
 
 
 def _metres(vergence: float, digits: int = 4) -> str:
-    """Write the distance of `vergence`, in metres, to so many `digits`."""
+    """Format the distance of `vergence` in metres, to `digits` significant digits."""
     return "∞" if vergence <= 0 else f"{1 / vergence:.{digits}g}"
 
 
@@ -370,7 +370,7 @@ def _summary(text: str, percent: NDArray[np.floating]) -> str:
 
 
 def _side_note(depth: DepthMap) -> str | None:
-    """Say which side of focus was assumed, where the views leave it open."""
+    """Return a note on the side of focus that was assumed, or None if the views determine it."""
     stated = str(depth.details.get("side", ""))
     if "assumed" not in stated and depth.side_known[depth.valid].all():
         return None

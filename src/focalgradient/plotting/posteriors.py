@@ -1,4 +1,4 @@
-"""The figure of a Bayesian analysis: prior, dashed, and posterior, in full."""
+"""Figure of a Bayesian analysis: priors (dashed) and posteriors (solid)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DASHED = (0, (4, 3))
 
 
 def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
-    """Priors and posteriors: the rises with the bound shaded, and the standard deviations of the near rise."""
+    """Draw priors and posteriors of the depth effects, with the bound shaded, and of the near effect's SDs."""
     with style():
         figure = new_figure(180, 80, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
@@ -40,7 +40,7 @@ def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
 
 
 def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
-    """Draw the densities of the rises, on a logarithmic axis of ratios, with their prior and the bound."""
+    """Draw the densities of the depth effects on a logarithmic ratio axis, with their prior and the bound."""
     found = {name: each for name, each in result.posteriors.items() if isinstance(each, Posterior)}
     bound = math.log(result.bound)
     ends = [bound * 1.5, -bound * 1.5]
@@ -58,7 +58,7 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
         ax.plot(at, density, color=colour, label=label)
     ax.set_ylim(0, 1.3 * ax.get_ylim()[1])
     what = "odds ratio" if not result.analysis.ratios else "ratio to the pinhole"
-    ax.set(xlabel=f"rise at the largest aperture ({what})", ylabel="density (of the logarithm)", yticks=[])
+    ax.set(xlabel=f"depth effect at the largest aperture ({what})", ylabel="density (of the log ratio)", yticks=[])
     ticks = _ratios(min(ends), max(ends))
     ax.set_xticks([math.log(tick) for tick in ticks], [f"{tick:g}" for tick in ticks])
     ax.set_xlim(at[0], at[-1])
@@ -67,7 +67,7 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
 
 
 def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
-    """Draw the densities of the standard deviations of the first rise that there is, with their priors."""
+    """Draw the densities of the standard deviations of the first depth effect, with their priors."""
     first = next((each for each in result.posteriors.values() if isinstance(each, Posterior)), None)
     if first is None:
         return ax
@@ -81,19 +81,19 @@ def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
     ax.set(xlim=(0, largest), yticks=[], xlabel="standard deviation (log odds)")
     if result.analysis.ratios:
         ax.set_xlabel("standard deviation (log ratio)")
-    ax.set_title(f"Variation of the {RISES[first.name][1].split()[0]} rise; priors dashed")
+    ax.set_title(f"SDs of the {RISES[first.name][1].split()[0]} effect (dashed: priors)")
     ax.legend(loc="upper right", fontsize=7, handlelength=1.6)
     return ax
 
 
 def _above_zero(draws: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Density of what cannot be below zero: what a kernel puts there is turned back."""
+    """Return the kernel density of a non-negative variable, reflected at zero."""
     law = stats.gaussian_kde(draws)
     return np.asarray(law(at) + law(-at))
 
 
 def _ratios(low: float, high: float) -> list[float]:
-    """Ratios to name on an axis from exp(low) to exp(high)."""
+    """Return tick ratios for an axis from exp(low) to exp(high)."""
     fine = [0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0]
     coarse = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]
     middle = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0]

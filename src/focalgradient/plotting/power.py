@@ -1,4 +1,4 @@
-"""Figure of the power of an experiment by its number of subjects."""
+"""Figure of statistical power by number of subjects."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COLOURS = (BLUE, ORANGE, GREEN, "#AA3377", "#66CCEE", "#BBAA22")
 
 
 def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
-    """How often experiments with so many simulated subjects find what they seek, and how wide their intervals are."""
+    """Draw the power of experiments with simulated subjects, and their interval widths, by number of subjects."""
     with style():
         figure = new_figure(150, 75, layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -29,9 +29,9 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
             for name, meaning in study.tests.items()
         }
         if len(study.tests) > 1:
-            drawn["all of them"] = [(one.joint, one.joint_error) for one in found]
+            drawn["all tests"] = [(one.joint, one.joint_error) for one in found]
         for number, (meaning, shares) in enumerate(drawn.items()):
-            whole = meaning == "all of them"
+            whole = meaning == "all tests"
             look = {"color": "black" if whole else COLOURS[number % len(COLOURS)], "linestyle": ":" if whole else "-"}
             at = [(100 * share, 100 * half) for share, half in shares]
             ends = [[min(1.96 * half, share), min(1.96 * half, 100 - share)] for share, half in at]
@@ -40,7 +40,7 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
             )
             handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
         left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-        left.set(ylim=(0, 103), ylabel="experiments that find it (%)")
+        left.set(ylim=(0, 103), ylabel="power (%)")
         figure.legend(handles=handles, loc="outside lower center", fontsize=7, handlelength=1.6, ncols=2)
         for name, colour, marker, label in zip(
             ("width", "far_width"), (BLUE, ORANGE), ("o", "s"), study.widths, strict=True
@@ -61,5 +61,5 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
 
 
 def _folded(label: str, room: int = 34) -> str:
-    """A label in lines of so many letters."""
+    """Return a label wrapped to lines of `room` letters."""
     return textwrap.fill(label, room)

@@ -1,4 +1,4 @@
-"""Figures of hierarchical psychometric functions: by person, by condition, and thresholds with their intervals."""
+"""Figures of hierarchical psychometric functions: by participant, by condition, and thresholds with intervals."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from focalgradient.statistics import SHAPES, Interval, PersonFunction, Psychomet
 __all__ = ["draw_condition", "draw_person_thresholds", "person_figure", "psychometric_figure"]
 
 COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
-"""Of conditions, in order, and again from the first (Okabe & Ito)."""
+"""Colours of the conditions, used cyclically (Okabe & Ito)."""
 
 MOST_ROWS = 40
-"""People whose names stand beside the axis; of more every second one is named, and so on."""
+"""Maximum number of participant names on the axis; with more participants, every second, third, ... is named."""
 
 PANEL_MM, ACROSS = 44.0, 4
-"""Width of a person's panel, and panels in a row."""
+"""Width of a participant's panel in mm, and number of panels per row."""
 
 
 def psychometric_figure(result: PsychometricGroups, *, simulated: bool = False) -> Figure:
-    """The functions of the people (thin) and of the mean person (bold), and all thresholds with 95 % intervals."""
+    """Draw the functions of all participants (thin) and their mean (bold), and all thresholds with 95 % intervals."""
     with style():
         figure = new_figure(180, 95, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
@@ -41,7 +41,7 @@ def psychometric_figure(result: PsychometricGroups, *, simulated: bool = False) 
 
 
 def person_figure(result: PsychometricGroups, *, simulated: bool = False) -> Figure:
-    """A panel for each person: shares at each level (disc: larger for more trials), function, threshold's interval."""
+    """Draw one panel per participant: proportions (disc area by trials), fitted function, and threshold interval."""
     people = result.participants
     rows = math.ceil(len(people) / ACROSS)
     with style():
@@ -65,7 +65,7 @@ def person_figure(result: PsychometricGroups, *, simulated: bool = False) -> Fig
 
 
 def draw_condition(ax: Axes, result: PsychometricGroups, condition: str, colour: str) -> Axes:
-    """Draw the functions of one condition: each person's thin, the mean person's bold; discs are shares of all."""
+    """Draw the functions of one condition: participants thin, mean bold; discs are pooled proportions."""
     people = [one for one in result.people if one.condition == condition]
     group = next(one for one in result.groups if one.condition == condition)
     x = _grid(result)
@@ -99,7 +99,7 @@ def _draw_person(ax: Axes, result: PsychometricGroups, one: PersonFunction, colo
 
 
 def draw_person_thresholds(ax: Axes, result: PsychometricGroups) -> Axes:
-    """Draw each person's threshold with its 95 % interval, and the mean of each condition bold."""
+    """Draw each participant's threshold with its 95 % interval, and the mean of each condition in bold."""
     people, names = result.participants, [group.condition for group in result.groups]
     values: list[float] = []
     step = 0.6 / max(1, len(names))
@@ -141,7 +141,7 @@ def _grid(result: PsychometricGroups) -> np.ndarray:
 
 
 def _scaled(ax: Axes, result: PsychometricGroups, values: list[float]) -> None:
-    """A logarithmic axis where levels are logarithmic, as far as twice beyond the levels shown."""
+    """Use a logarithmic axis for logarithmic levels, up to a factor of 2 beyond the levels shown."""
     levels = _levels(result)
     if SHAPES[result.shape].logarithmic:
         low, high = levels[0] / 2, levels[-1] * 2
@@ -153,4 +153,4 @@ def _level(result: PsychometricGroups) -> str:
 
 
 def _share(result: PsychometricGroups) -> str:
-    return "share of right answers" if result.guess.low is None and result.guess.estimate > 0 else "share of answers"
+    return "proportion correct" if result.guess.low is None and result.guess.estimate > 0 else "proportion of responses"

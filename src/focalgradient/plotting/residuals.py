@@ -1,4 +1,4 @@
-"""Figures that check the assumptions of the tests: normal quantiles of the subjects' effects, and residuals."""
+"""Figures for checking test assumptions: normal Q-Q plots of subjects' effects, and residuals."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from focalgradient.statistics.residuals import Residuals
 __all__ = ["draw_quantiles", "draw_residuals", "residual_figure"]
 
 DRAWS = 2000
-"""Samples of normal numbers whose middle 95 % at each rank are the band: their ends are known to some 5 % of an SD."""
+"""Number of normal samples that determine the 95 % band at each rank, whose limits are then accurate to 5 % of an
+SD."""
 
 
 def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
-    """Draw for each fixation (a row each) the Q-Q plot of the subjects, that of the residuals, and residuals by fit."""
+    """Draw, in one row per fixation, Q-Q plots of the subjects and of the residuals, and residuals by fitted value."""
     with style():
         rows = len(found)
         columns = 3 if any(one.residual.size for one in found) else 1
@@ -35,7 +36,7 @@ def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
             draw_quantiles(line[0], one.subjects, colour).set_title(f"Subjects, {name}")
             line[0].set_ylabel(textwrap.fill(one.what, 26))
             if columns > 1 and one.residual.size:
-                draw_quantiles(line[1], one.residual, colour).set_title("Residuals of subjects and scenes")
+                draw_quantiles(line[1], one.residual, colour).set_title("Residuals by subject and scene")
                 draw_residuals(line[2], one, colour).set_title("Residuals by fitted value")
         if simulated:
             figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
@@ -45,7 +46,7 @@ def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
 
 
 def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
-    """Draw values by normal quantiles, with the line and the band in which 95 % of normal samples of that size lie."""
+    """Draw a normal Q-Q plot with its line and the band that contains 95 % of normal samples of that size."""
     count = len(values)
     at = stats.norm.ppf((np.arange(1, count + 1) - 0.375) / (count + 0.25))  # Blom's plotting positions
     ordered = np.sort(values)
@@ -62,7 +63,7 @@ def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
 
 
 def draw_residuals(ax: Axes, found: Residuals, colour: str) -> Axes:
-    """Draw the residual of each subject and scene by its fitted value."""
+    """Draw the residual of each subject and scene by fitted value."""
     ax.axhline(0, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.plot(found.fitted, found.residual, "o", color=colour, markersize=2.5, alpha=0.7)
     ax.set(xlabel="fitted value", ylabel="residual")

@@ -1,4 +1,4 @@
-"""Specification curve: the effect under each set of rules, transformation and test, and without each person."""
+"""Specification curve: the effect by exclusion rules, transformation and test, and with each participant omitted."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from focalgradient.statistics.robustness import LOGARITHM, TESTS, Variant, most_
 __all__ = ["robustness_figure"]
 
 FEWEST = 8
-"""Variants for which a panel has at least the width."""
+"""Minimum number of variants that determines the width of a panel."""
 
 ROW = 6.5
-"""Height of a line of choices (mm): two lines of text."""
+"""Height of a row of choices in mm: two lines of text."""
 
 
 def robustness_figure(variants: Sequence[Variant], names: Mapping[str, str], *, simulated: bool) -> Figure:
-    """Draw the variants of one fixation, sorted by estimate: a panel a transformation, and one of persons left out.
+    """Draw the variants of one fixation sorted by estimate: one panel per transformation, and one of omitted subjects.
 
     Parameters
     ----------
     variants
-        Of one fixation; those that were not computed, or whose data another set of rules leaves, too, are not drawn.
+        Variants of one fixation; those that were not computed, or leave the same data as another set of rules, are
+        omitted.
     names
-        Of the sets of rules, in the order in which they are listed.
+        Labels of the sets of exclusion rules, in display order.
     simulated
-        Whether observers were.
+        Whether the observers were simulated.
     """
     shown = [each for each in variants if each.distinct and each.estimate is not None]
     panels = [
@@ -40,7 +41,7 @@ def robustness_figure(variants: Sequence[Variant], names: Mapping[str, str], *, 
         for name in dict.fromkeys(each.transformation for each in shown)
     ]
     left = [each for each in shown if each.without]
-    panels += [("Without one", left)] if left else []
+    panels += [("One omitted", left)] if left else []
     rules = [name for name in names if any(each.rules == name for each in shown)]
     choices = [*((names[name], "rules", name) for name in rules), *((test, "test", test) for test in TESTS)]
     with style():
@@ -79,7 +80,7 @@ def robustness_figure(variants: Sequence[Variant], names: Mapping[str, str], *, 
 
 
 def _curve(ax: Axes, ordered: Sequence[Variant]) -> None:
-    """Estimates with their intervals: filled where p is below .05, the main analysis in another colour."""
+    """Draw estimates with their intervals: filled where p < .05; the main analysis in another colour."""
     log = ordered[0].transformation == LOGARITHM
     ends = []
     for place, each in enumerate(ordered):

@@ -1,4 +1,4 @@
-"""A sheet to print and photograph, to calibrate a camera from: fine texture of all scales, with a ruler."""
+"""Printable calibration target: fine texture of all scales, with a ruler."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from focalgradient.plotting.figures import new_figure, style
 __all__ = ["PAPERS", "calibration_sheet"]
 
 PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "letter": (279.4, 215.9)}
-"""Width and height in mm, across (ISO 216; ANSI A)."""
+"""Width and height in mm, landscape (ISO 216; ANSI A)."""
 
 DOT = 0.254
-"""Side of a texture's pixel in mm: 100 dots an inch, which any printer resolves."""
+"""Side of a texture pixel in mm: 100 dots per inch, which any printer resolves."""
 
 MARGIN, FOOT = 8.0, 14.0
-"""Blank margin, which printers leave, and what the ruler takes below the texture, in mm."""
+"""Blank margin left by printers, and height of the ruler below the texture, in mm."""
 
 
 def calibration_sheet(paper: str = "A4") -> Figure:
-    """A page of texture whose amplitude falls as 1/frequency, as natural surfaces' does, with a ruler of 100 mm.
+    """Return a page of texture with the 1/f amplitude spectrum of natural surfaces, and a 100 mm ruler.
 
     Parameters
     ----------
     paper
-        A key of `PAPERS`.
+        Paper size, a key of `PAPERS`.
 
     Examples
     --------
@@ -51,8 +51,10 @@ def calibration_sheet(paper: str = "A4") -> Figure:
         figure.text(
             (MARGIN + 106) / width,
             (MARGIN + 2) / height,
-            "focalgradient calibration sheet. Print at 100 %: the ruler is 100 mm long. Lay it flat, face the camera, "
-            "fill the frame;\nlight it evenly. Tripod, raw or linear files, focus untouched; two or three distances, "
+            "focalgradient calibration sheet. Print at 100 %: the ruler is 100 mm long. Mount it flat, facing the "
+            "camera, "
+            "filling the frame;\nlight it evenly. Use a tripod, raw or linear files and fixed focus; two or three "
+            "distances, "
             "each at all f-numbers to be used.",
             fontsize=5.5,
             va="center",
@@ -61,10 +63,10 @@ def calibration_sheet(paper: str = "A4") -> Figure:
 
 
 def _texture(rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Grey levels 0.05 to 0.95, the same on every sheet."""
+    """Return grey levels from 0.05 to 0.95, identical on every sheet."""
     frequency = np.hypot(np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns))
     white = np.fft.rfft2(np.random.default_rng(1987).standard_normal((rows, columns)))
-    # Below the lowest frequencies a frame shows none of it: these are kept flat, for contrast to go to detail.
+    # The lowest frequencies have constant amplitude, which leaves more contrast for fine detail.
     spectrum = np.where(frequency > 0, white / np.maximum(frequency, 0.02), 0)
     field = np.fft.irfft2(spectrum, (rows, columns))
     return np.asarray(np.clip(0.5 + 0.2 * field / field.std(), 0.05, 0.95))

@@ -1,6 +1,6 @@
-"""Figures of the experiments: every subject thin, the mean over subjects and its interval bold.
+"""Figures of the experiments: individual subjects thin, the mean over subjects with its interval bold.
 
-Where observers were simulated the picture itself says so.
+Pictures of simulated observers are labelled as such.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ __all__ = [
 ]
 
 SIMULATED = "simulated observers"
-"""What stands in a picture where no people took part."""
+"""Label in pictures of simulated observers."""
 
 FIXATION = {"nearest": (BLUE, "o", "near object\nin focus"), "farthest": (ORANGE, "s", "far object\nin focus")}
 OTHERS = [(GREEN, "^"), ("#AA3377", "D"), ("#66CCEE", "v"), ("#BBAA22", "P")]
-"""Colours (Tol's bright scheme) and markers of fixations of a laboratory's own."""
+"""Colours (Tol's bright scheme) and markers of user-defined fixations."""
 
 Look = tuple[str, str, str]
-"""Colour, marker and label."""
+"""Colour, marker and label of a fixation."""
 
 
 def fixation_looks(names: Iterable[str]) -> dict[str, Look]:
-    r"""How each fixation is drawn; of nearest and farthest alone, both.
+    r"""Return the look of each fixation; if only nearest or farthest occur, of both.
 
     >>> [*fixation_looks(["middle", "nearest"])], [*fixation_looks(["nearest"])]
     (['nearest', 'middle'], ['nearest', 'farthest'])
@@ -66,16 +66,16 @@ def fixation_looks(names: Iterable[str]) -> dict[str, Look]:
 READING = {"rigid": BLUE, "nonrigid": ORANGE, "both": GREEN, "none": "#BBBBBB"}
 EDGE = [withStroke(linewidth=3, foreground="white")]
 APART = 0.06
-"""Of a step along the axis: how far two curves stand to either side, so that their bars do not hide each other."""
+"""Horizontal offset of two curves, as a fraction of an axis step, so that their error bars do not overlap."""
 
 
 def _sides(count: int) -> list[float]:
-    """How far the curves of so many fixations stand to either side."""
+    """Return the horizontal offsets of the curves of `count` fixations."""
     return [APART * (2 * number / max(count - 1, 1) - 1) for number in range(count)]
 
 
 def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
-    """Fig. 3: how much deeper a scene looks than through the pinhole, by aperture, for both fixations."""
+    """Draw Fig. 3: perceived depth relative to the pinhole, by aperture, for both fixations."""
     with style():
         figure = new_figure(120, 90, layout="constrained")
         ax = draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
@@ -87,16 +87,16 @@ def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure
 
 
 def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float]], *, simulated: bool) -> Figure:
-    """Fig. 3 over the blur on the eye: geometric means over subjects, bars in both directions.
+    """Draw Fig. 3 by retinal blur: geometric means over subjects, with error bars in both directions.
 
     Parameters
     ----------
     result
-        With ratios to the pinhole.
+        Result with ratios to the pinhole.
     blur
-        By the name of the aperture, in minutes of arc, and its standard deviation.
+        Retinal blur in minutes of arc, and its standard deviation, by aperture name.
     simulated
-        Whether observers were.
+        Whether the observers were simulated.
     """
     with style():
         figure = new_figure(120, 90, layout="constrained")
@@ -116,7 +116,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
             _means(ax, [(x, mean) for x, _, mean in means], colour, marker)
             labels.append((means[-1][2].estimate, label, colour))
         ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-        ax.set(xlabel="largest blur on the eye (arcmin)", ylabel="increase in depth (ratio to the pinhole)")
+        ax.set(xlabel="maximum retinal blur (arcmin)", ylabel="perceived depth (ratio to the pinhole)")
         _labels(ax, labels, 0.12)
         if simulated:
             _say_simulated(ax)
@@ -125,7 +125,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
 
 
 def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
-    """The ratios to the pinhole by scenes: curves of all, and the rise at the largest aperture of each."""
+    """Draw the ratios to the pinhole by scene: curves of all scenes, and each scene's depth effect."""
     with style():
         figure = new_figure(180, 90, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.2))
@@ -136,7 +136,7 @@ def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
 
 
 def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
-    """Answers in steps: shares of the steps by aperture for each fixation, and the latent scale with its thresholds."""
+    """Draw ordinal responses: proportions by aperture for each fixation, and the latent scale with its thresholds."""
     shown = result.ordinal.fixations if isinstance(result.ordinal, OrdinalResult) else ()
     looks = fixation_looks(shown)
     with style():
@@ -155,7 +155,7 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
 
 
 def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
-    """What was seen of the turning cube, for how much of the time and for how long, by focal gradient."""
+    """Draw the percepts of the rotating cube by focal gradient: proportions of time, and durations."""
     with style():
         figure = new_figure(180, 82, layout="constrained")
         left, middle, right = figure.subplots(1, 3)
@@ -167,10 +167,10 @@ def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
 
 
 def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
-    """Draw ratings as ratios to the pinhole, of each subject and their geometric mean with its interval.
+    """Draw ratings as ratios to the pinhole: each subject, and the geometric mean with its interval.
 
-    Without pinhole trials the ratings themselves are drawn, with within-subject intervals; on an ordinal scale only
-    each subject's.
+    Without pinhole trials, the ratings themselves are drawn, with within-subject intervals; on an ordinal scale only
+    those of each subject.
     """
     sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.subject_means})
     place, apart = {mm: mm for mm, _ in sizes}, _apart(sizes)
@@ -203,11 +203,11 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         elif any(mean.fixation == fixation for mean in result.subject_means):
             labels.append((drawn[-1], label, colour))
     low, high = min(drawn), max(drawn)
-    room = 0.04 * (high - low) or 0.05 * abs(high) or 1.0  # where all that is drawn is one number
+    room = 0.04 * (high - low) or 0.05 * abs(high) or 1.0  # in case all values are equal
     ax.set_ylim(low - room, high + room)
     _apertures(ax, sizes)
     if ratio:
-        ax.set_ylabel("increase in depth (ratio to the pinhole)")
+        ax.set_ylabel("perceived depth (ratio to the pinhole)")
         ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     else:
         ax.set_ylabel("rating (geometric mean)")
@@ -218,7 +218,7 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
 
 
 def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
-    """Draw ratios to the pinhole of each scene over subjects, thin, and of all of them, bold."""
+    """Draw each scene's ratios to the pinhole, averaged over subjects (thin), and the mean of all scenes (bold)."""
     sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.scene_means})
     place = {mm: mm for mm, _ in sizes}
     apart = _apart(sizes)
@@ -244,7 +244,7 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
             _means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))
     ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-    ax.set_ylabel("increase in depth (ratio to the pinhole)")
+    ax.set_ylabel("perceived depth (ratio to the pinhole)")
     _apertures(ax, sizes)
     _labels(ax, labels, 0.12)
     if simulated:
@@ -253,7 +253,7 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
 
 
 def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
-    """Draw each scene's rise at the largest aperture with its interval over subjects, the steepest near one on top."""
+    """Draw each scene's depth effect at the largest aperture with its interval, sorted by the near effect."""
     rises = {
         (each.scene, each.fixation): each.ratio
         for each in result.scene_means
@@ -275,12 +275,12 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
     ax.axvline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     small = max(4.0, min(8.0, 130 / max(len(order), 1)))
     ax.set_yticks(range(len(order)), order, fontsize=small)
-    ax.set_xlabel("rise at the largest aperture (ratio to the pinhole)")
+    ax.set_xlabel("depth effect at the largest aperture (ratio to the pinhole)")
     return ax
 
 
 def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
-    """Draw the mean shares of the steps of one fixation by aperture, stacked, the highest step darkest and on top."""
+    """Draw the mean proportions of the response steps of one fixation by aperture, stacked, highest step on top."""
     own = [each for each in result.shares if each.fixation == fixation]
     sizes = sorted({(each.aperture_mm, each.aperture) for each in own})
     steps = sorted({each.step for each in result.shares})
@@ -297,12 +297,12 @@ def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
                 ax.text(x, bottom + height / 2, str(step), ha="center", va="center", color=ink, fontsize=6.5)
         base += heights
     ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
-    ax.set(ylim=(0, 100), xlabel="aperture", ylabel="answers (%)", title=label.replace("\n", " "))
+    ax.set(ylim=(0, 100), xlabel="aperture", ylabel="responses (%)", title=label.replace("\n", " "))
     return ax
 
 
 def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
-    """Draw the latent scale: the straight line of each fixation with its 95 % interval, and the thresholds."""
+    """Draw the latent scale: each fixation's regression line with its 95 % interval, and the thresholds."""
     mm = np.linspace(0, largest_mm, 30)
     labels = []
     for fixation, slope in zip(result.fixations, result.slopes, strict=True):
@@ -314,13 +314,13 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
     for each in result.thresholds:
         ax.axhline(each.place.estimate, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
         ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="bottom")
-    ax.set(xlabel="aperture (mm)", ylabel="latent depth (log odds)", title="Latent scale")
+    ax.set(xlabel="aperture (mm)", ylabel="latent perceived depth (log odds)", title="Latent scale")
     _labels(ax, labels, 0.12)
     return ax
 
 
 def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> Axes:
-    """Draw the nonrigid share of the time with one of the two readings, of each subject and their mean."""
+    """Draw the nonrigid percept's proportion of the unambiguous time, of each subject and the mean."""
     conditions = _conditions(result)
     shares: dict[Hashable, list[float]] = {condition: [] for condition in conditions}
     for participant in result.participants:
@@ -339,10 +339,10 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
         if len(values) > 1:
             half = stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values))
             mean = float(np.mean(values))
-            ends = [[min(half, mean)], [min(half, 100 - mean)]]  # of a share, within 0 and 100 %
+            ends = [[min(half, mean)], [min(half, 100 - mean)]]  # clipped to 0 to 100 %
             ax.errorbar(x, mean, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
     ax.axhline(50, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-    ax.set(ylim=(-2, 102), ylabel="nonrigid share of the time (%)", title="Seen as nonrigid")
+    ax.set(ylim=(-2, 102), ylabel="nonrigid percept (% of the time)", title="Nonrigid percept")
     _gradients(ax, conditions)
     if simulated:
         _say_simulated(ax)
@@ -350,7 +350,7 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
 
 
 def draw_shares(ax: Axes, result: NeckerResult) -> Axes:
-    """Draw the mean shares of the time of all four reports, stacked."""
+    """Draw the mean proportions of time of all four reports, stacked."""
     conditions = _conditions(result)
     time = {(each.gradient, each.strength, each.percept): 100 * each.time.estimate for each in result.shares}
     base = np.zeros(len(conditions))
@@ -361,14 +361,14 @@ def draw_shares(ax: Axes, result: NeckerResult) -> Axes:
         base += heights
         if heights.any():
             labels.append((float(base[-1] - heights[-1] / 2), percept, GREY if percept == "none" else colour))
-    ax.set(ylim=(0, 100), ylabel="share of the time (%)", title="What was reported")
+    ax.set(ylim=(0, 100), ylabel="proportion of time (%)", title="Reported percepts")
     _gradients(ax, conditions)
     _labels(ax, labels, 0.06)
     return ax
 
 
 def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
-    """Draw how long each reading lasted: median and middle half of the better of the fitted distributions."""
+    """Draw the durations of each percept: median and quartiles of the better-fitting distribution."""
     conditions = _conditions(result)
     labels = []
     for side, percept in ((-APART, "rigid"), (APART, "nonrigid")):
@@ -388,7 +388,7 @@ def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
         ax.plot(np.array(places)[order], np.array(medians)[order], "o-", color=colour, markersize=5)
         if medians:
             labels.append((float(medians[int(order[-1])]), percept, colour))
-    ax.set(ylabel="duration (s): median, middle half", title="How long a percept lasts")
+    ax.set(ylabel="duration (s): median and quartiles", title="Percept durations")
     ax.set_ylim(0, None)
     _gradients(ax, conditions)
     _labels(ax, labels, 0.06)
@@ -396,12 +396,12 @@ def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
 
 
 def _apart(sizes: Sequence[tuple[float, str]]) -> float:
-    """Millimetres of the axis that count as a step between apertures."""
+    """Return the mean distance between apertures on the axis (mm)."""
     return (sizes[-1][0] - sizes[0][0]) / max(len(sizes) - 1, 1) or 1.0
 
 
 def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
-    """Name apertures at their diameters; where two lie close, the names are turned."""
+    """Label apertures at their diameters; rotate the labels where apertures lie close together."""
     first, last = sizes[0][0], sizes[-1][0]
     room = 0.3 * _apart(sizes)
     ax.set_xlim(first - room, last + room)
@@ -415,7 +415,7 @@ def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
 
 
 def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str) -> list[float]:
-    """Draw means with their intervals; return the ends."""
+    """Draw means with their intervals; return all values drawn."""
     ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], color=colour, linewidth=2, zorder=3)
     ends = []
     for x, mean in means:
@@ -428,7 +428,7 @@ def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marke
 
 
 def _conditions(result: NeckerResult) -> list[tuple[str, float]]:
-    """From the strongest gradient of the rigid reading through none to the strongest of the nonrigid one."""
+    """Return the conditions, from the strongest rigid gradient through none to the strongest nonrigid one."""
     sign = {"rigid": -1.0, "none": 0.0, "nonrigid": 1.0}
     found = {(share.gradient, share.strength) for share in result.shares}
     return sorted(found, key=lambda condition: sign[condition[0]] * condition[1])
@@ -437,17 +437,17 @@ def _conditions(result: NeckerResult) -> list[tuple[str, float]]:
 def _gradients(ax: Axes, conditions: Sequence[tuple[str, float]]) -> None:
     ax.set_xticks(range(len(conditions)), [f"{strength:g}" for _, strength in conditions])
     ax.set_xlim(-0.6, len(conditions) - 0.4)
-    ax.set_xlabel("aperture of the blur (mm)\nrigid  ←  agrees with  →  nonrigid")
+    ax.set_xlabel("aperture (mm)\nrigid  ←  blur consistent with  →  nonrigid")
 
 
 def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> None:
-    """Name what ends at these heights at the right of the axes, beside it, the names `apart` of its height or more."""
+    """Label curves at their end heights, right of the axes, with labels at least `apart` (axes fraction) apart."""
     low, high = ax.get_ylim()
     places: list[float] = []
     for y, _, _ in sorted(labels):
         places.append(max((y - low) / (high - low), places[-1] + apart if places else -np.inf))
     top = 1 - apart / 2
-    for index in reversed(range(len(places))):  # those that were pushed beyond the top come down again
+    for index in reversed(range(len(places))):  # move labels beyond the top down again
         places[index] = top = min(places[index], top)
         top -= apart
     for place, (_, label, colour) in zip(places, sorted(labels), strict=True):
@@ -459,7 +459,7 @@ def _count(number: int, word: str) -> str:
 
 
 def _settle(figure: Figure) -> None:
-    """Lay it out once, not anew for every file."""
+    """Compute the layout once, for all file formats."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
 

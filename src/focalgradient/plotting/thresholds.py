@@ -16,14 +16,14 @@ from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, T
 __all__ = ["draw_functions", "draw_thresholds", "logarithmic", "threshold_figure"]
 
 MOST_ROWS = 40
-"""Participants whose names stand beside the axis; of more every second one has a row, and so on."""
+"""Maximum number of participant names on the axis; with more participants, every second, third, ... is named."""
 
 STEPS = (1, 2, 5)
-"""Of the ticks of a logarithmic axis, in each decade."""
+"""Ticks per decade of a logarithmic axis."""
 
 
 def threshold_figure(result: ThresholdResult, *, simulated: bool) -> Figure:
-    """The functions of all participants, and their thresholds."""
+    """Draw the psychometric functions and the thresholds of all participants."""
     with style():
         figure = new_figure(180, 90, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
@@ -39,7 +39,7 @@ def _fitted(result: ThresholdResult) -> list[tuple[SubjectThreshold, ThresholdFi
 
 
 def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
-    """Draw each participant's function thin, and the shares of right answers as discs, larger for more trials."""
+    """Draw each participant's function (thin), and proportions correct as discs, larger for more trials."""
     fitted = _fitted(result)
     levels = [level for _, fit in fitted for level in fit.levels]
     if levels:
@@ -50,14 +50,14 @@ def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
             ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=colour, alpha=0.25, linewidth=0)
             ax.plot(x, fit.correct(x), color=colour, linewidth=0.8, linestyle="-" if one.kept else ":")
     ax.axhline(0.75, color=GREY, linewidth=0.6, linestyle="--")
-    ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="share of right answers")
+    ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="proportion correct")
     ax.set_title("Psychometric functions")
     logarithmic(ax, levels)
     return ax
 
 
 def draw_thresholds(ax: Axes, result: ThresholdResult) -> Axes:
-    """Draw each threshold with its 95 % interval, the known one of simulated observers, and the mean bold."""
+    """Draw each threshold with its 95 % interval, the true value of simulated observers, and the mean in bold."""
     fitted = _fitted(result)
     values: list[float] = []
     for row, (one, fit) in enumerate(fitted):
@@ -89,7 +89,7 @@ def _axis(result: ThresholdResult) -> str:
 
 
 def logarithmic(ax: Axes, values: list[float]) -> None:
-    """A logarithmic axis with ticks at 1, 2 and 5 of each decade."""
+    """Format a logarithmic axis with ticks at 1, 2 and 5 of each decade."""
     ax.set_xscale("log")
     if values:
         low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))

@@ -1,11 +1,11 @@
-"""Video: movies written and read frame by frame, pairs of views out of alternating frames, and depth as video.
+"""Video: reading and writing of movies frame by frame, pairing of alternating frames, and depth as video.
 
-Frames are numbered from 0 as the file's clock counts them; what cannot be used is passed on as `Skipped`.
+Frames are numbered from 0 by the file's clock; unusable frames are reported as `Skipped`.
 """
 
 import os
 
-# What FFmpeg finds wrong with a file is reported as skipped frames, not on standard error; it reads this once.
+# Decoding errors are reported as skipped frames, not on standard error; OpenCV reads this variable once.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 from focalgradient.video.depth_video import Scale, ValuesFile, VideoFile

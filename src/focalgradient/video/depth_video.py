@@ -1,4 +1,4 @@
-"""Depth written as video, in colours beside a scale, and as numbers."""
+"""Depth written as colour video with a scale, and as numbers."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from focalgradient.video.writing import CODECS, check_ending
 __all__ = ["Scale", "ValuesFile", "VideoFile"]
 
 BLACK = 40
-"""Colours of the map left out at its dark end, so that none looks like the black of no estimate."""
+"""Number of colours omitted at the dark end of the colour map, to distinguish it from missing values (black)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How values become colours: linear from `dark` to `bright`, with `ticks` of (value, label) and a `title`."""
+    """Colour scale: linear from `dark` to `bright`, with `ticks` (value, label) and a `title`."""
 
     dark: float
     bright: float
@@ -31,7 +31,7 @@ class Scale:
 
     @classmethod
     def of_distance(cls, far: float, near: float) -> Scale:
-        """Linear in vergence, between `far` and `near` in dioptres: near is bright; labels are in metres.
+        """Return a scale linear in vergence from `far` to `near` (D), near bright, with labels in metres.
 
         >>> [label for _, label in Scale.of_distance(0.5, 1.0).ticks]
         ['2', '1.6', '1.33', '1.14', '1']
@@ -42,28 +42,28 @@ class Scale:
 
     @classmethod
     def of_disparity(cls) -> Scale:
-        """Focal disparity from 0 (dark: blurred) to 1 (bright: in focus)."""
+        """Return a scale of focal disparity from 0 (dark: blurred) to 1 (bright: in focus)."""
         return cls(0.0, 1.0, tuple((value / 4, f"{value / 4:.2f}") for value in range(5)), "focal disparity")
 
 
 class VideoFile:
-    """Maps on the grid of 4 x 4 pixels, written as colour video; black where there is no value.
+    """Colour video of maps on a grid of 4 x 4 pixels; black where there is no value.
 
     Parameters
     ----------
     path
-        Where to write; the name's ending chooses the kind of file.
+        Output path; its extension determines the file format.
     fps
-        Frames a second.
+        Frames per second.
     shape
-        Height and width of the grid; a value fills 4 x 4 pixels.
+        Height and width of the grid; each value covers 4 x 4 pixels.
     scale
-        How values become colours. It is drawn to the right of every frame.
+        Colour scale, drawn on the right of every frame.
 
     Raises
     ------
     InputError
-        If the name's ending is none that can be written, or the encoder refuses.
+        If the extension is not supported, or the encoder fails.
     """
 
     def __init__(self, path: Path, fps: float, shape: tuple[int, int], scale: Scale) -> None:
@@ -83,12 +83,12 @@ class VideoFile:
         self._writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, fps, size)
         if not self._writer.isOpened():
             raise InputError(
-                f"a video of {size[0]} x {size[1]} pixels at {fps:g} frames a second cannot be written as "
-                f"{path.suffix}: choose another ending, of {', '.join(CODECS)}."
+                f"a video of {size[0]} x {size[1]} pixels at {fps:g} frames per second cannot be written as "
+                f"{path.suffix}: choose another extension, of {', '.join(CODECS)}."
             )
 
     def write(self, values: NDArray[np.floating], valid: NDArray[np.bool_]) -> None:
-        """Add a frame: `values` on the grid, drawn where `valid`."""
+        """Write a frame: `values` on the grid, drawn where `valid`."""
         share = (values - self._scale.dark) / (self._scale.bright - self._scale.dark)
         place = np.where(valid, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
         colours = cv2.applyColorMap(place, self._colours[:, None])
@@ -97,13 +97,13 @@ class VideoFile:
         self._frames += 1
 
     def close(self) -> None:
-        """Finish the file, and check it: see `check_frames`."""
+        """Close the file and verify it with `check_frames`."""
         self._writer.release()
         check_frames(self._path, self._frames)
 
 
 class ValuesFile:
-    """Frames of numbers appended to a ``.npy`` file, whose header is set right when it is closed: float32, n x h x w.
+    """Frames of numbers appended to a ``.npy`` file (float32, n x h x w), whose header is completed on closing.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -121,29 +121,29 @@ class ValuesFile:
         self._write_header()
 
     def _write_header(self) -> None:
-        # NumPy pads headers so that the number of frames may grow in place.
+        # NumPy pads headers, so that the number of frames can be updated in place.
         shape = (self._frames, *self._shape)
         header: dict[str, Any] = {"descr": "<f4", "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(self._file, header)  # type: ignore[no-untyped-call]
 
     def write(self, values: NDArray[np.floating]) -> None:
-        """Append one frame, of the file's shape."""
+        """Append one frame of the file's shape."""
         self._file.write(np.ascontiguousarray(values, "<f4").tobytes())
         self._frames += 1
 
     def close(self) -> None:
-        """Set the number of frames, and finish the file."""
+        """Write the number of frames into the header, and close the file."""
         self._file.seek(0)
         self._write_header()
         self._file.close()
 
 
 def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The scale with its numbers, white on dark grey, as tall as the picture; without numbers where that is low."""
+    """Return a panel with the scale and its numbers, as tall as the picture; without numbers if too low for text."""
     size = float(np.clip(height / 720, 0.35, 1.5))
     thick = max(1, round(1.5 * size))
     font = cv2.FONT_HERSHEY_SIMPLEX
-    title = scale.title.split(" ")  # a word a line, as the panel is narrow
+    title = scale.title.split(" ")  # one word per line in the narrow panel
     texts = [*title, *(label for _, label in scale.ticks)]
     wide = max(cv2.getTextSize(text, font, size, thick)[0][0] for text in texts)
     line = round(34 * size)
@@ -152,7 +152,7 @@ def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.
     width += width % 2
     panel = np.full((height, width, 3), 40, np.uint8)
     top, bottom = round((len(title) + 0.8) * line), height - line
-    if bottom - top < line:  # no room for words
+    if bottom - top < line:  # no room for text
         panel[:, gap : gap + bar] = colours[np.linspace(255, 1, height).round().astype(int)][:, None]
         return panel
     for number, text in enumerate(title, 1):

@@ -1,6 +1,6 @@
-"""Pairs of views out of a video whose frames alternate between two apertures, one in even frames, one in odd.
+"""Pairing of video frames that alternate between two apertures (even and odd frames).
 
-Each two successive frames make a pair, so that n frames give n - 1 maps of depth; two frames are held at a time.
+Each two successive frames form a pair, so that n frames give n - 1 depth maps; two frames are held in memory at a time.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from focalgradient.video.reading import Frame, Grey, Skipped
 __all__ = ["PLAIN", "Pair", "alternation", "pairs"]
 
 PLAIN = 0.1
-"""Change of the logarithm of detail from frame to frame below which the two apertures cannot be distinguished."""
+"""Change of log detail from frame to frame below which the two apertures cannot be distinguished."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pair:
-    """Two successive frames: the one through the aperture of even frames, and the one through that of odd frames.
+    """Two successive frames: one through the aperture of even frames, one through that of odd frames.
 
-    `number` is the later one's.
+    `number` is that of the later frame.
     """
 
     number: int
@@ -34,9 +34,9 @@ class Pair:
 
 
 def alternation(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], most: int = 24) -> float:
-    """Logarithm of the detail of even over that of odd frames: the median over the first `most` successive frames.
+    """Return the median log ratio of detail between even and odd frames, over the first `most` successive frames.
 
-    `detail` measures a frame's high-frequency content. Positive: even frames are the sharper, by this much.
+    `detail` measures a frame's high-frequency content. If positive, even frames are the sharper ones.
 
     >>> import itertools
     >>> frames = (Frame(n, np.full((1, 1), 20 if n % 2 else 40, np.uint8)) for n in itertools.count())
@@ -52,30 +52,30 @@ def alternation(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], floa
                 steps.append((level - before[1]) * (1 if item.number % 2 == 0 else -1))
             before = item.number, level
     if not steps:
-        raise InputError("the video has no two successive frames that can be decoded: give one with more frames.")
+        raise InputError("the video contains no two successive decodable frames: give one with more frames.")
     return float(np.median(steps))
 
 
 def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], step: float) -> Iterator[Pair | Skipped]:
-    """Each two successive frames of either aperture; what breaks the alternation is reported, and pairing goes on.
+    """Yield pairs of successive frames; violations of the alternation are reported, and pairing continues.
 
     Parameters
     ----------
     frames
-        As `Source.frames` gives them.
+        Frames, as yielded by `Source.frames`.
     detail
-        Measures a frame's high-frequency content.
+        Function that measures a frame's high-frequency content.
     step
-        What `alternation` found. Two successive frames whose detail differs by less than half of it show one aperture:
-        a frame between them was lost without trace. Where it changes the wrong way round, one was lost before. Below
-        10 % neither can be detected, and frames are taken as they come.
+        Result of `alternation`. Two successive frames whose detail differs by less than half of it show the same
+        aperture: a frame between them was lost. If the difference has the wrong sign, a frame was lost before. Below 10
+        %, neither can be detected, and frames are used as they come.
 
     Yields
     ------
     Pair or Skipped
-        In the frames' order. A frame without a partner, before or after it, is reported too.
+        In the order of the frames. A frame without a partner before or after it is reported, too.
     """
-    # Parity of the frames' numbers, once those lost without trace are counted too.
+    # Parity of the frame numbers, including frames lost without trace.
     lost = 0
     before: Frame | None = None
     before_level = 0.0
@@ -94,9 +94,9 @@ def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], st
         change = (level - before_level) * (1 if (item.number + lost) % 2 == 0 else -1)
         wrong = None
         if abs(step) > PLAIN and abs(change) < abs(step) / 2:
-            wrong = "show one aperture, so that a frame between them was lost"
+            wrong = "show the same aperture, so that a frame between them was lost"
         elif abs(step) > PLAIN and change * step < 0:
-            wrong = "alternate the wrong way round, as after a loss or a cut"
+            wrong = "alternate in the wrong order, as after a loss or a cut"
         if wrong is not None:
             if not paired:
                 yield Skipped(before.number, before.number, _ALONE)

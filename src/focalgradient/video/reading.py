@@ -1,6 +1,6 @@
-"""Frames of a video file, one at a time; what cannot be decoded is passed on as `Skipped`, never dropped silently.
+"""Reading of video files frame by frame; undecodable frames are reported as `Skipped`, never dropped silently.
 
-Frames are numbered from 0 as the file's clock counts them.
+Frames are numbered from 0 by the file's clock.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ __all__ = [
 Grey = NDArray[np.uint8]
 
 CONTAINERS = "mov,mp4,matroska,webm,avi,mpegts,mpeg,asf,flv,ogg,mxf,dv,nut,m4v,h264,hevc,yuv4mpegpipe"
-"""Demuxers that FFmpeg may use: files of one video. Its others include lists, which open other files."""
+"""Demuxers that FFmpeg may use: single-video files. Others are excluded, as playlists can open further files."""
 
 FFMPEG_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
-"""Environment variable from which OpenCV takes FFmpeg's options, as key;value|key;value."""
+"""Environment variable with which OpenCV passes options to FFmpeg (key;value|key;value)."""
 
 LARGEST_VIDEO = 2**60
-"""Bytes of a video: any number, as it is read frame by frame."""
+"""Maximum size of a video in bytes: practically unlimited, as it is read frame by frame."""
 
 GREY_8, GREY_16 = int.from_bytes(b"Y800", "little"), int.from_bytes(b"Y1\x00\x10", "little")
-"""What FFmpeg calls pixels of one grey value, of 8 and of 16 bits."""
+"""FFmpeg's codes of grey pixel formats with 8 and with 16 bits."""
 
 LIGHTS = 1 << 14
-"""Steps of light in which luminance is summed."""
+"""Number of radiance levels in which luminance is summed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """Frames, first to last, that gave no depth, and why."""
+    """A range of frames without depth, and the reason."""
 
     first: int
     last: int
@@ -80,10 +80,10 @@ class Source:
     Parameters
     ----------
     path
-        A file of one video in one of the `CONTAINERS`, as MP4, MOV, Matroska, AVI, WebM or MPEG.
+        A file with one video in one of the `CONTAINERS`, such as MP4, MOV, Matroska, AVI, WebM or MPEG.
     grey
-        Makes one stored value of a pixel's blue, green and red (H x W x 3, uint8): by default luma, their weighted mean
-        as stored.
+        Function that converts blue, green and red (H x W x 3, uint8) to one stored value; by default luma, their
+        weighted mean as stored.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class Source:
             raise InputError(f"{printable(path)} cannot be read as a video: give a file that FFmpeg can decode.")
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         self.fps = fps if math.isfinite(fps) and fps > 0 else 30.0
-        # An estimate from the file's header; 0 where it has none.
+        # Estimate from the file's header; 0 if missing.
         self.declared = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
 
     def __enter__(self) -> Self:
@@ -113,17 +113,17 @@ class Source:
         self._capture.release()
 
     def frames(self) -> Iterator[Frame | Skipped]:
-        """Every frame that can be decoded, in order, and what lies between where some cannot."""
+        """Yield every decodable frame in order, and `Skipped` ranges between them."""
         for number, image in self._decoded():
             yield image if isinstance(image, Skipped) else Frame(number, self._grey(np.asarray(image, np.uint8)))
 
     def stored(self) -> Iterator[NDArray[Any]]:
-        """Every frame as it is stored: grey, H x W, uint8 or uint16, or red, green and blue, H x W x 3, uint8.
+        """Yield every frame as stored: grey, H x W, uint8 or uint16, or red, green, blue, H x W x 3, uint8.
 
         Raises
         ------
         InputError
-            At the first frame that cannot be decoded.
+            At the first undecodable frame.
         """
         depth = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT))
         if depth == GREY_16:
@@ -131,22 +131,20 @@ class Source:
                 self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
         for _, image in self._decoded():
             if isinstance(image, Skipped):
-                raise InputError(
-                    f"frame {image.first} of {printable(self.path)} {image.reason}: give a file that is whole."
-                )
+                raise InputError(f"frame {image.first} of {printable(self.path)} {image.reason}: give an intact file.")
             if depth in (GREY_8, GREY_16):
                 yield image if image.ndim == 2 else image[..., 0].copy()
             else:
                 yield image[..., ::-1].copy()
 
     def _decoded(self) -> Iterator[tuple[int, NDArray[Any] | Skipped]]:
-        """Number and image as OpenCV decodes it, or what lies between where some cannot be decoded."""
+        """Yield number and image as decoded by OpenCV, or `Skipped` for undecodable ranges."""
         number, size = -1, None
         while True:
             decoded, image = self._capture.read()
             if not decoded:
                 break
-            # The clock jumps over frames that the decoder passed over; not every kind of file keeps one.
+            # The clock reveals frames that the decoder skipped, in formats that store one.
             clock = round(float(self._capture.get(cv2.CAP_PROP_POS_MSEC)) * self.fps / 1000)
             missing = max(0, clock - number - 1)
             if missing:
@@ -159,17 +157,17 @@ class Source:
                 continue
             yield number, image
         if number + 1 < self.declared:
-            lost = Skipped(number + 1, self.declared - 1, "could not be decoded, by the file's own count")
+            lost = Skipped(number + 1, self.declared - 1, "could not be decoded, according to the file's frame count")
             yield number, lost
 
 
 def read_movie(path: str | os.PathLike[str]) -> Iterator[NDArray[Any]]:
-    """Read the frames that `save_movie` wrote, one at a time: exactly, where it wrote them without loss.
+    """Yield the frames of a movie one at a time: exact, if `save_movie` wrote it losslessly.
 
     Parameters
     ----------
     path
-        A file of one video.
+        A file with one video.
 
     Yields
     ------
@@ -179,7 +177,7 @@ def read_movie(path: str | os.PathLike[str]) -> Iterator[NDArray[Any]]:
     Raises
     ------
     InputError
-        If the file cannot be opened as a video, or at the first frame that cannot be decoded.
+        If the file cannot be opened as a video, or at the first undecodable frame.
     """
     with Source(Path(path)) as source:
         yield from source.stored()
@@ -190,10 +188,10 @@ def _luma(colours: Grey) -> Grey:
 
 
 def luminance(levels: NDArray[np.float32]) -> Callable[[Grey], Grey]:
-    """What makes the stored value nearest to their luminance of pixels stored as blue, green and red (H x W x 3).
+    """Return a function that converts blue, green, red (H x W x 3) to the stored value nearest to their luminance.
 
-    Light is weighted (as Rec. 709 does), not stored values: these are decoded by `levels`, the linear radiance of the
-    256. A pixel with a colour at the top is given the top value, as its light is not known.
+    Linear radiance is weighted (as in Rec. 709) instead of stored values, which are decoded by `levels`, the linear
+    radiance of the 256 values. Pixels with a saturated colour get the maximum value, as their luminance is unknown.
 
     >>> pixels = np.array([[[100, 100, 100], [0, 0, 200], [3, 255, 7]]], np.uint8)
     >>> luminance(np.linspace(0, 1, 256, dtype=np.float32) ** 2)(pixels).tolist()
@@ -224,7 +222,7 @@ Item = TypeVar("Item")
 
 
 def ahead(items: Iterable[Item], most: int = 3) -> Generator[Item, None, None]:
-    """`items`, worked out in a thread of their own, up to `most` before they are asked for.
+    """Yield `items`, computed in a separate thread, up to `most` ahead of their use.
 
     >>> list(ahead(range(5)))
     [0, 1, 2, 3, 4]
@@ -243,19 +241,17 @@ def ahead(items: Iterable[Item], most: int = 3) -> Generator[Item, None, None]:
 
 
 def check_frames(path: Path, frames: int) -> None:
-    """Refuse, as an InputError, a video that lacks frames it was given, as on a full disk: OpenCV says nothing."""
+    """Raise `InputError` if a video lacks written frames (as on a full disk), which OpenCV does not report."""
     video = _opened(path)
     found = sum(1 for _ in takewhile(bool, (video.grab() for _ in range(frames))))
     video.release()
     if found < frames:
-        raise InputError(
-            f"{found} of {frames} frames of {printable(path.name)} could be written: make room on the disk."
-        )
+        raise InputError(f"{found} of {frames} frames of {printable(path.name)} could be written: free disk space.")
 
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep OpenCV's own remarks off standard error."""
+    """Suppress OpenCV's messages on standard error."""
     before = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
@@ -265,7 +261,7 @@ def quiet() -> Iterator[None]:
 
 
 def _opened(path: Path) -> cv2.VideoCapture:
-    """Open a video by the demuxers of `CONTAINERS` alone."""
+    """Open a video, restricted to the demuxers of `CONTAINERS`."""
     before = os.environ.get(FFMPEG_OPTIONS)
     os.environ[FFMPEG_OPTIONS] = f"protocol_whitelist;file|format_whitelist;{CONTAINERS}"
     try:
@@ -278,7 +274,7 @@ def _opened(path: Path) -> cv2.VideoCapture:
 
 
 def check_name(path: Path) -> None:
-    """Refuse a name that OpenCV cannot be given."""
+    """Raise `InputError` for a file name that OpenCV cannot handle."""
     try:
         if "\0" not in str(path).encode().decode():
             return

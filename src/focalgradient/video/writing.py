@@ -1,4 +1,4 @@
-"""Movies: frames written as a video file, without loss unless asked for."""
+"""Writing of movies, lossless by default."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from focalgradient.video.reading import Grey, check_frames, check_name, quiet
 __all__ = ["CODECS", "check_ending", "save_movie", "write_frames"]
 
 CODECS = {".mp4": "mp4v", ".mov": "mp4v", ".mkv": "mp4v", ".avi": "MJPG", ".webm": "VP80"}
-"""How each kind of file is compressed: what OpenCV's own FFmpeg writes everywhere and common players show."""
+"""Codec of each file format: supported by OpenCV's FFmpeg on all platforms and by common players."""
 
 ROUNDING = 1e-6
-"""Light beyond 0 to 1 that counts as rounding of 32-bit numbers."""
+"""Tolerance for radiance outside 0 to 1 due to 32-bit rounding."""
 
 LOSSLESS = (".mkv", ".avi", ".mov")
-"""Kinds of file that hold FFV1, which keeps every pixel as it is."""
+"""File formats that support FFV1, a lossless codec."""
 
 FASTEST = 1e4
-"""Frames a second that a file may state; displays reach some 500."""
+"""Maximum frame rate (Hz) in a file; displays reach some 500."""
 
 
 def save_movie(
@@ -41,40 +41,40 @@ def save_movie(
     count: int | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write frames as a video file, one at a time: the file is there under its name when it is whole.
+    """Write frames to a video file one at a time; the file appears under its name when complete.
 
     `read_movie` is the inverse.
 
     Parameters
     ----------
     frames
-        In order; any iterable, of which one frame at a time is held. Stored values: uint8, or uint16 for grey, H x W,
-        or uint8, H x W x 3 (red, green, blue). Or linear light in shares of the display's white, floats of 0 to 1,
-        which are encoded for the `display`. All of one shape and kind, with even width and height.
+        Frames in order, from any iterable; one is held in memory at a time. Stored values: uint8 or, for grey, uint16,
+        H x W, or uint8, H x W x 3 (red, green, blue). Or linear radiance as a fraction of the display's white, floats
+        from 0 to 1, which are encoded for the `display`. All must have one shape and type, with even width and height.
     path
-        Where to write: in .mkv, .avi or .mov; compressed also in .mp4 or .webm.
+        Output path ending in .mkv, .avi or .mov; compressed also in .mp4 or .webm.
     rate
-        Frames a second.
+        Frames per second.
     lossless
-        Whether every pixel is kept as it is (FFV1); else compressed, for common players: errors of 0.3 to 1.6 steps of
-        8 bits on average and up to 15 at thin lines, and colours at half the resolution.
+        Whether pixels are stored exactly (FFV1); otherwise compressed for common players, with mean errors of 0.3 to
+        1.6 8-bit steps, up to 15 at thin lines, and colour at half resolution.
     display
-        Encodes light; by default one with the curve of sRGB.
+        Display for which radiance is encoded, by default with sRGB.
     count
-        Number of frames, where it is known, for `progress`.
+        Number of frames, if known, for `progress`.
     progress
-        Called with the share done, 0 to 1, and a few words.
+        Callback that receives the fraction done, 0 to 1, and a short description.
 
     Returns
     -------
     Path
-        Of the file.
+        Path of the file.
 
     Raises
     ------
     InputError
-        If there is no frame, a frame is of another kind than the first, the ending does not fit, or the file cannot be
-        written; then nothing stands under its name.
+        If there is no frame, a frame differs in type from the first, the extension does not fit, or the file cannot be
+        written; no file of that name is then created.
 
     Examples
     --------
@@ -87,13 +87,13 @@ def save_movie(
     """
     path = Path(path)
     check_ending(path)
-    check_number("rate", rate, "frames a second", positive=True)
+    check_number("rate", rate, "frames per second", positive=True)
     if rate > FASTEST:
-        raise InputError(f"rate is {rate:g}, but must be frames a second, at most {FASTEST:g}.")
+        raise InputError(f"rate is {rate:g}, but must be {FASTEST:g} at most: give frames per second.")
     if lossless and path.suffix.lower() not in LOSSLESS:
         raise InputError(
             f"{printable(path)} ends in {path.suffix}, which is always compressed: choose one of "
-            f"{', '.join(LOSSLESS)}, or say lossless=False."
+            f"{', '.join(LOSSLESS)}, or set lossless=False."
         )
     say = progress or (lambda share, words: None)
     encode = (display or Display()).encode
@@ -112,7 +112,7 @@ def _write(
     count: int | None,
     say: Progress,
 ) -> None:
-    """Write frames to a path; `name` is what messages call it."""
+    """Write frames to the path `hidden`; messages call it `name`."""
     writer, first, number = None, None, 0
     try:
         for number, frame in enumerate(frames, 1):
@@ -124,7 +124,7 @@ def _write(
             elif kind != first:
                 raise InputError(
                     f"frame {number - 1} is an array of shape {stored.shape}, {stored.dtype}, but the first was of "
-                    f"{first[0]}, {first[1]}: give frames of one shape and kind."  # type: ignore[index]
+                    f"{first[0]}, {first[1]}: give frames of one shape and type."  # type: ignore[index]
                 )
             if stored.ndim == 3:
                 stored = stored[..., ::-1]
@@ -136,18 +136,19 @@ def _write(
         if writer is not None:
             writer.release()
     if writer is None:
-        raise InputError("frames has no frame, but a movie needs one at least: give what it is to show.")
+        raise InputError("frames is empty, but a movie needs at least one frame: give one.")
     check_frames(hidden, number)
 
 
 def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> NDArray[Any]:
-    """Values of a frame as a file keeps them, refused unless it is a picture."""
+    """Return the stored values of a frame; raise `InputError` unless it is a picture."""
     values = np.asarray(frame)
     if values.dtype.kind == "f":
         if not np.isfinite(values).all() or values.min(initial=0) < -ROUNDING or values.max(initial=0) > 1 + ROUNDING:
             raise InputError(
-                f"frame {number} holds light beyond 0 to 1, in shares of the display's white: scale it, so that its "
-                "brightest place is white."
+                f"frame {number} contains radiance outside 0 to 1 (fractions of the display's white): scale it, so "
+                "that its "
+                "brightest pixel is 1."
             )
         values = encode(values)
     picture = (values.ndim == 2 and values.dtype in (np.uint8, np.uint16)) or (
@@ -156,7 +157,7 @@ def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> 
     if not picture or not values.size:
         raise InputError(
             f"frame {number} is {described(values)} of {values.dtype}, but must be H x W (uint8 or uint16), H x W x 3 "
-            "(uint8), or light as floats of 0 to 1."
+            "(uint8), or radiance as floats from 0 to 1: convert it."
         )
     height, width = values.shape[:2]
     if height % 2 or width % 2:
@@ -167,9 +168,9 @@ def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> 
 
 
 def _writer(hidden: Path, name: str, first: NDArray[Any], rate: float, lossless: bool) -> cv2.VideoWriter:
-    """Open the encoder for frames like the first."""
+    """Open the encoder for frames of the type of the first."""
     if first.dtype == np.uint16 and not lossless:
-        raise InputError("frames are of 16 bits, which only lossless files keep: leave lossless, or give 8 bits.")
+        raise InputError("frames have 16 bits, which only lossless files support: set lossless=True, or give 8 bits.")
     depth = cv2.CV_16U if first.dtype == np.uint16 else cv2.CV_8U
     colours = first.ndim == 3 or not lossless
     code = cv2.VideoWriter.fourcc(*("FFV1" if lossless else CODECS[hidden.suffix.lower()]))
@@ -179,20 +180,18 @@ def _writer(hidden: Path, name: str, first: NDArray[Any], rate: float, lossless:
     if not writer.isOpened():
         raise InputError(
             f"{printable(name)} cannot be written as a video of {first.shape[1]} x {first.shape[0]} pixels at {rate:g} "
-            "frames a second: choose a name in .mkv, .avi or .mp4, or another rate."
+            "frames per second: choose a name in .mkv, .avi or .mp4, or another rate."
         )
     return writer
 
 
 def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
-    """Write frames at `fps` frames a second as `save_movie` does: without loss, but for names that end in .mp4."""
+    """Write frames at `fps` frames per second by `save_movie`, lossless except for names that end in .mp4."""
     save_movie(frames, path, rate=fps, lossless=path.suffix.lower() != ".mp4")
 
 
 def check_ending(path: Path) -> None:
-    """Refuse a name whose ending is no kind of video that can be written."""
+    """Raise `InputError` unless a file name has a supported video extension."""
     check_name(path)
     if path.suffix.lower() not in CODECS:
-        raise InputError(
-            f"{printable(path)} has no ending of a video that can be written: use one of {', '.join(CODECS)}."
-        )
+        raise InputError(f"{printable(path)} has no supported video extension: use one of {', '.join(CODECS)}.")
