@@ -123,7 +123,7 @@ def test_no_f_number_is_named_where_none_would_do() -> None:
         (lambda: Display(gamma="rec709"), "gamma is 'rec709'"),
         (lambda: Display.of_width(0.5, (0, 10)), r"size_px is \(0, 10\)"),
         (lambda: Display().encode([0.5, math.nan]), "not finite"),
-        (lambda: Display().decode([0, 256]), "beyond 0 to 255"),
+        (lambda: Display().decode([0, 256]), "exceed the range 0 to 255"),
     ],
 )
 def test_bad_input(make, said: str) -> None:

@@ -128,8 +128,8 @@ def test_the_second_moment_of_a_disc_is_half_its_radius() -> None:
         ({"paper_f_number": math.inf}, "paper_f_number is inf"),
         ({"paper_k": 0}, "paper_k is 0"),
         ({"side": "far"}, "side is 'far', but must be 'beyond' or 'nearer'"),
-        ({"sigma": [0.1, math.nan]}, "sigma holds NaN or infinite values"),
-        ({"sigma": "wide"}, "sigma is 'wide', but must hold numbers"),
+        ({"sigma": [0.1, math.nan]}, "sigma contains NaN or infinite values"),
+        ({"sigma": "wide"}, "sigma is 'wide', but must contain numbers"),
     ],
 )
 def test_bad_terms_are_refused(change: dict[str, object], said: str) -> None:

@@ -56,14 +56,14 @@ SLIPS: dict[str, tuple[Callable[[], object], str]] = {
     "noise": (lambda: noisy(VIEW, sd=math.nan, seed=0), "sd is nan"),
     "distance": (lambda: plane(math.nan), "distance is nan"),
     "field": (lambda: slant(1.0, 2.0, field=math.nan), "field is nan"),
-    "frequency": (lambda: transfer(math.nan, 1.0, "disc"), "frequency holds NaN"),
+    "frequency": (lambda: transfer(math.nan, 1.0, "disc"), "frequency contains NaN"),
     "radius": (lambda: transfer(0.1, [1.0, math.nan], "disc"), "radius contains negative or NaN values"),
     "negative radius": (lambda: transfer(0.1, -1.0, "gaussian"), "radius contains negative or NaN values"),
     "k": (
         lambda: transfer(0.1, 1.0, "gaussian", k=math.nan),
         "k is nan, but must be a positive number, sigma / disc radius",
     ),
-    "frequency of cones": (lambda: Cones.of(EYE, "S").transfer(math.nan, 1.0), "frequency holds NaN"),
+    "frequency of cones": (lambda: Cones.of(EYE, "S").transfer(math.nan, 1.0), "frequency contains NaN"),
     "wall": (lambda: band_views(math.nan, EYE, *FRAME), "scene is nan"),
 }
 

@@ -225,23 +225,24 @@ class Display:
         >>> Display().check_steps([0.0, 1.0, 2.0, 4.0])
         >>> Display().check_steps([0.0, 0.5])
         Traceback (most recent call last):
-        focalgradient.errors.InputError: the smallest step of blur, 0 to 0.5 px, makes the spread of light on the ...
+        focalgradient.errors.InputError: the smallest step of blur, 0 to 0.5 px, increases the spread of light on ...
         """
         ordered = sorted(diameters)
         for small, large in pairwise(ordered):
             growth = math.hypot(large / 4, math.sqrt(1 / 12)) / math.hypot(small / 4, math.sqrt(1 / 12)) - 1
             if growth < WEBER:
                 raise InputError(
-                    f"the smallest step of blur, {small:.2g} to {large:.2g} px, makes the spread of light on the "
-                    f"display's pixels grow by {growth:.0%}, but people need {WEBER:.0%} at least to see it: make the "
-                    "pictures of more pixels, or the apertures larger or more different."
+                    f"the smallest step of blur, {small:.2g} to {large:.2g} px, increases the spread of light on the "
+                    f"display's pixels by {growth:.0%}, but the threshold of people is {WEBER:.0%}: give the "
+                    "pictures more "
+                    "pixels, or make the apertures larger or more different."
                 )
             step = math.radians(self.arcmin(large - small) / 60)
             if step < EYE_STEP:
                 raise InputError(
                     f"the smallest step of blur, {small:.2g} to {large:.2g} px, is "
-                    f"{self.arcmin(large - small):.2g} arcmin at the viewing distance of {self.distance:g} m, but an "
-                    f"eye needs {60 * math.degrees(EYE_STEP):.2g} at least: come closer, or take larger pixels."
+                    f"{self.arcmin(large - small):.2g} arcmin at the viewing distance of {self.distance:g} m, but the "
+                    f"threshold of the eye is {60 * math.degrees(EYE_STEP):.2g}: come closer, or use larger pixels."
                 )
 
     def check_f_numbers(self, numbers: Sequence[float], diameter: float) -> None:

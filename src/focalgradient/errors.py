@@ -70,10 +70,10 @@ def check_tolerance(name: str, value: Any) -> None:
 
     >>> check_tolerance("focus_tolerance", 5)
     Traceback (most recent call last):
-    focalgradient.errors.InputError: focus_tolerance is 5, but must be a share from 0 to below 1, as 0.05 for 5 %.
+    focalgradient.errors.InputError: focus_tolerance is 5, but must be a fraction from 0 to below 1, such as 0.05.
     """
     if not (is_number(value) and 0 <= value < 1):
-        raise InputError(f"{name} is {described(value)}, but must be a share from 0 to below 1, as 0.05 for 5 %.")
+        raise InputError(f"{name} is {described(value)}, but must be a fraction from 0 to below 1, such as 0.05.")
 
 
 def check_seed(seed: Any) -> None:
@@ -201,9 +201,9 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise InputError(f"{name} is {described(values)}, but must hold numbers: give it in {unit}.") from error
+        raise InputError(f"{name} is {described(values)}, but must contain numbers: give it in {unit}.") from error
     if not np.all(np.isfinite(array)):
-        raise InputError(f"{name} holds NaN or infinite values, but must be finite: give it in {unit}.")
+        raise InputError(f"{name} contains NaN or infinite values, but must be finite: give it in {unit}.")
     return array
 
 

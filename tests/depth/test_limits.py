@@ -176,7 +176,7 @@ def test_window_area_is_that_of_a_gaussian_mean() -> None:
         ({"noise": [0.1, 0.1, 0.1]}, r"noise is \[0\.1, 0\.1, 0\.1\]"),
         ({"area": -1.0}, r"area is -1\.0, but must be a positive number"),
         ({"pixel_angle": math.nan}, "pixel_angle is nan"),
-        ({"vergence": math.nan}, "vergence holds NaN"),
+        ({"vergence": math.nan}, "vergence contains NaN"),
     ],
 )
 def test_bad_input(change: dict, said: str) -> None:
@@ -200,6 +200,6 @@ def test_pictures_and_widths_that_are_none() -> None:
             edge_bound(sigma, noise=0.01, contrast=0.5, length=16)
     with pytest.raises(InputError, match=r"image has shape \(32, 32, 3\), but must be H x W"):
         image_power(np.ones((32, 32, 3)))
-    with pytest.raises(InputError, match="sharp holds NaN"):
+    with pytest.raises(InputError, match="sharp contains NaN"):
         texture_bound(np.full((32, 32), np.nan), [lens(16), WIDE], 0.8, PIXEL, noise=0.01, window=8)
     assert image_power(np.ones((32, 48)))(np.array([0.1, 0.4])) == pytest.approx(0)  # a blank one has no power

@@ -51,7 +51,7 @@ def test_blur_larger_than_the_hypotheses_is_unknown() -> None:
 def test_images_that_are_not_finite_are_refused() -> None:
     sharp, wide = blurred(0.0, 2.0)
     sharp[3, 3] = np.nan
-    with pytest.raises(InputError, match="first holds NaN"):
+    with pytest.raises(InputError, match="first contains NaN"):
         spectral_difference(sharp, wide)
 
 

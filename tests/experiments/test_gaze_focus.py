@@ -76,7 +76,7 @@ def test_what_is_no_series_is_refused(series: Path, tmp_path: Path) -> None:
     np.save(tmp_path / "distance.npy", np.ones((2, 2)))
     for focus in ("0.5", "1.0", "4.0"):
         np.save(tmp_path / f"blurred-{focus}m.npy", np.ones((3, 2), np.float32))
-    with pytest.raises(InputError, match="does not fit"):
+    with pytest.raises(InputError, match="inconsistent with"):
         read_series(tmp_path)
 
 
@@ -88,8 +88,8 @@ def test_what_is_no_series_is_refused(series: Path, tmp_path: Path) -> None:
         ({"focus_m": [1.0, 1.0]}, "two or more foci"),
         ({"focus_m": [1.0, 4.0], "white": 0.0}, "is not a summary"),
         ({"focus_m": [1.0, 2.0]}, "blurred-2.0m.npy"),  # is missing
-        ({"focus_m": [1.0, 0.5]}, "does not fit"),  # holds NaN
-        ({"focus_m": [1.0, 4.0]}, "does not fit"),  # has four colours
+        ({"focus_m": [1.0, 0.5]}, "inconsistent with"),  # holds NaN
+        ({"focus_m": [1.0, 4.0]}, "inconsistent with"),  # has four colours
     ],
 )
 def test_a_damaged_series_is_refused(tmp_path: Path, settings: dict[str, object], said: str) -> None:

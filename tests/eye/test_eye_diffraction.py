@@ -183,5 +183,5 @@ def test_bad_input(call) -> None:  # type: ignore[no-untyped-def]
     ):
         with pytest.raises(InputError, match=sentence):
             call([1e-4, 1e-3], **good | bad)
-    with pytest.raises(InputError, match="holds NaN or infinite values"):
+    with pytest.raises(InputError, match="contains NaN or infinite values"):
         call([1e-4, np.nan], **good)

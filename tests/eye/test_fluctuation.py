@@ -95,9 +95,9 @@ def test_moments_out_of_order(course: Oscillation | Microfluctuations) -> None:
     for times in ([0.0, 2.0, 1.0], [1.0, 1.0], [[0.0, 1.0]]):
         with pytest.raises(InputError, match="each moment must be later than the one before"):
             course.at(times)
-    with pytest.raises(InputError, match="times holds NaN or infinite values"):
+    with pytest.raises(InputError, match="times contains NaN or infinite values"):
         course.at([0.0, np.nan])
-    with pytest.raises(InputError, match="delay holds NaN"):
+    with pytest.raises(InputError, match="delay contains NaN"):
         course.change_rms(np.nan)
 
 

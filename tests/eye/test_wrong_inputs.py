@@ -149,7 +149,7 @@ def test_eye_refuses_what_does_not_go_together(options, said):
         (lambda: TwoEyes.of(EYE).convergence("near"), "vergence is 'near'"),
         (lambda: Accommodation(fluctuation=3), "fluctuation is 3"),
         (lambda: accommodate(2.0, 1.0), "target is 2.0.*function of time"),
-        (lambda: accommodate(lambda t: NAN, 1.0), "target holds NaN"),
+        (lambda: accommodate(lambda t: NAN, 1.0), "target contains NaN"),
         (lambda: accommodate(lambda t: 2.0, 1.0, EYE), "eye is"),
         (lambda: accommodate(lambda t: 2.0, 1.0, None, "white"), "stimulus is 'white'"),
         (lambda: accommodate(lambda t: 2.0, 1.0, seed=-1), "seed is -1"),

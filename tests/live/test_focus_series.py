@@ -141,7 +141,7 @@ def test_a_damaged_folder_is_refused(tmp_path: Path, made: FocusSeries) -> None:
         FocusSeries.read(tmp_path)
     made.save(tmp_path)
     np.save(tmp_path / "distance.npy", np.ones((2, 2)))
-    with pytest.raises(InputError, match="does not fit"):
+    with pytest.raises(InputError, match="inconsistent with"):
         FocusSeries.read(tmp_path)
     assert not (tmp_path / INPUTS).exists()
 

@@ -106,7 +106,7 @@ class OwnBlur:
             if apart > BLUR_ERROR and (form != "transfer" or self.isotropic):
                 raise InputError(
                     f"`{form}` of {self.name} differs from its `{first}` by {apart:.2g} at {vergence:g} D, but both "
-                    "must give one blur."
+                    "must give the same blur: correct one of them."
                 )
 
     def check_sides(self, vergences: NDArray[np.float64], frequency: float) -> None:
@@ -192,7 +192,7 @@ def own_blur(optics: Any) -> OwnBlur | None:
         raise InputError(f"isotropic of {type(optics).__name__} is {described(stated)}, but must be True or False.")
     if not stated and offered == ["transfer"]:
         raise InputError(
-            f"{type(optics).__name__} declares isotropic = False, but implements only `transfer`,  "
+            f"{type(optics).__name__} declares isotropic = False, but implements only `transfer`, "
             "which describes isotropic blur: add `through_focus` or `optical_transfer`."
         )
     return OwnBlur(optics, bool(stated))
