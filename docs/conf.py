@@ -51,6 +51,8 @@ suppress_warnings = ["config.cache", "misc.highlighting_failure"]  # a lexer for
 nitpicky = False
 templates_path = ["_templates"]
 
+smartquotes_action = "qe"  # quotes and ellipses; dashes would change options like --out
+
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
 html_css_files = ["own.css"]
@@ -129,7 +131,14 @@ def run_notebooks(app: Sphinx) -> None:
         notebook.execute(ROOT / "gallery" / "plot_the_paper.ipynb")
 
 
+def escape_stars(app: Sphinx, context: object, lines: list[str]) -> None:
+    """Escape the stars in a command's help, which reStructuredText would take for emphasis."""
+    lines[:] = [line.replace("*", r"\*") for line in lines]
+
+
 def setup(app: Sphinx) -> None:
     """Add what this file defines to Sphinx."""
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
+    for part in ("description", "options"):
+        app.connect(f"sphinx-click-process-{part}", escape_stars)
     app.connect("builder-inited", run_notebooks, priority=900)

@@ -53,14 +53,14 @@ def write(results: Path, into: Path) -> None:
         made = numbers.get(name)
         picture = results / f"{name}.png"
         shown = bool(made) and picture.is_file()
+        title = made["title"] if shown else first.split(":")[0].rstrip(".")
         if shown:
             shutil.copy(picture, into)
             with Image.open(picture) as image:
                 image.thumbnail(THUMBNAIL_PX)
                 image.save(into / f"{name}-small.png")
-        (into / f"{name}.md").write_text(_page(name, first, made if shown else None), encoding="utf-8")
+        (into / f"{name}.md").write_text(_page(name, title, first, made if shown else None), encoding="utf-8")
         link = f"{into.name}/{name}"
-        title = made["title"] if shown else first.split(":")[0].rstrip(".")
         small = f"![{title}](generated/{link}-small.png)\n\n" if shown else ""
         cards.append(f":::{{container}} figure-card\n{small}[{title}](generated/{link}.md)\n:::\n")
     toctree = "\n".join(f"generated/{into.name}/{name}" for name in programs())
@@ -68,13 +68,12 @@ def write(results: Path, into: Path) -> None:
     into.with_suffix(".md").write_text("\n".join(parts), encoding="utf-8")
 
 
-def _page(name: str, first: str, made: Mapping[str, Any] | None) -> str:
+def _page(name: str, title: str, first: str, made: Mapping[str, Any] | None) -> str:
     """Return the page of one figure."""
     command = f"```sh\npython analysis/{name}.py --out results\n```"
     program = f"```{{literalinclude}} /../analysis/{name}.py\n:language: python\n```"
     if made is None:
-        return "\n\n".join([f"# {name}", first, NOT_MADE, command, "## The program", program, ""])
-    title = made["title"]
+        return "\n\n".join([f"# {title}", first, NOT_MADE, command, "## The program", program, ""])
     words = "".join(f"<p>{escape(paragraph)}</p>" for paragraph in made["caption"])
     table = rows_of(made["summary"])
     rows = "".join(f"<tr><th>{escape(what)}</th><td>{escape(value)}</td></tr>" for what, value in table)
