@@ -119,5 +119,5 @@ def _column(values: FloatArray, dimensions: int) -> FloatArray:
 
 
 def _compared(squares: FloatArray) -> FloatArray:
-    """What is measured of squared blur radii: one by itself, or what views differ by from the first."""
+    """Squared blur radii as measured: of one view itself, or of views less the first."""
     return squares if len(squares) == 1 else squares[1:] - squares[:1]

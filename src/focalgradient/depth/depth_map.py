@@ -30,7 +30,7 @@ _NONE = np.zeros((0, 0, 0))
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DepthMap:
-    """Depth at every pixel, with its uncertainty and what is to be trusted.
+    """Depth at every pixel, with its uncertainty and validity.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ class DepthMap:
         return f"<DepthMap of {height} x {width} pixels: {self._in_words()}>"
 
     def _in_words(self) -> str:
-        """Median distance and share of what is valid."""
+        """Median distance of the valid pixels, and their share."""
         share = f"{self.valid.mean():.0%} valid"
         if self._order_only:
             return f"order only, {share}"

@@ -44,7 +44,7 @@ class Estimate:
     details
         What this method alone has to state, as plain JSON values.
     warnings
-        What the user is to be warned of, each a sentence.
+        Warnings to issue, each a sentence.
     searched
         Vergence that was searched, in dioptres, where the method restricts the search.
     beyond

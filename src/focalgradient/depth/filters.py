@@ -241,7 +241,7 @@ class Spectra:
         )
 
     def over(self, noise_sd: Sequence[float] | FloatArray) -> Spectra:
-        """The same of the images over their noise."""
+        """Spectra of the images divided by their noise."""
         values = [spectrum / np.float32(sd) for spectrum, sd in zip(self.values, noise_sd, strict=True)]
         return replace(self, values=values)
 
@@ -259,7 +259,7 @@ class Spectra:
         return counts / counts.sum(), np.stack(power) / (self.size[0] * self.size[1])
 
     def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
-        """The same at the `frequencies`, where filters are worked out; of the plane power is its radial mean."""
+        """`measure_and_power` at the `frequencies` of the filters; power over the plane is its radial mean."""
         measure, power = self.measure_and_power()
         if frequencies.down is None:
             return measure, power

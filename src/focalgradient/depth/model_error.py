@@ -1,7 +1,7 @@
 """The model error: by how much the blur model errs, as what it makes of coarse and of fine detail shows it.
 
-What two halves of the detail differ by, beyond their noise, is put down to an error in proportion to the blur: random
-effects, as in meta-analysis (DerSimonian & Laird 1986). Every method that splits its detail states it so.
+The difference of two halves of the detail, beyond their noise, is attributed to an error in proportion to the blur:
+random effects, as in meta-analysis (DerSimonian & Laird 1986). Every method that splits its detail states it so.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ Value = TypeVar("Value", bound=np.generic)
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """How planes grow: windows that they are fitted in one after another, and what is left out of them."""
+    """Adaptive window schedule of plane fits, and the distance at which values are left out."""
 
     windows: tuple[float, ...]  # in units of the window asked for
     separate: float  # squared distance, over the variance, beyond which two values do not lie on one surface

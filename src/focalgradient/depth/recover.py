@@ -322,7 +322,7 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
 
 
 def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
-    """What the user is warned of."""
+    """Return the warnings to issue, each a sentence."""
     texts: list[str] = []
     own = [one.name for one in problem.search.own if one is not None and one.forms_views]
     if own and not isinstance(problem.settings.psf, OpticsBlur):

@@ -375,7 +375,7 @@ def _shown(mask: NDArray[np.bool_], placement: Placement) -> NDArray[np.bool_]:
 
 
 def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image:
-    """`image` (H x W) with each pixel outside `mask` replaced by the nearest inside: no filter meets what is not light.
+    """`image` (H x W) with each pixel outside `mask` replaced by the nearest inside, so that filters meet light alone.
 
     >>> filled(np.array([[1.0, np.nan, 3.0, 4.0]]), np.array([[True, False, True, True]])).tolist()
     [[1.0, 1.0, 3.0, 4.0]]

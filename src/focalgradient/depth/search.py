@@ -90,7 +90,7 @@ class Blurs:
         return replace(self, transfer=np.asarray(transfer, self.transfer.dtype), parts=parts, contrast=mean)
 
     def every(self, count: int) -> Blurs:
-        """The blurs at every so many levels only."""
+        """The blurs at every `count`-th level."""
         parts = tuple(part.every(count) for part in self.parts)
         contrast = None if self.contrast is None else self.contrast[:, ::count]
         some = self.radius[:, ::count], self.transfer[:, ::count]

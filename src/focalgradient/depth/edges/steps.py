@@ -53,10 +53,11 @@ MAX_FIT_STEPS = 20
 """Steps after which a fit that has not converged is given up; an edge takes about five."""
 
 NOISE_EXCESS = 2.0
-"""Times the image's noise up to which a band's own, where noise is not given, is put down to noise. Chosen by hand."""
+"""Times the image's noise up to which a band's own, where noise is not given, is attributed to noise. Chosen by
+hand."""
 
 FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misfit", "freedom", "allowed", "pixels")
-"""What is estimated of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a
+"""Quantities estimated of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a
 real lens's error, and `pixels` the degrees of freedom of the noise in it."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})

@@ -1,9 +1,8 @@
-"""Alternative models of the views: another shape of blur, or one view softer than its optics make it.
+"""Other models of the views: another shape of blur, other optics, or one view softer than its optics make it.
 
-A mirror lens blurs by an annulus; denoising, enlarging or a little motion soften one view, and sharpening the other
-does about the same. Each changes depth, and little is left of the views that the disc's noise estimate would
-not absorb. So the views are compared by these alternative models, too, for the same noise at the same places. Where one
-explains the views clearly better than the model asked for (Vuong 1989), it is named, and what depth would change by is
+A mirror lens blurs by an annulus; denoising, enlarging or a little motion soften one view. Each changes depth, and
+leaves little that the disc's noise estimate would not absorb. So the views are compared by these models for the same
+noise at the same places. One that explains them clearly better (Vuong 1989) is named, and what depth would change by is
 added to the model error. Depth stays that of the model asked for.
 """
 

@@ -1,4 +1,4 @@
-"""Filters that compare views: onto what no sharp scene explains, at every candidate depth; compiled.
+"""Noise-whitened filters that cancel the scene at every candidate depth, compiled.
 
 Blur that is not round needs filters over the plane of frequencies, some million values at a time. They are worked out
 frequency by frequency, without the intermediate arrays that array expressions would need.
@@ -34,9 +34,9 @@ def whitened_filters(
 
     The covariance of the noise is 1 + the sum of u u^H over `own`.
 
-    The complement of three and more views has more than one dimension, in which the filters could turn with depth
-    without any change of what is left. Noise would take part in that, and look like depth where there is little
-    texture. So the filters of each candidate are those of the one beside it, turned no more than the complement turns.
+    With three and more views the complement has several dimensions, in which filters could turn with depth without
+    any change of the residual, and noise with them. So the filters of each candidate are those of the one beside it,
+    turned no more than the complement turns.
 
     Parameters
     ----------

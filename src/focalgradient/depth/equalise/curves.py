@@ -1,4 +1,4 @@
-"""Outlines as curves: the border between the near and the far side, followed from pixel to pixel."""
+"""Outlines as curves: follow the border between the near and the far side from pixel to pixel."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 __all__ = ["curves"]
 
 SHORTEST = 8
-"""Points up to which a curve is left out."""
+"""Number of points up to which a curve is left out: about a window. Chosen by hand."""
 
 Point = tuple[int, int]
 

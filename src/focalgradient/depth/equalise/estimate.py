@@ -32,8 +32,8 @@ def estimate(problem: Problem) -> Estimate:
     settings.progress(0.4, "equalising blur")
     whitening, frame = Whitening.of(problem, blurs, noise), Frame.empty(views.shape)
     for tile in whitening.tiles:
-        part, whitened = whitening.of_tile(tile)
-        likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale)
+        part, whitened, energy = whitening.of_tile(tile)
+        likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
         inliers, local = reject_outliers(whitened, part, likelihood)
         refined = refine(whitened, part, inliers, local)
         split = model_error(whitened, part, refined)
@@ -42,7 +42,8 @@ def estimate(problem: Problem) -> Estimate:
             outlines = find_outlines(whitened, refined, part, blurs.radius, split.tau)
         frame.fill(tile, refined, split, outlines)
         grid = whitened.part(slice(0), slice(0))  # what all tiles share, without images
-        del part, whitened, likelihood, inliers, local, refined, outlines  # before the next tile's are made, for memory
+        # Before the next tile's are made, for memory.
+        del part, whitened, energy, likelihood, inliers, local, refined, outlines
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found

@@ -1,4 +1,4 @@
-"""A coordinate of depth by which views change evenly, also where their blur vanishes.
+"""A coordinate of depth with which views change evenly, also where their blur vanishes.
 
 Views differ as the squares of their blur do. Where all of them are focused on one distance, a little blur there changes
 nothing in proportion to depth: a straight line through residuals, which is how planes of depth are fitted, would have

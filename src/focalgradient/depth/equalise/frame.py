@@ -38,7 +38,7 @@ FILTER_REACH = 2.0
 hand."""
 
 MODEL_ERRS = 1.03
-"""Median of what is left of the views, over the noise's power, from which the model errs: right models leave 0.99 to
+"""Median misfit from which the model errs: right models have 0.99 to
 1.01."""
 
 COHERENT = 0.1
@@ -213,7 +213,7 @@ def _coherent_error(
 
 
 def _model_sd(coherent: FloatArray, radius: FloatArray, search: Search, tau: float) -> FloatArray:
-    """Standard deviation of vergence from the model's error: `tau` of the blur, or what is `coherent` (in levels).
+    """Standard deviation of vergence by the model's error: `tau` of the blur, or the `coherent` error (in levels).
 
     Both measure one error, and the larger counts.
     """

@@ -1,16 +1,10 @@
 """Maximum likelihood by equalisation: the vergence at which one sharp scene explains every view.
 
-Where the scene lies at vergence V, view i is the scene filtered by its blur's transfer H_i(V), plus noise. So for the
-right V the views, as vectors over i at each frequency, are parallel to (H_1, ..., H_n), and what is orthogonal to it
-is noise. For each candidate V the whole images are filtered onto that orthogonal complement (for two views: each with
-the other's blur, subtracted, divided by sqrt(H1^2 + H2^2)) and the squares are averaged locally. The cost is minus
-twice the log-likelihood with the sharp scene unknown; over the noise it follows chi-square: the internal check.
-
-Filtering whole images, never patches, leaves no window leakage and so no bias (Pentland 1987 asks for patches that
-trail off smoothly; even those are biased).
-
-The filters' family over V is mostly of low rank: a few filtered images then give the cost at *every* V as a quadratic
-form in their local second moments. Where it is not, the images are filtered at every candidate.
+The whole images are filtered, for each candidate vergence, onto the complement of the views' transfers, and the squares
+are averaged in a window: minus twice the log likelihood with the scene unknown, over the noise a chi-square
+(`docs/likelihood.md`). Filtering whole images, never patches, leaves no window leakage and so no bias (Pentland 1987
+asks for patches that trail off smoothly; even those are biased). The filters' family is mostly of low rank: a few
+filtered images then give the cost of every candidate (`residuals`).
 """
 
 from __future__ import annotations
@@ -109,7 +103,7 @@ class Nodes:
 
 @dataclass(frozen=True, slots=True)
 class ResidualStatistics:
-    """What each pixel (H x W) shows at its own level: sums over the comparisons of r^2, r r' and r'^2."""
+    """Residual at each pixel's own level (H x W): sums over the comparisons of r^2, r r' and r'^2."""
 
     level: Image
     rest: Image
@@ -119,7 +113,7 @@ class ResidualStatistics:
 
 @dataclass(frozen=True, slots=True)
 class Equalised:
-    """Views compared at every candidate level, ready to be averaged and read."""
+    """Whitened residuals of the views at every candidate level."""
 
     residuals: list[Residuals]
     step: int
@@ -144,7 +138,7 @@ class Equalised:
         return replace(self, residuals=residuals)
 
     def in_windows(self, window: float) -> Equalised:
-        """The same comparison, averaged in windows of another size, at nodes of their own."""
+        """The same residuals, to be averaged in windows of another size, at nodes of their own."""
         return replace(self, window=window, step=step_of(window))
 
     def divide(self, noise_sd: Image) -> None:
@@ -157,7 +151,7 @@ class Equalised:
         return (self.window + np.interp(nodes.level, np.arange(self.levels), radii.max(axis=0))) / self.step
 
     def read(self, weight: Image, noise: float = 1.0) -> Nodes:
-        """Average with the window, over the pixels of `weight` (H x W, 0 or 1), and read the minimum at each node.
+        """Return the depth of least cost at each node, over the pixels of `weight` (H x W, 0 or 1).
 
         `noise` is the noise variance in units of the one assumed.
         """
@@ -184,7 +178,7 @@ class Equalised:
         return mean, (count[0] / full).astype(float)
 
     def minima(self, mean: Image, support: FloatArray, noise: float = 1.0) -> Nodes:
-        """Read what `averages` returns."""
+        """Return the depth of least cost at each node, of what `averages` returns."""
         expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
         # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
@@ -196,7 +190,7 @@ class Equalised:
             np.maximum(self.window_size() * support.ravel(), 1e-3),
         )
         level, sd, misfit, texture = values.reshape(4, *support.shape)
-        # What that adds to the least cost is no misfit, of which a little is always left.
+        # That also adds to the least cost, but is not misfit, of which a little always stays.
         added = np.interp(level, np.arange(self.levels), more / expected)
         misfit = np.maximum(misfit - added, np.minimum(misfit, 0.01))
         unambiguous, inside = flags.reshape(2, *support.shape)
@@ -235,14 +229,14 @@ class Equalised:
         return ResidualStatistics(level, rest, cross, slope), images
 
     def evaluate_to_refine(self, nodes: Nodes, local: ResidualStatistics) -> ResidualStatistics:
-        """`local`, or the same anew where depths lie so near the focus that residuals do not change by them."""
+        """`local`, evaluated again where depths lie so near the focus that residuals do not change with them."""
         level = self.even.changing(nodes.level)
         return self.evaluate(replace(nodes, level=level)) if (level != nodes.level).any() else local
 
     def refine(
         self, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float = 1.0, growth: Growth = SMOOTH
     ) -> Nodes:
-        """Let depth slope within the window: a local plane through the levels that pixels give.
+        """Fit a local plane through the levels that pixels give, so that depth may slope within the window.
 
         A window estimates the depth where its texture happens to lie, not at its middle. Linearised at the depth of
         `local`, pixel x gives the level level(x) - r/r' with the weight r'^2; a plane fitted to that gives the level at
@@ -256,8 +250,8 @@ class Equalised:
         score, slope, start = score / rate, local.slope / rate**2, self.even.at(local.level).astype(np.float32)
         # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
         noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
-        # Of r'^2 the noise's part knows nothing of depth: on blank paper near the focus, whose levels stray to one
-        # side, it would pull depth that way.
+        # The noise's part of r'^2 is uninformative: on blank paper near the focus, whose levels stray to one side, it
+        # would pull depth that way.
         share = np.maximum(nodes.texture, 0.01) / (1 + nodes.texture)
         fitted, sd = numerics.grow_planes(
             share * numerics.block_sum(weight * slope, self.step),
@@ -270,7 +264,7 @@ class Equalised:
         )
         inside = nodes.inside & ~self._leaves_range(fitted, sd)
         fitted, sd = self.even.levels(fitted, sd)
-        # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
+        # Where blur vanishes the cost is not a parabola: its own width counts.
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
         sd = np.maximum(sd, np.minimum(nodes.sd / growth.windows[-1], 2 * sd))
@@ -298,7 +292,7 @@ class Equalised:
 
         The window is wider by `reach` pixels.
         """
-        trust = 1 / (1 + nodes.sd**2)  # what is known to a level or so
+        trust = 1 / (1 + nodes.sd**2)  # full where depth is known to a level or so
 
         def local(values: FloatArray) -> FloatArray:
             margin = min(4 * round(sd), *(n - 1 for n in values.shape))
@@ -315,11 +309,11 @@ class Equalised:
     def agreement(
         self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray
     ) -> NDArray[np.bool_]:
-        """Whether each pixel's views agree at the depth of `local`: chi-square, false with rate `false_alarm`.
+        """Test whether each pixel's views agree at the depth of `local`: chi-square, false with rate `false_alarm`.
 
-        What is left of the views is averaged over squares of `side` pixels, much smaller than the window in which depth
+        The squared residual is averaged over squares of `side` pixels, much smaller than the window in which depth
         is estimated, and with an end, to separate pixels that contradict from those beside. What a somewhat different
-        depth would explain is no contradiction, and is taken off; nor is what an error of the blur model as large as
+        depth would explain is subtracted; so is what an error of the blur model as large as
         `tolerance` (L, in levels) would leave.
         """
         rest, cross, slope = (ndimage.uniform_filter(image, side) for image in (local.rest, local.cross, local.slope))
@@ -417,7 +411,7 @@ def scene_power(
 def comparing_filters(
     blurs: Blurs, noise_sd: Sequence[float] | FloatArray, power: FloatArray, shared: SharedPower | None
 ) -> Filters:
-    """Filters (n x L x F each) that compare views over their noise, blind to a scene of `power` at each level.
+    """Noise-whitened filters (n x L x F each) that cancel a scene of `power` at each level.
 
     The images are to be over the noise that is assumed (`assumed_sd`). Also returns the amplitude of wavebands'
     independent textures over it, wavebands x n x L x F.

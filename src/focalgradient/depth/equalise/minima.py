@@ -1,4 +1,4 @@
-"""The minimum of each node's cost over the candidate levels, compiled."""
+"""Minima of the cost over the candidate levels, node by node, compiled."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def read_minima(
     noise: float,
     size: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Where along its levels each node's residual energy is least, how sharply, how well it fits, whether only there.
+    """Find each node's minimum of the cost, its width, the misfit and the texture there, and whether it is unambiguous.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def _half_width(cost, best, level, least, curvature, rise):  # type: ignore[no-u
     narrow = np.sqrt(rise / curvature) if curvature > 0 else np.inf
     if narrow < 1.0:
         return narrow / 2
-    # Half the width of what lies within two sd: honest where the cost is no parabola.
+    # Half the width of what lies within two sd: right also where the cost is not a parabola.
     down = _crossing(cost, best, -1, least + rise, level)
     up = _crossing(cost, best, 1, least + rise, level)
     # Where the range ends first, that side is unknown and the other stands for both.

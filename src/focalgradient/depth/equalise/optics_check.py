@@ -1,12 +1,11 @@
-"""Whether other optics than those stated explain the views better: an order reversed, apertures off by a factor.
+"""Whether optics other than those stated explain the views better: an order reversed, apertures off by a factor.
 
-What is stated of the optics is typed by people and rounded by cameras. Apertures or foci of the wrong views leave more
-of the views than noise does, wherever they are blurred. Noise is estimated anew for each slip that leaves less than the
-stated optics, as wrong optics inflate it, and the least serves all: the same part of the views is compared for all.
-The slip that leaves clearly less is named, unless the stated optics leave as little with blur of another shape. It is a
-warning: depth stays that of the stated optics. A common factor of all apertures, or a common shift of all foci, leaves
-nothing more: only a calibration finds those. Nor does the order of two foci, whose depths are each other's mirror
-image; their magnification may (`focalgradient.depth.registration`).
+Apertures or foci of the wrong views leave a larger residual than noise does, wherever views are blurred. Wrong optics
+inflate the noise estimate, so that noise is estimated for each slip that leaves less than the stated optics, and the
+least serves all, on the same part of the views. A slip that leaves clearly less is named in a warning, unless another
+shape of blur explains the views as well; depth stays that of the stated optics. A common factor of all apertures, or a
+common shift of all foci, leaves nothing more: only a calibration finds those. Nor does the order of two foci, whose
+depths are each other's mirror image; their magnification may (`focalgradient.depth.registration`).
 """
 
 from __future__ import annotations

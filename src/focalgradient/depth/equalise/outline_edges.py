@@ -1,9 +1,7 @@
-"""Outlines moved to where the sharpest view has an edge: two surfaces rarely meet without one.
+"""Move outlines to where the sharpest view has an edge: two surfaces rarely meet without one.
 
-Residuals give an outline's place to a few pixels. At each of its pixels, contrast is measured along the normal,
-in the view in which the near surface is sharpest; edges that go along with the outline add up, texture does not. The
-prior of the outline's place is normal about where residuals put it, the likelihood is exponential in contrast, and the
-outline is moved to the posterior's mean.
+Residuals give an outline's place to a few pixels: the prior. The likelihood is exponential in the contrast across the
+outline, averaged along it, so that texture does not add up. The outline moves to the posterior's mean.
 """
 
 from __future__ import annotations
@@ -51,7 +49,7 @@ def blurs_at(level: FloatArray, radii: FloatArray) -> FloatArray:
 def moved_to_edges(
     inward: FloatArray, border: NDArray[np.bool_], images: Sequence[Image], blur: FloatArray
 ) -> FloatArray:
-    """How far each pixel of a border moves towards where `inward` rises, in pixels, to lie at an edge; H x W.
+    """Return how far each pixel of a border must move towards where `inward` rises to lie at an edge, in pixels; H x W.
 
     Elsewhere it is 0.
 
@@ -106,7 +104,7 @@ def moved_to_edges(
 
 
 def _contrast(image: Image, down: Image, right: Image) -> Image:
-    """Slope of an image across the direction (`down`, `right`), over what is common about it; H x W."""
+    """Slope of an image along the direction (`down`, `right`), over the root mean square slope about it; H x W."""
     slopes = np.gradient(ndimage.gaussian_filter(image.astype(np.float32), GRADIENT_SD))
     common = np.sqrt(ndimage.gaussian_filter(slopes[0] ** 2 + slopes[1] ** 2, COMMON_SD))
     least = np.float32(1e-9 * np.abs(image).max())

@@ -1,14 +1,13 @@
 """Jumps of depth too small for any pixel's views to contradict each other: only depth on either side shows them.
 
 Blur of nearly one size on either side carries the surfaces into each other, and windows give a steep stretch between
-them. Beyond what window and blur reach, depth goes on to either side as if nothing lay between. There a plane with a
-jump is fitted: of a plane and of a crease it has none, and of a curved surface much less than what depth rises by.
-A stretch that is steep over no more than window and blur reach is taken for a jump. Windows give
-the mean of both surfaces, each as its texture is informative, so that depth at the outline is known; up to there either
-surface goes on.
+them, no longer than window and blur reach. Beyond that, a plane with a jump is fitted (`docs/likelihood.md`). Windows
+give the mean of both surfaces, each as its texture is informative, so that depth at the outline is known; up to there
+either surface is continued.
 
-The choices here were made on spheres of the seeds 5 (two apertures and two foci), 6 and 8 (two apertures, focused
-before and behind everything), and on the scenes `MADE_WITH` and `CONTROLS` of `benchmarks/depth_at_outlines.py`.
+Constants without a figure were chosen on spheres of the seeds 5 (two apertures and two foci), 6 and 8 (two apertures,
+focused before and behind everything), and on the scenes `MADE_WITH` and `CONTROLS` of
+`benchmarks/depth_at_outlines.py`.
 """
 
 from __future__ import annotations
@@ -113,7 +112,7 @@ def find_small_jumps(
     apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
     is_inside = equalised.to_blocks(apart <= reach[tuple(index)], shape)
     share = ndimage.gaussian_filter(found.astype(float), SURFACE_SMOOTHING)
-    there = share > 1e-6  # beyond, the nearest of what is there
+    there = share > 1e-6  # beyond, the nearest such node
     nearest = ndimage.distance_transform_edt(~there, return_distances=False, return_indices=True)
     low, high, middle, level = (
         equalised.to_pixels(values, nodes.sd, shape)
@@ -160,7 +159,7 @@ def between_surfaces(
 ) -> tuple[NDArray[np.bool_], FloatArray]:
     """Nodes at which windows give what lies between two surfaces, and its variance about them in levels squared.
 
-    h x w each, for views whose outlines are not found: depth that belongs to neither surface is no depth, and farther
+    h x w each, for views whose outlines are not looked for: depth of neither surface is not a depth, and farther
     from the jump it may still be part of the rise. Arguments are those of `find_small_jumps`.
     """
     reach = equalised.reach(nodes, given.radii)

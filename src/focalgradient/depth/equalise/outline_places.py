@@ -164,7 +164,7 @@ def _distance(
 ) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
     """Pixels from the nearest outline, a border of the `near` side (H x W) between the surfaces of one jump; its place.
 
-    No outline runs through what is `is_settled` (H x W) from windows.
+    No outline runs through pixels that are settled (H x W).
     Where three surfaces meet, the middle one is on the far side of one outline and on the near side of another.
     """
     own, other = np.where(is_near, zone.near, zone.far), np.where(is_near, zone.far, zone.near)
@@ -194,7 +194,7 @@ def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, given: Conditions) -> FloatArray:
-    """Squared residual at `level` (H x W, known to `sd`) over what noise, that, and the blur's own error leave."""
+    """Squared residual at `level` (H x W, known to `sd`), over its expectation by noise, `sd` and the error of blur."""
     level = np.clip(level, 0, equalised.levels - 1)
     left, slope = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.float32)
     for residual in equalised.residuals:
@@ -208,7 +208,7 @@ def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, gi
 
 
 def few_large(residual: FloatArray) -> NDArray[np.bool_]:
-    """Whether few of the squared residuals about a pixel are large."""
+    """Test whether few of the squared residuals about a pixel are large: the depth explains them."""
     large = (residual > LARGE_RESIDUAL).astype(np.float32)
     return np.asarray(ndimage.gaussian_filter(large, COUNT_SD) < MAX_LARGE)
 

@@ -1,9 +1,7 @@
 """Power of the residual by radial frequency: identifies which view the noise comes from.
 
-Where one view is much blurred, the residual's fine detail is that view's own noise; its coarse detail is the noise of
-both views. Depth changes which view is blurred. So the residual's power in bands of frequency, at places of different
-depth, is a weighted sum of the views' noise variances whose weights (the filters' power gains) differ: a regression
-gives each variance.
+It is a weighted sum of the views' noise variances, and the weights (the filters' power gains) differ between
+frequencies and depths: a regression gives each variance (`docs/likelihood.md`).
 """
 
 from __future__ import annotations
@@ -68,8 +66,8 @@ class BandPower:
         """Noise variance of each view, in units of the one assumed, by least squares robust to excess.
 
         The variances are in the proportions of one of `alike` (n each) where these explain the power about as well as
-        the views' own do: what is not known better is simpler. Each is at most that of `most` (n): what
-        is left beyond that is no white noise.
+        the views' own do: the simpler model. Each is at most that of `most` (n): more is not
+        white noise.
 
         >>> gains = np.array([[0.9, 0.1], [0.5, 0.5], [0.1, 0.9]] * 8)
         >>> BandPower(gains @ [1.0, 4.0], gains).variances([np.ones(2)], np.full(2, 9.0)).round(2).tolist()

@@ -1,4 +1,4 @@
-"""Whole images filtered so that only what blur cannot explain is left, at every candidate depth at once."""
+"""Residuals of whole images at every candidate depth, as combinations of a few filtered images."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RANK_TOLERANCE = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """What one comparison of views leaves unexplained, at every candidate level, as a few images.
+    """Residual of one comparison of views at every candidate level, as combinations of a few images.
 
     The residual at level l is ``sum_k coefficients[l, k] * images[k]``. `coefficients` is None where the images are
     the residuals themselves, one a level. ``noise[l]`` is the residual's variance from noise of variance 1.

@@ -1,6 +1,7 @@
-"""Depth without the pixels whose views contradict each other, and without what blur carries in from beyond the frame.
+"""The likelihood of a part of the frame, its outliers rejected and its depth refined.
 
-Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
+Pixels whose views contradict each other at every depth mislead the windows around them; so do those that blur reaches
+from beyond the frame. They are found, left out, and looked for again.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ CHECK_SIDE = 5
 """Side in pixels of the squares in which the views' agreement is tested: much smaller than windows. Chosen by hand."""
 
 ERRS = 1.1
-"""Median of what is left of the views, over the noise's power, from which more than noise is left: right models leave
+"""Median misfit above which the residual exceeds the noise: right models have
 0.99 to 1.01, JPEG of quality 90 about 1.5."""
 
 SPECK_NODES = 3
@@ -81,14 +82,16 @@ class Likelihood:
     nodes: Nodes
 
     @classmethod
-    def of(cls, equalised: Equalised, is_used: NDArray[np.bool_], scale: float) -> Likelihood:
-        """Sum the residuals over the pixels of `is_used` (H x W)."""
+    def of(
+        cls, equalised: Equalised, is_used: NDArray[np.bool_], scale: float, energy: Image | None = None
+    ) -> Likelihood:
+        """Sum the residuals over the pixels of `is_used` (H x W), unless their `energy` is known; it is kept."""
         weight = is_used.astype(np.float32)
-        energy = equalised.energy(weight)
+        energy = equalised.energy(weight) if energy is None else energy
         return cls(energy, is_used, scale, equalised.minima(*equalised.averages(energy, weight), scale))
 
     def over(self, equalised: Equalised, is_used: NDArray[np.bool_]) -> Likelihood:
-        """The same over other pixels; `energy` is changed in place."""
+        """Sum the residuals over other pixels; `energy` is changed in place."""
         weight = is_used.astype(np.float32)
         equalised.sum_again(self.energy, weight, self.is_summed ^ is_used)
         nodes = equalised.minima(*equalised.averages(self.energy, weight), self.scale)
@@ -188,7 +191,7 @@ def refine_without(
 def _with_texture_of_its_own(
     equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, scale: float
 ) -> Nodes:
-    """The same nodes, without texture where it lies far away, or shows in hardly a node among others without any."""
+    """Set texture to 0 where it lies far from a node, or shows in one or two nodes alone."""
     near, by_depth = rests_on_texture(equalised, nodes, local, weight, scale)
     nodes = replace(nodes, texture=np.where(near, nodes.texture, 0), curved_by_depth=by_depth)
     found = informative_nodes(nodes)

@@ -1,4 +1,4 @@
-"""Whether depth rests on signal: where, whether anything at all is claimed, and if not, why."""
+"""Whether depth rests on signal: where, whether anything is claimed, and if not, why."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ UNEVEN = 8.0
 """Largest factor that unevenness of the residual asks of texture: a choice."""
 
 LESS_THAN_NOISE = 0.5
-"""Median of what is left of the views where depth seems to rest on signal, over the noise estimated, below which that
-is no signal: 0.05 to 0.45 on blank paper in JPEG of quality 60 to 80, whose compression leaves some blocks flat and
-others not; 0.9 and more where there is texture."""
+"""Median misfit where depth seems to rest on signal, below which that is not signal: 0.05 to 0.45 on blank paper in
+JPEG of quality 60 to 80, whose compression leaves some blocks flat and others not; 0.9 and more where there is
+texture."""
 
 JPEG_BLOCK, STEP_AT_BLOCKS = 8, 1.5
 """Side in pixels of a block of JPEG (its standard); and the mean step between neighbours of two blocks, over that
@@ -66,8 +66,8 @@ LINES = 256
 """Number of rows or columns along which the blocks of JPEG are looked for in large frames: enough for their mean."""
 
 BLANK, MORE = 0.25, 2.0
-"""Share of the nodes with signal below which a frame is mostly blank, and median of what is left of all of it, over the
-noise estimated, above which that is not its noise. Blank paper in JPEG of quality 90 and 95 has 0 to 0.04 and 2.1 to
+"""Share of the nodes with signal below which a frame is mostly blank, and median misfit of all nodes above which the
+residual is not noise. Blank paper in JPEG of quality 90 and 95 has 0 to 0.04 and 2.1 to
 4.6, printed squares in the same 0.19 to 0.37 and 0.8 to 1.8."""
 
 BY_CHANCE = 1.5
@@ -75,7 +75,7 @@ BY_CHANCE = 1.5
 estimate misses. Chosen by hand."""
 
 OVER_ERROR = 20.0
-"""Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
+"""Texture, over the residual that the model's error leaves, from which depth rests on it:
 a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
 on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
 
@@ -98,7 +98,7 @@ class Signal:
     is_informative: NDArray[np.bool_]  # h x w: depth rests on signal
     is_textured: NDArray[np.bool_]  # h x w: there is texture
     explained: float  # share of the places with texture that are informative
-    blank: float | None  # what is left of views without signal (`left_on_blank`)
+    blank: float | None  # misfit of views without signal (`left_on_blank`)
     is_trusted: bool  # whether depth is claimed anywhere
 
     @classmethod
@@ -121,7 +121,7 @@ class Signal:
         return cls(one_waveband, is_informative, is_textured, explained, blank, is_explained and blank is None)
 
     def misfit(self, nodes: Nodes) -> float:
-        """Median of what is left of the views over the noise, where there is texture, if anywhere."""
+        """Median misfit where there is texture, if anywhere."""
         return float(np.median(nodes.misfit[self.is_textured] if self.is_textured.any() else nodes.misfit))
 
     def rejection(
@@ -158,7 +158,7 @@ def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool
 
 
 def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
-    """Nodes that no depth searched explains: the fit leaves the range, or the cost's minimum is not a depth."""
+    """Nodes that no candidate explains: the fit leaves the range, or the cost's minimum is not a depth."""
     return ~nodes.inside | ~nodes.curved_by_depth
 
 
@@ -199,7 +199,7 @@ def show_blocks(images: Sequence[Image]) -> bool:
 
 
 def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence[Image]) -> float | None:
-    """What is left of views without signal, over the noise estimated, where that is not their noise; else None.
+    """Median misfit of views without signal, where their residual is not noise; else None.
 
     Then what seems to be signal is noise that is uneven. Less than the noise is left also where noise is taken for more
     than it is, as where bars before a wall contradict every depth: only in views (`images`, H x W each) that

@@ -1,12 +1,10 @@
-"""The split-band test: whether all detail gives the same depth, coarse and fine, along and across.
+"""The split-band test of the blur model: coarse and fine detail, along and across, must give the same depth.
 
-Noise is not all that errs. Real lenses' blur is no exact disc, nor an exact Gaussian, and what that does to depth is
-alike over whole windows: neither chi-square nor neighbours show it. But an error of the blur's shape moves depth from
-coarse detail one way and depth from fine detail the other. So the residuals are split at a frequency, depth is refined
-from either half, and what the two differ by beyond their noise is put down to a model error in proportion to the blur
-(random effects, as in meta-analysis: DerSimonian & Laird 1986). It adds to the standard deviation. It does not see what
-moves both halves alike, such as a wrong focus or aperture. Split by direction instead of frequency, the same test sees
-blur that the model takes to be alike in all directions and is not, as that of a view that moved.
+An error of the blur's shape moves depth over whole windows alike, where neither chi-square nor neighbours show it, but
+it moves depth from coarse detail one way and from fine detail the other. What the two differ by beyond their noise is
+attributed to a model error in proportion to the blur (random effects: DerSimonian & Laird 1986), and adds to the
+standard deviation. The test does not see what moves both halves alike, such as a wrong focus or aperture. Split by
+direction instead of frequency, it sees blur that differs between directions, as that of a view that moved.
 """
 
 from __future__ import annotations

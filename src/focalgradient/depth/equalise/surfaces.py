@@ -65,7 +65,7 @@ FITS = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Zone:
-    """The near and the far surface about jumps of depth, in levels; H x W each."""
+    """The near and the far surface near jumps of depth, in levels; H x W each."""
 
     is_inside: NDArray[np.bool_]  # in reach of a jump
     near: FloatArray
@@ -111,7 +111,7 @@ def _planes(level, sd, information, window, off, first, last, found):  # type: i
 
 @njit(nogil=True, cache=True)
 def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # type: ignore[no-untyped-def]
-    """A plane through nodes about one that lie near `plane`, what is left of their squares, and their weight."""
+    """Fit a plane to the nodes about one that lie near `plane`; also the residual sum of squares, and the weight."""
     rows, columns = level.shape
     value, down, right = plane
     far = int(reach)
@@ -168,7 +168,7 @@ def curvature_variance(
     """Variance of depth about its plane as far as blur and window reach, over what noise explains; h x w, 0 on planes.
 
     A small jump, over which near and far blur into each other, looks like a steep stretch of one surface, and windows
-    give what lies between: nothing in the views tells the two apart, so what is not plane there is uncertain.
+    give what lies between: the views cannot distinguish the two, so that depth that is not plane is uncertain.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], ga
             mine, yours = tuple(nearest), tuple(other)
             plain = planes[0][mine] - planes[0][yours]
             least = np.maximum(gap, JUMP_SDS * np.hypot(sd[mine], sd[yours]))
-            # Both by the nodes' own levels and by their planes here: what a slope explains is no jump.
+            # Both by the nodes' own levels and by their planes here: a slope is not a jump.
             jump = (np.minimum(np.abs(one - two), np.abs(plain)) > least) & ((one > two) == (plain > 0))
             jump[(slice(None),) * axis + (border,)] = False
             both = np.concatenate(

@@ -53,15 +53,11 @@ and lenses, 5th to 95th percentile)."""
 def rests_on_texture(
     equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether each node's depth rests on texture near it, and whether the residual's derivative curves its cost.
+    """Test whether each node's depth rests on texture near it, and whether depth curves its cost.
 
-    A blank surface beside a strong edge takes the edge's depth where the two lie on one surface; else what compression,
-    the model and the linearised fit err about the edge, many times over: its texture is in the window's tail.
-
-    At the true depth the residual is noise, so that the cost's curvature, from which `nodes` have their texture, is
-    the power of the residual's derivative beyond noise: the information matrix equality, by which White (1982) tests
-    for misspecified models. Where no candidate explains the views, what is left of them bends the cost as well, and
-    makes minima where the derivative is little more than noise.
+    A blank surface beside a strong edge would take the edge's depth, with all that compression, the model and the
+    linearised fit err there: its texture is in the window's tail. And a minimum must be a depth: the cost's curvature,
+    from which `nodes` have their texture, must be the power of the residual's derivative beyond noise (White 1982).
 
     Parameters
     ----------
@@ -105,7 +101,7 @@ class OwnTexture:
 def own_texture(
     equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float, compressed: bool
 ) -> OwnTexture:
-    """Whether what is informative about depth lies at each pixel, and not only beside it in its window.
+    """Test whether information about depth lies at each pixel, and not only beside it in its window.
 
     A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
     with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
@@ -127,7 +123,7 @@ def own_texture(
 
 
 def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The same without gaps up to `MAX_GAP` pixels wide."""
+    """Close gaps up to `MAX_GAP` pixels wide."""
     disc = np.hypot(*np.mgrid[-(MAX_GAP // 2) : MAX_GAP // 2 + 1, -(MAX_GAP // 2) : MAX_GAP // 2 + 1]) <= MAX_GAP / 2
     return np.asarray(
         ndimage.binary_closing(np.pad(textured, MAX_GAP, mode="edge"), disc)[MAX_GAP:-MAX_GAP, MAX_GAP:-MAX_GAP]

@@ -1,7 +1,7 @@
-"""Large frames in tiles: memory is that of one tile, and time grows with the pixels.
+"""Split large frames into tiles: memory is that of one tile, and time grows with the pixels.
 
-Tiles overlap by more than any filter or window reaches, and what is common to the frame (noise, the scene's spectrum)
-is estimated once, so that what either tile gives at their seam differs by far less than its standard deviation.
+Tiles overlap by more than any filter or window reaches, and noise and the scene's spectrum are estimated once for all,
+so that the depths of two tiles at their seam differ by far less than a standard deviation.
 """
 
 from __future__ import annotations

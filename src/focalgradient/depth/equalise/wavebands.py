@@ -50,7 +50,7 @@ CONTRADICTS = 2.0
 """Misfit, over that of the frame's better part or over the noise, beyond which a place is left out: chosen by hand."""
 
 CONTRAST_NOISE = 1e-3
-"""Noise assumed at least, as a share of the contrast: what is common to wavebands is not known better. Noiseless views
+"""Noise assumed at least, as a share of the contrast: texture shared by wavebands is not known better. Noiseless views
 were rejected or not by the rounding of the processor without it."""
 
 LITTLE = 1e-3
@@ -78,7 +78,7 @@ they lie. What noise leaves of the views is that of the noise there is."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BandGains:
-    """What views in different wavebands share, the noise of each, and how well the gains are known."""
+    """Texture that views in different wavebands share, the noise of each, and the uncertainty of the gains."""
 
     shared: SharedPower
     noise_sd: list[float]
@@ -173,7 +173,7 @@ def estimate_band_gains(
         return moved
 
     for _ in range(MAX_ROUNDS):
-        # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
+        # Independent texture is estimated with filters that assume little of it: were more assumed, depth would give
         # way to it, and more be found.
         equalised, nodes = compare(coarse, little)
         # Outlines that hide what lies behind contradict every depth, in one waveband as in another: they are left out.
@@ -231,7 +231,7 @@ def _contrast_at(blurs: Blurs, nodes: Nodes, view: int) -> float:
 
 
 def _with_prior(change: float, sd: float, expected: float, prior_sd: float) -> tuple[float, float]:
-    """Mean and standard deviation of a change by what views show of it and by what is `expected`.
+    """Combine a change and its standard deviation, as estimated from views, with the one `expected`.
 
     Both rest on the same textures, and are wrong by what these have in common by chance: errors are taken to be alike.
 

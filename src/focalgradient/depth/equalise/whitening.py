@@ -1,9 +1,9 @@
 """Noise of a frame's views, and the views whitened: residuals with noise of one variance, tile by tile.
 
-What is common to all tiles (each view's noise, the law by which it rises, the power of the scene) is estimated once.
+Each view's noise, the law by which it rises and the power of the scene are estimated once for all tiles.
 
 Noise may rise with brightness, as that of photons does, and with contrast, as the errors of compression do. Where the
-views agree, what is left of them is noise, so that its power in dark and in bright places, and in flat places and those
+views agree, the residual is noise, so that its power in dark and in bright places, and in flat places and those
 with contrast, gives the law. The residuals of each pixel are then divided by its own noise, and all that follows takes
 noise to be even.
 """
@@ -97,7 +97,7 @@ class Whitening:
     law: NoiseLaw | None  # by which noise rises with brightness and contrast
     power: FloatArray | None  # of the sharp scene; None: that of the tile
     tiles: Sequence[Tile]
-    whole: Equalised | None  # the frame, where it is one tile: whitened already
+    whole: tuple[Equalised, Image] | None  # the frame, where it is one tile: whitened already, with its energy
 
     @classmethod
     def of(cls, problem: Problem, blurs: Blurs, noise: FrameNoise) -> Whitening:
@@ -117,7 +117,7 @@ class Whitening:
             first = equalise(
                 crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
             )
-            law, nodes = _even_out(first, part, at, shared is None)
+            law, nodes, energy = _even_out(first, part, at, shared is None)
             if again or noise.raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
                 break
             # Compression's errors have the spectrum of neither view's noise, by which these were distinguished: all
@@ -125,7 +125,7 @@ class Whitening:
             noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
         scale = 1.0 if noise.raisable is None else min(noise.raisable, first.noise_found(nodes))
         if not is_large:
-            return cls(problem, blurs, shared, noise_sd, scale, law, power, parts, first)
+            return cls(problem, blurs, shared, noise_sd, scale, law, power, parts, (first, energy))
         parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
         return cls(problem, blurs, shared, noise_sd, 1.0, law, power, parts, None)
@@ -135,8 +135,8 @@ class Whitening:
         """Standard deviation of each registered view's noise."""
         return [math.sqrt(self.scale) * sd for sd in self.noise_sd]
 
-    def of_tile(self, tile: Tile) -> tuple[Part, Equalised]:
-        """A tile's views with what is known of them, and the same whitened at every candidate level."""
+    def of_tile(self, tile: Tile) -> tuple[Part, Equalised, Image | None]:
+        """Return a tile as a part of the frame, its views whitened at every candidate, and their energy if known."""
         settings, registered = self.problem.settings, self.problem.registered
         if len(self.tiles) > 1:
             number = self.tiles.index(tile)
@@ -147,7 +147,7 @@ class Whitening:
         part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, compressed)
         if self.whole is not None:
             whole, self.whole = self.whole, None
-            return part, whole
+            return part, *whole
         equalised = equalise(
             views.images,
             self.blurs,
@@ -159,7 +159,7 @@ class Whitening:
         )
         if self.law is not None:
             equalised.divide(uneven_noise(self.law, views))
-        return part, equalised
+        return part, equalised, None
 
 
 def _brightness(views: RegisteredViews) -> Image:
@@ -188,25 +188,28 @@ def uneven_noise(law: NoiseLaw, views: RegisteredViews) -> Image:
     return np.sqrt(law.variance(_brightness(views), _local_contrast(views))).astype(np.float32)
 
 
-def _even_out(equalised: Equalised, part: Part, at: float | None, one_waveband: bool) -> tuple[NoiseLaw | None, Nodes]:
-    """Make noise even, in place, where it rises with brightness or contrast: the law, or None; and depth at nodes.
+def _even_out(
+    equalised: Equalised, part: Part, at: float | None, one_waveband: bool
+) -> tuple[NoiseLaw | None, Nodes, Image]:
+    """Make noise even, in place, where it rises with brightness or contrast; return the law, depth and the energy.
 
     At brightness `at` noise is as assumed. None: noise is given, and alike in bright and in dark places. Photons of
     different wavebands, with textures of their own, are not compared.
     """
     weight, views, step = part.usable(equalised).astype(np.float32), part.views, equalised.step
 
-    def read() -> Nodes:  # every other node
-        mean, support = equalised.averages(equalised.energy(weight), weight)
-        return equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
+    def read() -> tuple[Nodes, Image]:  # every other node
+        energy = equalised.energy(weight)
+        mean, support = equalised.averages(energy, weight)
+        return equalised.minima(mean[:, ::2, ::2], support[::2, ::2]), energy
 
     def at_nodes(image: Image) -> FloatArray:
         mean = block_sum(image, step) / block_sum(np.ones_like(image), step)
         return np.asarray(mean[::2, ::2], float)
 
-    nodes, law = read(), None
+    (nodes, energy), law = read(), None
     if not one_waveband:
-        return None, nodes
+        return None, nodes, energy
     image, contrast = _brightness(views), _local_contrast(views)
     bright, varied, divided = at_nodes(image), at_nodes(contrast), np.ones_like(image)
     brightness = float(image.mean()) if at is None else at
@@ -221,8 +224,8 @@ def _even_out(equalised: Equalised, part: Part, at: float | None, one_waveband: 
             break
         noise_sd = np.sqrt(found.variance(image, contrast)).astype(np.float32)
         equalised.divide(noise_sd / divided)
-        law, divided, nodes = found, noise_sd, read()
-    return law, nodes
+        law, divided, (nodes, energy) = found, noise_sd, read()
+    return law, nodes, energy
 
 
 def _alike(one: NoiseLaw, other: NoiseLaw) -> bool:

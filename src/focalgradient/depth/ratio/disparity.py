@@ -50,7 +50,7 @@ chance alone gets there once in 100 000 times."""
 
 USUAL = 0.5
 """Median of that squared distance over a frame, over that of chi-square: textures of 1/f through the right optics have
-0.27 to 0.48, one twice as coarse up to 1.1, a photographed sheet 5. What is more is put down to the model."""
+0.27 to 0.48, one twice as coarse up to 1.1, a photographed sheet 5. More is attributed to the model."""
 
 KNOWN = 0.2
 """Share of a blur radius to which it must be known: a fifth is enough for video, where other methods take a tenth."""
