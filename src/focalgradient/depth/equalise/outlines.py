@@ -117,8 +117,10 @@ class Outlines:
     @classmethod
     def none(cls, shape: tuple[int, int]) -> Outlines:
         """No outlines in a frame of `shape`, to be filled by tiles: pages that stay untouched take no memory."""
-        kinds = np.int8, np.bool_, np.bool_, np.float32, np.float32, np.float32
-        return cls(*(np.zeros(shape, kind) for kind in kinds))
+        return cls(
+            *(np.zeros(shape, np.int8), np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)),
+            *(np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)),
+        )
 
     def fill(self, tile: Tile, part: Outlines) -> None:
         """Take the outlines of a tile; depth only where it is replaced, for memory."""
