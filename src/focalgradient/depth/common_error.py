@@ -31,7 +31,7 @@ Chosen by hand: far below any depth of focus."""
 
 
 def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool = True) -> dict[str, FloatArray]:
-    """Return how errors of the views' optics move a vergence, by what is uncertain.
+    """Return how errors of the views' optics move a vergence, one entry for each uncertain quantity.
 
     Parameters
     ----------

@@ -106,7 +106,7 @@ class DepthMap:
 
     @property
     def common_sd(self) -> NDArray[np.floating]:
-        """Standard deviation of `vergence` in dioptres, H x W, of what the whole frame shares: focus and apertures.
+        """Standard deviation of `vergence` in dioptres, H x W, of the error that all pixels share (focus, apertures).
 
         It leaves the order of depth as it is. The error of a pixel has the standard deviation `total_sd`.
         """

@@ -53,7 +53,7 @@ def _any(views: Sequence[View]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Estimator:
-    """A method, loaded: how it estimates depth, and what it refuses of the views' optics."""
+    """A loaded method: its estimate of depth, and its check of the views' optics."""
 
     estimate: Callable[[Problem], Estimate]
     check: Callable[[Sequence[View]], None] = _any
@@ -61,7 +61,7 @@ class Estimator:
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way from views to depth: loads its estimator; how many views it takes, and what it needs of their blur."""
+    """A method of depth: its loader, the number of views that it takes, and the capabilities of blur that it needs."""
 
     load: Callable[[], Estimator]
     least: int = 2
@@ -262,7 +262,7 @@ def recover_depth(
 
 
 def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap:
-    """A map completed at every pixel, where anything is valid, by the edges of the view with the smallest aperture."""
+    """Complete a map with any valid pixel, by the edges of the view with the smallest aperture."""
     if not found.valid.any():
         return found
     from focalgradient.depth.dense import complete
@@ -275,7 +275,7 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
 
 
 def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
-    """The warning of a map without depth: its likeliest causes."""
+    """Return the warning for a map without depth: its likeliest causes."""
     if not causes:
         return []
     share = f"only {estimate.valid.mean():.1%} of the pixels are" if estimate.valid.any() else "no pixel is"
@@ -284,7 +284,7 @@ def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
 
 
 def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) -> DepthMap:
-    """The map of an estimate, with its details."""
+    """Make the map of an estimate, with its details."""
     registered, search, settings = problem.registered, problem.search, problem.settings
     lowest, highest = estimate.searched or (search.lowest, search.highest)
     details = {
@@ -343,7 +343,7 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
 
 
 def checked_views(views: Sequence[View]) -> list[View]:
-    """The views as a list; refused unless all are views."""
+    """Return the views as a list; raise `InputError` unless all are views."""
     if isinstance(views, View | str | bytes) or not isinstance(views, Iterable):
         what = "one View" if isinstance(views, View) else f"a {type(views).__name__}"
         raise InputError(f"views is {what}, but must be a list of View: give [first, second].")
@@ -363,7 +363,7 @@ def _remedy(given: object) -> str:
 
 
 def check_usable(views: Sequence[View], method: MethodName, window: float) -> None:
-    """Refuse views that the method cannot use in this window (pixels), or that are uninformative about depth."""
+    """Raise `InputError` for views that the method cannot use in this window (pixels), or without depth information."""
     least, most = METHODS[method].least, METHODS[method].most
     if len(views) < least:
         raise InputError(
@@ -404,7 +404,7 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
 
 
 def _check_light(number: int, view: View) -> None:
-    """Refuse a view that is black, constant, or mostly saturated or masked."""
+    """Raise `InputError` for a view that is black, constant, or mostly saturated or masked."""
     image = view.image if view.mask is None else view.image[view.mask]
     top = image.max()
     unusable = (image == top).mean() if view.mask is None else 1 - view.mask.mean()

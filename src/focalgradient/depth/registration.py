@@ -55,12 +55,12 @@ class Placement:
     turn: float = 0.0
 
     def of(self, down: float, right: float) -> tuple[float, float]:
-        """Where the pixel at (`down`, `right`) from the middle of the reference is found, from the view's middle."""
+        """Position, from the view's middle, of the pixel at (`down`, `right`) from the middle of the reference."""
         cos, sin = self.scale * math.cos(self.turn), self.scale * math.sin(self.turn)
         return cos * down + sin * right + self.down, cos * right - sin * down + self.right
 
     def displacement(self, shape: tuple[int, int]) -> float:
-        """The farthest that any pixel of a frame of `shape` is displaced, in pixels.
+        """Largest displacement of a pixel of a frame of `shape`, in pixels.
 
         >>> round(Placement(1.001, 0.3, 0.4).displacement((600, 800)), 3)
         1.0
@@ -76,7 +76,7 @@ class Placement:
 
 
 def resample(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_]]:
-    """The view on the reference's grid, and which of its pixels the view covers; both H x W.
+    """Resample the view on the reference's grid; also return the pixels that the view covers, both H x W.
 
     Interpolates with a Lanczos kernel of 8 pixels: along rows and columns in turn, as scale and shift are separable;
     a rotation is made of two passes along lines that are each shifted on their own (Catmull & Smith 1980).
@@ -159,7 +159,7 @@ def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_a
 def measure_placement(
     reference: Image, image: Image, usable: NDArray[np.bool_] | None = None, *, steps: int = 12
 ) -> tuple[Placement, float]:
-    """Where `image` lies against `reference` (both H x W): how it is shifted, turned and scaled.
+    """Measure the shift, turn and scale of `image` against `reference` (both H x W).
 
     Least squares on smoothed images, to a few hundredths of a pixel, robust to regions that differ. Blur is symmetric:
     a difference in blur between the images leaves these unbiased. Not so where light is clipped: where pixels are not
@@ -190,7 +190,7 @@ def measure_placement(
 def _placement_step(
     reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
 ) -> tuple[Placement, NDArray[np.float64]]:
-    """What a placement still lacks, by linear least squares, and the variances of its scale, shifts and turn."""
+    """Remaining error of a placement, by linear least squares, and the variances of its scale, shifts and turn."""
     height, width = reference.shape
     down, right = np.ogrid[-(height - 1) / 2 : height / 2, -(width - 1) / 2 : width / 2]
     moved_image, covered = resample(image, placement)
@@ -245,7 +245,7 @@ def _coarse_shift(reference: Image, image: Image) -> Placement:
 
 @dataclass(frozen=True, slots=True)
 class RegisteredViews:
-    """The views on the first one's grid, at one exposure, with what can be used of them."""
+    """Views on the first one's grid, at one exposure, with the mask of usable pixels."""
 
     images: list[Image]
     usable: NDArray[np.bool_]
@@ -321,7 +321,7 @@ class RegisteredViews:
 
 
 def _displacement_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], align: bool) -> str:
-    """What to warn of where a view is displaced, or empty; refuse to align a view that fits nowhere.
+    """Return the warning for a displaced view, or an empty text; raise `InputError` if a view to align fits nowhere.
 
     `error` is the displacement's standard deviation in pixels.
     """
@@ -343,7 +343,7 @@ def _displacement_warning(number: int, shift: Placement, error: float, shape: tu
 
 
 def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], expected: float) -> str:
-    """What to warn of where a view's magnification is that of the opposite order of focus.
+    """Return the warning for a view whose magnification is that of the opposite order of focus.
 
     `expected` is the scale that the optics stated make, and was removed; `shift` what was left; `error` its standard
     deviation, in pixels at the corner.

@@ -120,7 +120,7 @@ class Search:
         far: float | None,
         psf: BlurSource | None = None,
     ) -> Search:
-        """The search for views through `optics`, over the limits given (m), or else as far as blur is searched.
+        """Make the search for views through `optics`, over the limits given (m), or up to the largest blur searched.
 
         `psf` is the views' blur, where it may tell the side of focus of views that share one. Refused where the limits
         leave nothing to search.
@@ -196,7 +196,7 @@ class Search:
 
     @property
     def stated(self) -> list[Capabilities]:
-        """What each view's optics state of themselves."""
+        """Capabilities that each view's optics declare."""
         return [capabilities(one) for one in self.optics]
 
     @property

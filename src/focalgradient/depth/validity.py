@@ -25,7 +25,7 @@ A choice: about twice the 1.5 % by which calibrated lenses' edges depart from th
 
 
 def blur_is_known(sd: ArrayLike, radius: ArrayLike, share: float = LEAST_SHARE) -> NDArray[np.bool_]:
-    """Whether a blur `radius` in pixels is known well enough: to 0.3 pixel, or to a `share` of it; broadcasts.
+    """Test whether a blur `radius` in pixels is known well enough: to 0.3 pixel, or to a `share` of it; broadcasts.
 
     >>> blur_is_known([0.2, 0.4, 0.4], [1.0, 1.0, 5.0]).tolist()
     [True, False, True]

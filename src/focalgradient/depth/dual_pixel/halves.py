@@ -72,7 +72,7 @@ class HalfRadius:
 
 
 def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
-    """Return which views are left and right halves of one lens, None where they are not such a pair.
+    """Return the numbers of the left and the right half of one lens among views; None without such a pair.
 
     A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
     """
@@ -206,7 +206,7 @@ class _Compared:
         )
 
     def energies(self, radius: float, asymmetries: FloatArray) -> NDArray[np.float32]:
-        """Mean energy in each block of what the halves differ by at one radius and each of some asymmetries."""
+        """Mean energy in each block of the halves' difference, at one radius and each of some asymmetries."""
         from scipy.fft import irfft2
 
         height, width = self.shape
@@ -226,7 +226,7 @@ class _Compared:
 def _minimum(
     cost: NDArray[np.floating], radii: FloatArray, independent: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Where the mean energies are least, with its standard deviation; 1 where that is clear; and the least."""
+    """Locate the least mean energy: its place, standard deviation, 1 where it is unambiguous, and its value."""
     step = radii[1] - radii[0]
     best = np.clip(cost.argmin(axis=0), 1, len(radii) - 2)
     before, here, after = (np.take_along_axis(cost, (best + way)[None], 0)[0].astype(float) for way in (-1, 0, 1))
@@ -247,7 +247,7 @@ SECOND = 4.5
 
 
 def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
-    """An image over its local mean: the halves' ratio of brightness, which varies smoothly, is so divided out."""
+    """Divide an image by its local mean, and with it the smooth ratio of the halves' brightness."""
     from scipy.ndimage import gaussian_filter
 
     mean = gaussian_filter(image * weight, EVEN) / np.maximum(gaussian_filter(weight, EVEN), 1e-3)
@@ -255,7 +255,7 @@ def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArr
 
 
 def _blocks(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Means of blocks of `POOL` x `POOL` pixels; what is left over at the ends goes to the last."""
+    """Means of blocks of `POOL` x `POOL` pixels; the last take the remainder."""
     height, width = values.shape
     rows, columns = height // POOL, width // POOL
     cut = values[: rows * POOL, : columns * POOL].reshape(rows, POOL, columns, POOL)

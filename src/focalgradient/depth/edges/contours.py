@@ -60,7 +60,7 @@ class Contours:
 
 
 def find_contours(image: NDArray[np.float32], noise: float, least: int) -> Contours:
-    """Contours of at least `least` points in `image`, whose pixels' noise has the standard deviation `noise`."""
+    """Find contours of at least `least` points in `image`, whose pixels' noise has the standard deviation `noise`."""
     taken = np.zeros(image.shape, np.bool_)
     found: list[NDArray[np.float64]] = []
     counts: list[NDArray[np.intp]] = []
@@ -111,7 +111,7 @@ def _crossing(smooth, curved, i, j, down, rim):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _way_out(curved, i, j, way_in):  # type: ignore[no-untyped-def]
-    """Side by which the contour that enters the square of pixels at (i, j) leaves it: top, right, bottom, left."""
+    """Side (top, right, bottom, left) at which a contour leaves the square of pixels at (i, j)."""
     a, b = curved[i, j] > 0, curved[i, j + 1] > 0
     d, c = curved[i + 1, j] > 0, curved[i + 1, j + 1] > 0
     if a == c and b == d:  # a saddle, all four sides crossed: the middle decides which corners hang together

@@ -21,7 +21,7 @@ __all__ = ["estimate"]
 
 
 def estimate(problem: Problem) -> Estimate:
-    """Depth along edges, for `focalgradient.recover_depth`.
+    """Estimate depth along edges, for `focalgradient.recover_depth`.
 
     Each view is measured by itself, in bands twice the window long. Its segments, averaged, are drawn three pixels
     wide, and only there is the map valid. Where several views show an edge, they are combined by precision. Views of
@@ -89,7 +89,7 @@ class _Measured:
 
 
 def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) -> _Measured:
-    """Vergences that the edges of one view may have, on either of the `sides` of focus."""
+    """Measure the vergences that edges of one view may have, on either of the `sides` of focus."""
     view, settings = problem.views[number], problem.settings
     placement = Placement(problem.views[0].pixel_angle / view.pixel_angle)
     if settings.align:
@@ -110,7 +110,7 @@ def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) ->
 
 
 def _of(edges: Edges, some: NDArray[np.bool_]) -> Edges:
-    """The chosen of some edge points."""
+    """Select some of the edge points."""
     return Edges(*(getattr(edges, field.name)[some] for field in fields(Edges)))
 
 
@@ -142,7 +142,7 @@ def _draw(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[N
 def _combine(
     measured: FloatArray, sd: FloatArray, error: FloatArray, search: Search, false_alarm: float
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Vergence at P pixels from n views' measurements (`measured`, n x sides of focus x P, in dioptres).
+    """Combine n views' measurements to a vergence at P pixels (`measured`, n x sides of focus x P, in dioptres).
 
     `sd` is their standard deviation from noise (n x P), infinite where a view shows no edge, and `error` what is
     allowed to the model. Returns vergence, its standard deviation, whether it is unambiguous, and whether the views

@@ -87,7 +87,7 @@ def measure_edges(
     false_alarm: float = 1e-3,
     mask: NDArray[np.bool_] | None = None,
 ) -> Edges:
-    """Find the edges of an image, and measure how blurred each is all along.
+    """Find the edges of an image, and measure the blur at each of their points.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def _p_value(steps: Mapping[str, FloatArray], freedom: FloatArray, noise_known: 
 
 
 def average_segments(edges: Edges, length: float) -> Edges:
-    """The same edges, one measurement a segment: `radius` and `radius_sd` averaged over its valid points by weight.
+    """Average `radius` and `radius_sd` over the valid points of each segment, by weight.
 
     Where a straight line along the segment differs from a constant by three standard deviations, it is taken instead:
     the vergence of a straight edge that recedes is linear along its image. A segment is valid if half its points are,
@@ -274,7 +274,7 @@ def _checked(
     false_alarm: float,
     mask: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
-    """The image as 32-bit numbers; refused where it or a setting cannot be used."""
+    """Validate image and settings; return the image as 32-bit numbers."""
     if not shape.gives_edge_response:
         raise InputError(f"edges need the edge response, which {shape.name} does not give: use another psf.")
     if fit not in ("likelihood", "regression", "unweighted"):

@@ -290,7 +290,7 @@ def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix
 def _judge(  # type: ignore[no-untyped-def]
     p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known, sums
 ):
-    """How far the residuals, averaged in cells of the band, are from noise.
+    """Test the residuals, averaged in cells of the band, against noise.
 
     Chi-square, its degrees of freedom, what a real lens may add to it, the noise taken, and from how many pixels. Two
     cells along the edge, each `cell` pixels across it: departures as smooth as the blur, which single pixels hide.
@@ -343,7 +343,7 @@ def _judge(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _fits(misfit, freedom, allowed):  # type: ignore[no-untyped-def]
-    """Whether a noncentral chi-square is no more than chance (Wilson and Hilferty's quantile, with Patnaik's)."""
+    """Test whether a noncentral chi-square is explained by chance (Wilson and Hilferty's quantile, with Patnaik's)."""
     d = (freedom + allowed) ** 2 / (freedom + 2 * allowed)
     return misfit <= (freedom + allowed) * (1 - 2 / (9 * d) + WIDENING * math.sqrt(2 / (9 * d))) ** 3
 
@@ -418,7 +418,7 @@ def _fit_place(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
-    """Set `p` to start from: levels by what lies well to either side; False where either side is missing."""
+    """Set the start `p`, with levels from well to either side; return False where either side is missing."""
     low, lows, high, highs = 0.0, 0, 0.0, 0
     for n in range(count):
         if xs[n] < -sd:

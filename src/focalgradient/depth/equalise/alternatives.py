@@ -59,7 +59,7 @@ class Alternative:
 
     @property
     def text(self) -> str:
-        """What to warn of."""
+        """Text of the warning."""
         return (
             f"the views contradict their optics: {self.cause}. It would change depth by about {self.change:.0%} of the "
             "blur radius, which is part of the standard deviations."
@@ -67,7 +67,7 @@ class Alternative:
 
 
 def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]) -> Alternative | None:
-    """The alternative that explains views in one waveband clearly better than `blurs` do, if one does."""
+    """Return the alternative that explains views in one waveband clearly better than `blurs`, or None."""
     # A displacement, which the user is warned about, looks like other blur.
     if problem.registered.warnings or blurs.frequencies.down is not None or blurs.parts:
         return None
@@ -112,7 +112,7 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
 
 
 def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, list[Blurs]]]:
-    """Causes, with what each makes of the views' blur from weak to strong."""
+    """Causes, and the blur that each gives the views, from weak to strong."""
     found = []
     if discs:
         rings = [_annulus(own, hole) for hole in OBSTRUCTED]
@@ -137,21 +137,21 @@ def _changed(own: Blurs, number: int, gain: FloatArray) -> Blurs:
 
 
 def _annulus(own: Blurs, hole: float) -> Blurs:
-    """Annuli in place of discs, whose holes have `hole` times their diameter."""
+    """Blurs by annuli instead of discs, whose holes have `hole` times their diameter."""
     ring = Annulus(hole).transfer(RADII, own.radius[:, :, None])
     return replace(own, transfer=ring.astype(own.transfer.dtype))
 
 
 @dataclass(frozen=True, slots=True)
 class ModelChecks:
-    """What alternative models of the views show."""
+    """Details and warnings from alternative models of the views."""
 
     details: dict[str, Any] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
 
 def error_with(split: SplitBand, alternative: Alternative | None) -> float:
-    """Model error as a share of the blur radius: by the split-band test, or what an alternative would change."""
+    """Model error as a share of the blur radius: by the split-band test, or by the change that an alternative makes."""
     return split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
 
 

@@ -71,9 +71,9 @@ def fit_models(
 def judge_shape(
     split: SplitBand, problem: Problem, shape: Psf, noise_sd: Sequence[float]
 ) -> tuple[dict[str, dict[str, float]], list[str], bool]:
-    """How well each shape of blur fits, where coarse and fine detail disagree by `shape`, and the warning of it.
+    """Compare shapes of blur where coarse and fine detail disagree by `shape`; return the fits and the warnings.
 
-    Last, whether another shape is likelier.
+    Also return whether another shape is likelier.
     """
     if split.tau < DOUBTFUL:
         return {}, [], False

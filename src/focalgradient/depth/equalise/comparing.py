@@ -184,7 +184,7 @@ def _whiten(row, own, level, f, conjugate):  # type: ignore[no-untyped-def]
 def noise_passed(
     filters: NDArray[Any], own: NDArray[Any], measure: FloatArray, variance: FloatArray | None = None
 ) -> tuple[NDArray[Any], FloatArray, FloatArray, FloatArray, FloatArray]:
-    """What noise of a `variance` (n; 1 in every view) and of the sources `own` comes to behind `filters` (n x L x F).
+    """Gains of `filters` (n x L x F) for noise of a `variance` (n; 1 in every view) and for the sources `own`.
 
     Returns
     -------

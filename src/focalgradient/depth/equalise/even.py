@@ -43,7 +43,7 @@ class EvenCoordinate:
 
     @classmethod
     def of(cls, radius: FloatArray, even: bool = True) -> EvenCoordinate:
-        """That of views whose blur has a `radius` in pixels at each candidate level (n x L).
+        """Make the coordinate of views whose blur has a `radius` in pixels at each candidate level (n x L).
 
         The level itself where blur is not `even`, so that views differ by its first power: the halves of a dual pixel.
 
@@ -68,17 +68,17 @@ class EvenCoordinate:
         return np.interp(level, self.place, self.value)
 
     def rate_at(self, level: NDArray[np.floating]) -> FloatArray:
-        """Its change by level."""
+        """Rate of change of the coordinate by level."""
         return np.interp(level, self.place, self.rate)
 
     def levels(self, value: FloatArray, sd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The level of each `value`, and its standard deviation: of a half of what two reach to the wider side."""
+        """Level of each `value`, and its standard deviation: half the wider side of two."""
         value = np.clip(value, self.value[0], self.value[-1])
         below, level, above = (np.interp(value + n * sd, self.value, self.place) for n in (-2, 0, 2))
         return level, np.maximum(np.maximum(above - level, level - below) / 2, np.where(np.isfinite(sd), 1e-6, sd))
 
     def changing(self, level: FloatArray) -> FloatArray:
-        """Each `level`, or the nearest at which residuals change enough to be fitted by."""
+        """Move each `level` to the nearest at which residuals change enough to be linearised."""
         enough = self.rate >= CHANGING
         if enough.all():
             return level

@@ -62,7 +62,7 @@ where it does not; on rendered layers by 0.4 on the blank surface (`benchmarks/r
 
 @dataclass(slots=True, eq=False)
 class Frame:
-    """What the tiles of a frame give, H x W each."""
+    """Results of the tiles of a frame, H x W each."""
 
     is_consistent: NDArray[np.bool_]  # whether a pixel's views agree
     texture: OwnTexture
@@ -72,12 +72,12 @@ class Frame:
 
     @classmethod
     def empty(cls, shape: tuple[int, int]) -> Frame:
-        """A frame of `shape`, to be filled."""
+        """Allocate a frame of `shape`, to be filled."""
         texture = OwnTexture(np.empty(shape, np.bool_), np.empty(shape, np.float32))
         return cls(np.empty(shape, np.bool_), texture)
 
     def fill(self, tile: Tile, refined: Refined, split: SplitBand, outlines: Outlines | None) -> None:
-        """Take what one tile gives."""
+        """Take the results of one tile."""
         self.is_consistent[tile.core] = refined.inliers.is_consistent[tile.within]
         self.texture.is_present[tile.core] = refined.texture.is_present[tile.within]
         self.texture.other_surface[tile.core] = refined.texture.other_surface[tile.within]
@@ -193,7 +193,7 @@ def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -
 def _coherent_error(
     equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_], by_contrast: FloatArray
 ) -> FloatArray:
-    """Standard deviation of depth from what the model's error leaves of the views beyond noise, in levels (h x w).
+    """Standard deviation of depth by the coherent part of the model's error, in levels (h x w).
 
     Compression, for one, takes away weak fine detail, alike over whole windows. Of that only what does not look like a
     difference of depth is left of the views, as more than noise or as noise `by_contrast` (share of the variance, h x
@@ -221,7 +221,7 @@ def _model_sd(coherent: FloatArray, radius: FloatArray, search: Search, tau: flo
 
 
 def _model_holds(radius: FloatArray, tau: float) -> NDArray[np.bool_]:
-    """Where a model that errs by `tau` of the blur leaves its `radius` (pixels) known."""
+    """Test whether a model that errs by `tau` of the blur leaves its `radius` (pixels) known."""
     return blur_is_known(tau * np.maximum(LEAST_BLUR, radius), radius, LARGEST_TAU)
 
 
@@ -234,7 +234,7 @@ def _interpolated(
     shape: tuple[int, int],
     one_waveband: bool,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
+    """Interpolate vergence and its sd to each pixel of a frame of `shape`; also whether noise leaves the blur known.
 
     The model's error (`coherent`: h x w, levels), and the variance near jumps, are part of the sd, but make no pixel
     invalid.
@@ -267,7 +267,7 @@ def _interpolated(
 def _near_outlines(
     ends: Outlines, coherent: FloatArray, step: int, search: Search, tau: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Vergence and its sd where outlines replace what windows give, and (H x W) whether it is valid.
+    """Vergence and its sd where outlines replace the depth of windows, and (H x W) whether it is valid.
 
     A pixel's side of the outline is part of the sd, but makes no pixel invalid.
     """

@@ -56,7 +56,7 @@ Filters = tuple[list[NDArray[Any]], NDArray[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SharedPower:
-    """What views in different wavebands share: view i shows ``gain[i]`` x the first waveband's texture, and another.
+    """Texture that views in wavebands share: view i shows ``gain[i]`` x the first waveband's texture, and another.
 
     This other texture is independent of the first waveband's, common to the views in one waveband, and as natural, of
     ``independent[waveband]`` times its power. It is uninformative about depth, and is treated as noise.
@@ -93,7 +93,7 @@ class Nodes:
 
     @property
     def is_textured(self) -> NDArray[np.bool_]:
-        """Nodes that show more texture than noise, and alone fit within the range searched."""
+        """Nodes with more texture than noise, whose depth is unambiguous and within the range searched."""
         return self.unambiguous & self.inside & (self.texture >= 1)
 
     def part(self, rows: slice, columns: slice) -> Nodes:
@@ -132,7 +132,7 @@ class Equalised:
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
     def part(self, rows: slice, columns: slice) -> Equalised:
-        """The comparison of these rows and columns of pixels; of none, what stays known without images."""
+        """The residuals of these rows and columns of pixels; of none, all that is known without images."""
         images = [np.ascontiguousarray(residual.images[:, rows, columns]) for residual in self.residuals]
         residuals = [replace(residual, images=own) for residual, own in zip(self.residuals, images, strict=True)]
         return replace(self, residuals=residuals)
@@ -165,7 +165,7 @@ class Equalised:
         return energy
 
     def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
-        """Change `energy` to that with `weight`, where only the pixels of `changed` (H x W) have another weight."""
+        """Update `energy` in place to `weight`, which differs at the pixels of `changed` (H x W) only."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
         energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
 
@@ -397,7 +397,7 @@ def step_of(window: float) -> int:
 
 
 def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | None) -> FloatArray:
-    """Standard deviation of each view's noise that filters assume: they may assume more than there is."""
+    """Standard deviation of each view's noise that filters assume: at least `SharedPower.least_sd`."""
     return np.asarray(noise_sd, float) if shared is None else np.maximum(noise_sd, shared.least_sd)
 
 

@@ -201,7 +201,7 @@ class Bands:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Blurs assumed of two images, and what becomes of scene and noise where each is given the other's."""
+    """Blurs assumed of two images, and the scene's and noise's power where each is given the other's."""
 
     pair: tuple[int, int]
     gains: FloatArray  # 2 x RADIAL: what either image is filtered by
@@ -234,7 +234,7 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Compared:
-    """Two images' local power, each equalised with the blur assumed of the other: a line through what is left.
+    """Two images' local power, each equalised with the blur assumed of the other: a line through the difference.
 
     ln P1 - ln P2 = `slope` x frequency^2 (Eq. 9), fitted to the bands with the weight of their information, from
     the image's usual spectrum and the noise.

@@ -57,7 +57,7 @@ def check_views(
     align: bool = False,
     false_alarm: float = 1e-3,
 ) -> Check:
-    """Depth from every pair of `views`, from all of them, and whether they agree (Eq. 11).
+    """Estimate depth from every pair of `views` and from all of them, and test whether they agree (Eq. 11).
 
     Parameters
     ----------

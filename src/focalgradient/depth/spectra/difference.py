@@ -38,7 +38,7 @@ def spectral_difference(
     noise: float = 0.0,
     fit: Literal["equalised", "paper"] = "equalised",
 ) -> tuple[FloatArray, FloatArray]:
-    """sigma2^2 - sigma1^2 of two Gaussian-blurred images of one scene, in pixels^2, and its standard deviation.
+    """Estimate sigma2^2 - sigma1^2 of two Gaussian-blurred images of one scene, in pixels^2, and its sd.
 
     Both are one scene, convolved with either Gaussian (Eq. 7), so that either spectrum is the scene's times the
     Gaussian's (Eq. 8), and the logarithm of their ratio is a straight line in squared frequency (Eq. 9), whose slope is
@@ -128,7 +128,7 @@ def _paper(
 def _equalised(
     first: NDArray[np.float32], second: NDArray[np.float32], window: float, noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Where, among hypotheses of the difference, nothing is left between the spectra."""
+    """Find the hypothesis of the difference at which the equalised spectra are equal."""
     noise = max(noise, ROUNDING * float(np.std(first)))
     images, blurs = [first, second], [0.0]
     while blurs[-1] < LARGEST_SIGMA:

@@ -14,7 +14,7 @@ __all__ = ["estimate"]
 
 
 def estimate(problem: Problem) -> Estimate:
-    """Depth by comparison of local spectra, for `focalgradient.recover_depth`."""
+    """Estimate depth by comparison of local spectra, for `focalgradient.recover_depth`."""
     search, registered, settings = problem.search, problem.registered, problem.settings
     count = len(problem.views)
     settings.progress(0.15, "estimating noise")

@@ -92,7 +92,7 @@ class JointEstimate:
 
     @property
     def whole(self) -> NDArray[np.bool_]:
-        """Where nothing that the frame's rim or masked pixels invalidate lies in the patch."""
+        """Test whether a patch is free of pixels that the frame's rim or masked pixels invalidate."""
         return self.support >= PATCH_SUPPORT
 
     def to_pixels(self, values: NDArray[np.floating], unit: float, shape: tuple[int, int]) -> NDArray[np.float32]:
@@ -213,7 +213,7 @@ class Differences:
     def _model_error(
         self, place: FloatArray, vergence: FloatArray, steep: Floats, support: FloatArray
     ) -> tuple[float, FloatArray]:
-        """By how much the blur model errs, as a share of the blur, and the standard deviation that this gives vergence.
+        """Error of the blur model as a share of the blur, and the standard deviation that it gives vergence.
 
         Depth from coarse detail and depth from fine detail must agree where the model is right.
         """
@@ -332,5 +332,5 @@ def _quadratic(left: Floats, matrix: FloatArray, right: Floats) -> FloatArray:
 
 
 def _reach(steep: FloatArray, bend: FloatArray | float) -> FloatArray:
-    """How far from a point something of that slope and bend changes by 1: where the slope vanishes, the bend counts."""
+    """Distance over which a function of that slope and bend changes by 1: where the slope vanishes, the bend counts."""
     return 2 / (steep + np.sqrt(steep**2 + 4 * bend) + 1e-12)
