@@ -91,7 +91,7 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path, necker, args, sentence)
 
 def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, necker, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("focalgradient.parallel.WAIT", 0.2)
+    monkeypatch.setattr("focalgradient.parallel.CONNECT_TIMEOUT_S", 0.2)
     result = run(
         *("necker", "--observers", 1, "--seed", 1, "--out", tmp_path / "data", "--design", necker),
         *("--scheduler", "tcp://127.0.0.1:1"),

@@ -30,14 +30,14 @@ __all__ = [
 ]
 
 
-_ENDLESS = re.compile(r"(\S{100})\S{200,}(\S{100})")
+_OVERLONG_WORD = re.compile(r"(\S{100})\S{200,}(\S{100})")
 """Words of 400 letters or more, which are shortened in messages."""
 
-LONGEST = 40
+MAX_QUOTED = 40
 """Maximum length, in characters, of a value quoted in a message."""
 
 
-LARGEST_SEED = 2**62 - 1
+MAX_SEED = 2**62 - 1
 """Maximum random seed: seeds derived from it by addition still fit into 64 bits."""
 
 
@@ -83,7 +83,7 @@ def check_seed(seed: Any) -> None:
     Traceback (most recent call last):
     focalgradient.errors.InputError: seed is -1, but must be a whole number of 0 or more, of 62 bits at most.
     """
-    if not (isinstance(seed, int) and 0 <= seed <= LARGEST_SEED):
+    if not (isinstance(seed, int) and 0 <= seed <= MAX_SEED):
         raise InputError(f"seed is {described(seed)}, but must be a whole number of 0 or more, of 62 bits at most.")
 
 
@@ -93,7 +93,7 @@ def one_line(sentence: object) -> str:
     >>> one_line("a\\nb " + "x" * 9999).count("x")
     200
     """
-    return _ENDLESS.sub(r"\1...\2", " ".join(str(sentence).split()))
+    return _OVERLONG_WORD.sub(r"\1...\2", " ".join(str(sentence).split()))
 
 
 def check_fields(record: object) -> None:
@@ -244,13 +244,13 @@ def described(value: Any) -> str:
         return f"an array of shape {value.shape}"
     if isinstance(value, np.generic | np.ndarray):
         return repr(value.item())
-    if isinstance(value, int) and abs(value) >= 10**LONGEST:
-        return f"a whole number of more than {LONGEST} digits"
+    if isinstance(value, int) and abs(value) >= 10**MAX_QUOTED:
+        return f"a whole number of more than {MAX_QUOTED} digits"
     try:
         text = repr(value)
     except Exception:  # nested too deeply, or an object whose repr fails
         text = "\n"
-    if len(text) <= LONGEST and "\n" not in text:
+    if len(text) <= MAX_QUOTED and "\n" not in text:
         return text
     if isinstance(value, str):
         return f"a text of {len(value)} letters"

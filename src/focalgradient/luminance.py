@@ -23,7 +23,7 @@ __all__ = ["ADDITIVE", "DEVIATION", "GUNS", "UNEQUAL", "Curve", "Luminance", "fi
 
 GUNS = ("red", "green", "blue", "grey")
 
-LEAST_LEVELS = 5
+MIN_LEVELS = 5
 """Minimum number of levels to which the three parameters of a gamma curve are fitted."""
 
 DEVIATION = 0.02
@@ -38,7 +38,7 @@ ADDITIVE = 0.05
 """Maximum relative difference between the summed luminance of the guns and that of grey; above it the guns are not
 independent."""
 
-BOUNDS = (0.5, 4.0)
+GAMMA_BOUNDS = (0.5, 4.0)
 """Lower and upper bound of the fitted gamma."""
 
 
@@ -188,9 +188,9 @@ def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np
 
 
 def _curve(gun: str, shares: NDArray[np.float64], values: NDArray[np.float64]) -> Curve:
-    if len(np.unique(shares)) < LEAST_LEVELS or shares.min() > 0 or shares.max() < 1:
+    if len(np.unique(shares)) < MIN_LEVELS or shares.min() > 0 or shares.max() < 1:
         raise InputError(
-            f"{gun} has {len(np.unique(shares))} levels, but must have {LEAST_LEVELS} or more, level 0 and the "
+            f"{gun} has {len(np.unique(shares))} levels, but must have {MIN_LEVELS} or more, level 0 and the "
             "maximum among them: measure more."
         )
     black, white = float(values[shares == 0].mean()), float(values[shares == 1].mean())
@@ -203,6 +203,6 @@ def _curve(gun: str, shares: NDArray[np.float64], values: NDArray[np.float64]) -
 
     start = [black, white, 2.2]
     found = least_squares(
-        off, start, bounds=([0, 0, BOUNDS[0]], [np.inf, np.inf, BOUNDS[1]]), x_scale=[white, white, 1]
+        off, start, bounds=([0, 0, GAMMA_BOUNDS[0]], [np.inf, np.inf, GAMMA_BOUNDS[1]]), x_scale=[white, white, 1]
     )
     return Curve(float(found.x[2]), float(found.x[0]), float(found.x[1]), float(np.abs(off(found.x)).max()))

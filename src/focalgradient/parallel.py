@@ -41,16 +41,16 @@ __all__ = [
     "workers_for",
 ]
 
-WAIT = 15
+CONNECT_TIMEOUT_S = 15
 """Timeout in seconds for connecting to a scheduler."""
 
-WORTH_S = 10.0
+MIN_PARALLEL_S = 10.0
 """Minimum work in seconds for which worker processes are started: starting one takes some 3 s of processor time."""
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Environment variables that limit the threads of a process: OpenMP, OpenBLAS, MKL, Numba."""
 
-ORPHAN = 1
+ORPHAN_EXIT_CODE = 1
 """Exit code of a worker process whose parent has ended."""
 
 MOST_THREADS = 8
@@ -121,7 +121,7 @@ def workers_for(seconds: float) -> int:
     >>> workers_for(1.0)
     1
     """
-    return cores() if seconds > WORTH_S else 1
+    return cores() if seconds > MIN_PARALLEL_S else 1
 
 
 @contextmanager
@@ -152,9 +152,9 @@ def processes(workers: int) -> Iterator[Executor | None]:
         yield None
         return
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_begin)
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_initialise_worker)
     try:
-        with _deaths(), _threads(max(1, cores() // workers)):
+        with _worker_failures(), _threads(max(1, cores() // workers)):
             yield pool
     except BaseException:
         for process in set(multiprocessing.active_children()) - before:
@@ -167,7 +167,7 @@ def processes(workers: int) -> Iterator[Executor | None]:
 @contextmanager
 def _threads(most: int) -> Iterator[None]:
     """Set the number of threads for processes started inside the block, except where the environment sets it."""
-    unset = [name for name in THREADS if name not in os.environ]
+    unset = [name for name in THREAD_VARIABLES if name not in os.environ]
     os.environ.update(dict.fromkeys(unset, str(most)))
     try:
         yield
@@ -176,7 +176,7 @@ def _threads(most: int) -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def _begin() -> None:
+def _initialise_worker() -> None:
     """Ignore Ctrl-C, which the parent process handles, and exit when the parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -185,7 +185,7 @@ def _begin() -> None:
 
     def watch() -> None:
         wait([parent.sentinel])
-        os._exit(ORPHAN)
+        os._exit(ORPHAN_EXIT_CODE)
 
     threading.Thread(target=watch, name="watch of the parent", daemon=True).start()
 
@@ -206,13 +206,13 @@ def scheduler(address: str) -> Iterator[Executor]:
             "a Dask scheduler needs Dask, which is not installed: install focalgradient[cluster], or name none."
         ) from error
     try:
-        client = Client(address, timeout=WAIT)  # type: ignore[no-untyped-call]
+        client = Client(address, timeout=CONNECT_TIMEOUT_S)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise InputError(
             f"the scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
             "'tcp://10.0.0.1:8786'."
         ) from error
-    with client, _deaths():
+    with client, _worker_failures():
         yield client.get_executor()  # type: ignore[no-untyped-call]
 
 
@@ -240,7 +240,7 @@ def completed(
 
 
 def _submitted(executor: Executor, function: Callable[[Any], Result], jobs: Sequence[Any]) -> list[Future[Result]]:
-    # Workers started now inherit that Ctrl-C is ignored; where that is not inherited, `_begin` ignores it.
+    # Workers started now inherit that Ctrl-C is ignored; where that is not inherited, `_initialise_worker` ignores it.
     main = threading.current_thread() is threading.main_thread()
     with _ignored(signal.SIGINT) if main else nullcontext():
         return [executor.submit(function, job) for job in jobs]
@@ -256,19 +256,19 @@ def _ignored(number: signal.Signals) -> Iterator[None]:
 
 
 @contextmanager
-def _deaths() -> Iterator[None]:
+def _worker_failures() -> Iterator[None]:
     """Raise `InputError` if a worker process died."""
     try:
         yield
     except (BrokenProcessPool, CancelledError) as error:
-        raise InputError(_DIED) from error
+        raise InputError(_WORKER_DIED) from error
     except Exception as error:
         if type(error).__name__ == "KilledWorker":  # raised by Dask after several attempts
-            raise InputError(_DIED) from error
+            raise InputError(_WORKER_DIED) from error
         raise
 
 
-_DIED = (
+_WORKER_DIED = (
     "a worker died before it finished, for example for lack of memory: use fewer workers, or more memory; results "
     "that were finished before remain where the command stores them."
 )

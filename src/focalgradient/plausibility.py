@@ -44,52 +44,52 @@ RESOLVED = 0.1
 """Smallest resolvable blur radius in pixels: a tenth of a pixel, and about the standard error of the blur radius in a
 window of 8 pixels at 1 % noise."""
 
-SHORTEST, LONG, LONGEST = 1e-4, 2.0, 10.0
+MIN_FOCAL_LENGTH, SUSPECT_FOCAL_LENGTH, MAX_FOCAL_LENGTH = 1e-4, 2.0, 10.0
 """Focal lengths in metres: the minimum (the shortest lenses made, wafer-level lenses of endoscopes, have 0.2 mm); that
 above which millimetres are suspected; and the maximum (the longest lens made for a camera has 5.2 m)."""
 
-FASTEST, IMPOSSIBLE = 0.5, 0.02
+MIN_F_NUMBER, IMPOSSIBLE_F_NUMBER = 0.5, 0.02
 """Minimum f-number of a lens in air (Abbe's sine condition: rays converge at no more than a right angle), and that
 below which even the synthetic apertures of rendered scenes lie (0.28 is the lowest published)."""
 
-FINEST_PITCH, ENLARGED_PITCH = 0.48e-6, 0.05e-6
+MIN_SENSOR_PITCH, MIN_IMAGE_PITCH = 0.48e-6, 0.05e-6
 """Minimum pixel pitches in metres. The smallest pixels sold (phones) have 0.5 um; below 0.05 um the image would have
 been enlarged tenfold, and light of 0.55 um through f/0.5 spreads over five pixels."""
 
-WIDEST = math.tan(math.radians(80))
+MAX_HALF_FRAME = math.tan(math.radians(80))
 """Tangent of the maximum half-angle of a frame: at 80 degrees, cos^4 falloff leaves 0.1 % of the light."""
 
-FINEST_DISPLAY = 2e-6
+MIN_DISPLAY_PITCH = 2e-6
 """Minimum pixel pitch of a display in metres: the finest microdisplays have about 3 um."""
 
-WIDEST_SCREEN = math.tan(math.radians(70))
+MAX_HALF_SCREEN = math.tan(math.radians(70))
 """Tangent of the maximum half-angle of a flat screen; wider screens are curved. Common monitor widths in millimetres,
 taken for centimetres, fill 143 degrees and more at 0.57 m."""
 
-VERNIER = math.radians(0.03 / 60)
+MIN_VISIBLE_ANGLE = math.radians(0.03 / 60)
 """Minimum resolvable pixel angle in radians: the best vernier acuity is about 2 seconds of arc (Westheimer 1975,
 Investigative Ophthalmology 14, 570)."""
 
 PIXEL_ANGLE = "give the angle in radians, pixel pitch / sensor distance"
 """Remedy in messages about the pixel angle."""
 
-MARKED = 1000.0
+MAX_FOCUS_FOCAL_LENGTHS = 1000.0
 """Maximum plausible finite focus distance, in focal lengths: the last mark before infinity on a lens lies at 100 to 200
 focal lengths."""
 
-HYPERFOCAL = 0.5
+HYPERFOCAL_BLUR_PX = 0.5
 """Blur radius of infinity, in pixels, for focus at the hyperfocal distance: a circle of confusion of one pixel."""
 
-MACRO = 10.0
+MACRO_FOCAL_LENGTHS = 10.0
 """Maximum distance of macrophotography, in focal lengths: magnification above 1/9."""
 
-CLOSEST = 5.0
+MIN_FOCUS_FOCAL_LENGTHS = 5.0
 """Minimum plausible focus distance, in focal lengths: few lenses exceed a magnification of 1/4."""
 
 UNITS: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "nm": 1e-9, "km": 1e3}
 """Units of length in metres, in the order in which they are tried as the intended unit."""
 
-_WORDS = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "um": "micrometres"}
+_UNIT_NAMES = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "um": "micrometres"}
 
 _GIVEN: ContextVar[Mapping[str, tuple[str, str]]] = ContextVar("given", default={})  # noqa: B039  never mutated
 
@@ -131,7 +131,7 @@ def likely(name: str, metres: float, fits: Callable[[float], bool]) -> str:
     'give it in metres, 0.025 for 25 mm'
     """
     _, unit = _GIVEN.get().get(name, (name, "m"))
-    number, remedy = metres / UNITS[unit], f"give it in {_WORDS[unit]}"
+    number, remedy = metres / UNITS[unit], f"give it in {_UNIT_NAMES[unit]}"
     for other, size in UNITS.items():
         if other != unit and fits(number * size):
             return f"{remedy}, {number * size / UNITS[unit]:.6g} for {number:.6g} {other}"
@@ -142,26 +142,26 @@ def check_focal_length(metres: float) -> None:
     """Validate a focal length (m); warn of one that is implausibly long."""
 
     def usual(other: float) -> bool:
-        return 1e-3 <= other <= LONG
+        return 1e-3 <= other <= SUSPECT_FOCAL_LENGTH
 
-    if metres > LONGEST or metres < SHORTEST:
-        which = "longer than any camera's" if metres > LONGEST else "shorter than any lens's"
+    if metres > MAX_FOCAL_LENGTH or metres < MIN_FOCAL_LENGTH:
+        which = "longer than any camera's" if metres > MAX_FOCAL_LENGTH else "shorter than any lens's"
         raise InputError(f"{stated('focal_length', metres)}, {which}: {likely('focal_length', metres, usual)}.")
-    if metres > LONG:
+    if metres > SUSPECT_FOCAL_LENGTH:
         _, unit = _GIVEN.get().get("focal_length", ("", "m"))
         smaller = {"m": "mm", "mm": "um"}[unit]
-        meant = f"if {_WORDS[smaller]} are meant, give {1e-3 * metres / UNITS[unit]:g}"
+        meant = f"if {_UNIT_NAMES[smaller]} are meant, give {1e-3 * metres / UNITS[unit]:g}"
         _warn(f"{stated('focal_length', metres)}: {meant}.")
 
 
 def check_f_number(f_number: float, focal_length: float) -> None:
     """Validate an f-number; warn below the minimum in air, reject one that is probably the aperture's diameter."""
-    if f_number >= FASTEST:
+    if f_number >= MIN_F_NUMBER:
         return
     named = _GIVEN.get().get("f_number", ("f_number", ""))[0]
-    text = f"{named} is {f_number:g}, below the {FASTEST:g} that a lens in air can have"
+    text = f"{named} is {f_number:g}, below the {MIN_F_NUMBER:g} that a lens in air can have"
     remedy = "if it is the aperture's diameter, give focal length / diameter"
-    if f_number < IMPOSSIBLE:
+    if f_number < IMPOSSIBLE_F_NUMBER:
         raise InputError(f"{text}: {remedy}, {focal_length / f_number:.3g} for {f_number:g} m.")
     _warn(f"{text}: {remedy}.")
 
@@ -178,14 +178,14 @@ def check_focus(focus_distance: float, focal_length: float) -> None:
 
 def check_pixel_pitch(metres: float, angle: float) -> None:
     """Validate a pixel pitch (m) on the sensor and its pixel angle (rad); warn of one finer than any sensor's."""
-    if metres >= FINEST_PITCH:
+    if metres >= MIN_SENSOR_PITCH:
         return
-    remedy = likely("pixel_pitch", metres, lambda other: FINEST_PITCH <= other <= 1e-4)
+    remedy = likely("pixel_pitch", metres, lambda other: MIN_SENSOR_PITCH <= other <= 1e-4)
     text = f"{stated('pixel_pitch', metres)}, finer than any pixel made (0.5 um)"
     if "pixel_pitch" not in _GIVEN.get():
         text = f"pixel_angle is {angle:g} rad, which is {metres * 1e6:.2g} um on the sensor, finer than any pixel made"
         remedy = PIXEL_ANGLE
-    if metres < ENLARGED_PITCH:
+    if metres < MIN_IMAGE_PITCH:
         raise InputError(f"{text}: {remedy}.")
     _warn(f"{text}: {remedy}.")
 
@@ -193,7 +193,7 @@ def check_pixel_pitch(metres: float, angle: float) -> None:
 def check_frame(pixel_angle: float, shape: Sequence[int]) -> None:
     """Raise `InputError` if an image of this `shape` exceeds the widest possible frame."""
     half = pixel_angle * max(shape[:2]) / 2
-    if half > WIDEST:
+    if half > MAX_HALF_FRAME:
         raise InputError(
             f"{max(shape[:2])} pixels of {pixel_angle:.3g} rad make a frame of {2 * math.degrees(math.atan(half)):.0f} "
             "degrees, wider than a lens forms: check the units of the pixel pitch and the focal length (a pixel's "
@@ -210,12 +210,12 @@ def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
     text += f"{60 * math.degrees(pixel):.2g} arcmin wide"
     slip = math.degrees(degrees)  # the degrees of a number given in radians
     remedy = f"give it in degrees{f', {slip:.4g} for {degrees:g} radians,' if slip < 170 else ''} or reduce the picture"
-    if focal_length is not None and pixel * focal_length < FINEST_PITCH:
+    if focal_length is not None and pixel * focal_length < MIN_SENSOR_PITCH:
         text += f", or {1e6 * pixel * focal_length:.2g} um on the sensor, finer than any pixel made (0.5 um): {remedy}."
-        if pixel * focal_length < ENLARGED_PITCH:
+        if pixel * focal_length < MIN_IMAGE_PITCH:
             raise InputError(text)
         _warn(text)
-    elif focal_length is None and pixel < VERNIER:
+    elif focal_length is None and pixel < MIN_VISIBLE_ANGLE:
         raise InputError(f"{text}, finer than any eye sees: {remedy}.")
 
 
@@ -223,17 +223,17 @@ def check_display(pixel_pitch: float, distance: float, width: int) -> None:
     """Validate the pixel pitch (m), viewing distance (m) and width (px) of a display."""
     pixel = pixel_pitch / distance
     size = f"pixels of {1e6 * pixel_pitch:.4g} um"
-    if pixel_pitch < FINEST_DISPLAY:
+    if pixel_pitch < MIN_DISPLAY_PITCH:
         remedy = likely("pixel_pitch", pixel_pitch, lambda other: 2e-5 < other < 5e-3)
         raise InputError(f"{size} are finer than any display's (3 um): {remedy}.")
-    if pixel < VERNIER:
+    if pixel < MIN_VISIBLE_ANGLE:
         remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
         raise InputError(
             f"{size} at {distance:g} m are {60 * math.degrees(pixel):.2g} arcmin wide, finer than any eye resolves: "
             "check "
             f"the units of the display's width or pixels, and of its distance ({remedy})."
         )
-    if pixel * width / 2 > WIDEST:
+    if pixel * width / 2 > MAX_HALF_FRAME:
         remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
         raise InputError(
             f"{width} {size} at {distance:g} m fill {2 * math.degrees(math.atan(pixel * width / 2)):.0f} degrees: "
@@ -244,8 +244,8 @@ def check_display(pixel_pitch: float, distance: float, width: int) -> None:
 
 def check_screen_width(width: float, distance: float) -> None:
     """Raise `InputError` if a screen (m) subtends a wider angle than flat screens do."""
-    if width / 2 / distance > WIDEST_SCREEN:
-        remedy = likely("width", width, lambda other: 0.05 <= other <= 4 and other / 2 / distance <= WIDEST_SCREEN)
+    if width / 2 / distance > MAX_HALF_SCREEN:
+        remedy = likely("width", width, lambda other: 0.05 <= other <= 4 and other / 2 / distance <= MAX_HALF_SCREEN)
         angle = 2 * math.degrees(math.atan(width / 2 / distance))
         raise InputError(
             f"{stated('width', width)}, which at {distance:g} m fills {angle:.0f} degrees, more than a flat "
@@ -282,7 +282,7 @@ def check_range(
     Warns
     -----
     FocalGradientWarning
-        If a finite focus lies beyond the hyperfocal distance and `MARKED` focal lengths.
+        If a finite focus lies beyond the hyperfocal distance and `MAX_FOCUS_FOCAL_LENGTHS` focal lengths.
     """
     shortest = min((length for _, length in foci if length is not None), default=0.0)
     for vergence, length in foci:
@@ -293,7 +293,7 @@ def check_range(
         which = [(name, limit) for name, limit in (("near", near), ("far", far)) if limit is not None]
         limits = " and ".join(stated(name, limit) for name, limit in which) or "the search has its usual limits"
         remedies = [
-            likely(name, limit, lambda other: slope / other > RESOLVED and other > CLOSEST * shortest)
+            likely(name, limit, lambda other: slope / other > RESOLVED and other > MIN_FOCUS_FOCAL_LENGTHS * shortest)
             for name, limit in which
         ]
         raise InputError(
@@ -333,7 +333,7 @@ def too_near(distance: float, foci: Sequence[tuple[float, float | None]]) -> str
     """
     length = min((one for _, one in foci if one is not None), default=0.0)
     nearest = max(vergence for vergence, _ in foci)
-    if not (0 < distance < MACRO * length and 0 < nearest < 0.1 / distance):
+    if not (0 < distance < MACRO_FOCAL_LENGTHS * length and 0 < nearest < 0.1 / distance):
         return None
     return (
         f"the median distance is {distance:.2g} m, {distance / length:.2g} focal lengths, with the nearest focus at "
@@ -399,13 +399,13 @@ def check_hyperfocal(distance: float, focal_length: float, slope: float) -> None
     text += f"{slope / distance:.2g} px only: {remedy}, or inf for infinity"
     if slope / distance < RESOLVED:
         raise InputError(f"{text}; or check the units of focal length ({focal_length:g} m), f-number and pixel.")
-    if slope / distance < HYPERFOCAL and distance > MARKED * focal_length:
+    if slope / distance < HYPERFOCAL_BLUR_PX and distance > MAX_FOCUS_FOCAL_LENGTHS * focal_length:
         _warn(f"{text}.")
 
 
 def _near_focus(metres: float, focal_length: float) -> bool:
     """Return whether lenses of this focal length (m) are commonly focused at a distance (m)."""
-    return CLOSEST * focal_length < metres < MARKED * focal_length
+    return MIN_FOCUS_FOCAL_LENGTHS * focal_length < metres < MAX_FOCUS_FOCAL_LENGTHS * focal_length
 
 
 def _warn(text: str) -> None:

@@ -17,7 +17,7 @@ __all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle"]
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
 
-WIDEST = 0.5
+MAX_PIXEL_ANGLE = 0.5
 """Upper limit on the pixel angle (rad): two such pixels would fill a frame of 60 degrees."""
 
 
@@ -125,7 +125,7 @@ def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
     focalgradient.errors.InputError: pixel_angle is 8 rad, wider than a camera's pixel: ...
     """
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
-    if pixel_angle >= WIDEST:
+    if pixel_angle >= MAX_PIXEL_ANGLE:
         raise InputError(f"pixel_angle is {pixel_angle:g} rad, wider than a camera's pixel: {PIXEL_ANGLE}.")
     check_pixel_pitch(pixel_angle * getattr(optics, "sensor_distance", math.inf), pixel_angle)
 

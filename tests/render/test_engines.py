@@ -233,24 +233,24 @@ def test_progress_goes_from_nothing_to_all() -> None:
 
 def test_without_mitsuba_planes_are_cast_and_that_is_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engines, "variant", lambda: None)
-    engines._say.cache_clear()
+    engines._warn_once.cache_clear()
     with pytest.warns(FocalGradientWarning, match=r"ray cast instead.*focalgradient\[render\]"):
         path = render(plane(1.0), Pupil(0.0, 1.0), (8, 8), PIXEL, engine="path")
     render(plane(1.0), Pupil(0.0, 1.0), (8, 8), PIXEL, engine="shaded")  # a second warning would fail the test
     assert path.colour is None
     with pytest.raises(InputError, match=r"Mitsuba, which this scene needs.*libatomic1"):
         render(Scene((square(1.0, 4),)), Pupil(0.0, 1.0), (8, 8), PIXEL)
-    engines._say.cache_clear()
+    engines._warn_once.cache_clear()
 
 
 def test_without_llvm_that_is_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engines, "variant", lambda: SCALAR)
-    engines._say.cache_clear()
+    engines._warn_once.cache_clear()
     scene = Scene((square(1.0, 4),))
     with pytest.warns(FocalGradientWarning, match=r"without LLVM.*libllvm19"):
         render(scene, Pupil(0.0, 1.0), (4, 4), PIXEL, samples=2)
     render(scene, Pupil(0.0, 1.0), (4, 4), PIXEL, samples=2)  # a second warning would fail the test
-    engines._say.cache_clear()
+    engines._warn_once.cache_clear()
 
 
 def test_a_crash_of_mitsuba_harms_the_probe_alone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from focalgradient.render import render
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import variant
 from focalgradient.scenes import Mesh, Plane, Scene, Texture, bottle
-from focalgradient.scenes.bottle import BODY_RADIUS, EYE
+from focalgradient.scenes.bottle import BODY_RADIUS, CAMERA_HEIGHT
 from focalgradient.scenes.shapes import grid_faces
 
 WALL = 0.5  # metres behind the camera, of the wall that is mirrored
@@ -101,7 +101,7 @@ def test_the_bottle_by_hand() -> None:
     distance, vergence = found(bottle(3), (301, 5), pixel)
     for row in range(202, 300, 12):
         tangent = (row - 150) * pixel
-        to_floor = EYE / tangent - front  # along the axis, from the mirror back
+        to_floor = CAMERA_HEIGHT / tangent - front  # along the axis, from the mirror back
         across = front + 1 / (2 / BODY_RADIUS + 1 / to_floor)
         assert distance[row, 2] == pytest.approx(front, rel=1e-5)
         assert vergence[row, 2, 1, 1] == pytest.approx(1 / (front + to_floor), rel=2e-3)

@@ -36,7 +36,7 @@ Distances = float | ArrayLike | Callable[[NDArray[np.float64]], ArrayLike]
 PINHOLE = Lens(0.017, math.inf, 1.0)
 """Pinhole lens for rendering without blur."""
 
-MOSTLY_INVENTED = 0.25
+MAX_INPAINTED_FRACTION = 0.25
 """Fraction of inpainted pixels in a view above which a warning is issued."""
 
 
@@ -282,7 +282,7 @@ def _moved_pair(
         if blur:
             picture = blur_picture(picture, blurred, optics, pixel_angle=geometry.pixel_angle, progress=tell)
         found.append(_Seen(picture, true, blurred, own, moved.is_invented))
-        if (share := float(moved.is_invented.mean())) > MOSTLY_INVENTED:
+        if (share := float(moved.is_invented.mean())) > MAX_INPAINTED_FRACTION:
             warnings.warn(
                 f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was inpainted: "
                 "give a vergence nearer to the scene's, or a wider picture.",

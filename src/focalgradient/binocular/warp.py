@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 __all__ = ["Warped", "monocular", "sample", "warp"]
 
-JUMP = 1.0
+MAX_DISPARITY_STEP = 1.0
 """Disparity difference (px) between neighbouring pixels above which they may belong to two surfaces; a steep slope of
 one surface is recognised by neighbours of similar slope (within a factor of 2)."""
 
-REACH = 3
+KERNEL_HALF_WIDTH = 3
 """Half-width in pixels of the Lanczos interpolation kernel. At a shift of half a pixel its transfer is 1.02 at 1/4
 cycle per pixel and 0.76 at 3/8 (linear interpolation: 0.71 and 0.38)."""
 
-NEIGHBOURS = 1.0
+MAX_DISPARITY_MISMATCH = 1.0
 """Maximum disparity difference (px) at which the two eyes are taken to see the same point."""
 
 
@@ -98,7 +98,7 @@ def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: floa
     height, width = own.shape
     columns = np.rint(np.arange(width) - sign * step * own).astype(np.int64)
     found = other[np.arange(height)[:, None], np.clip(columns, 0, width - 1)]
-    return (columns < 0) | (columns >= width) | (step * (found - own) > NEIGHBOURS)
+    return (columns < 0) | (columns >= width) | (step * (found - own) > MAX_DISPARITY_MISMATCH)
 
 
 def _joined(shift: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -108,7 +108,7 @@ def _joined(shift: NDArray[np.float64]) -> NDArray[np.bool_]:
     alike = np.zeros(slope.shape, bool)
     for beside in (padded[:, :-2], padded[:, 2:]):
         alike |= (beside * slope > 0) & (np.abs(beside) > np.abs(slope) / 2) & (np.abs(beside) < 2 * np.abs(slope))
-    return (np.abs(slope) <= JUMP) | alike
+    return (np.abs(slope) <= MAX_DISPARITY_STEP) | alike
 
 
 @njit(nogil=True, cache=True)
@@ -181,7 +181,7 @@ def _fill(source, nearness, joined):  # type: ignore[no-untyped-def]
 def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
     """Interpolate by Lanczos within each surface, repeating its last pixel beyond its edge."""
     height, width, channels = picture.shape
-    weights, columns = np.empty(2 * REACH), np.empty(2 * REACH, np.int64)
+    weights, columns = np.empty(2 * KERNEL_HALF_WIDTH), np.empty(2 * KERNEL_HALF_WIDTH, np.int64)
     for i in range(height):
         for j in range(width):
             place = source[i, j]
@@ -192,22 +192,24 @@ def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
                 continue
             total = 0.0
             at = first
-            for n in range(REACH):  # first, then to the left
-                columns[REACH - 1 - n] = at
+            for n in range(KERNEL_HALF_WIDTH):  # first, then to the left
+                columns[KERNEL_HALF_WIDTH - 1 - n] = at
                 if at > 0 and joined[i, at - 1]:
                     at -= 1
             at = first
-            for n in range(REACH):
+            for n in range(KERNEL_HALF_WIDTH):
                 if at < width - 1 and joined[i, at]:
                     at += 1
-                columns[REACH + n] = at
-            for n in range(2 * REACH):
-                x = np.pi * (part - (n - REACH + 1))
-                weights[n] = np.sin(x) * np.sin(x / REACH) * REACH / (x * x) if abs(x) > 1e-6 else 1.0
+                columns[KERNEL_HALF_WIDTH + n] = at
+            for n in range(2 * KERNEL_HALF_WIDTH):
+                x = np.pi * (part - (n - KERNEL_HALF_WIDTH + 1))
+                weights[n] = (
+                    np.sin(x) * np.sin(x / KERNEL_HALF_WIDTH) * KERNEL_HALF_WIDTH / (x * x) if abs(x) > 1e-6 else 1.0
+                )
                 total += weights[n]
             for c in range(channels):
                 light, low, high = 0.0, np.inf, -np.inf
-                for n in range(2 * REACH):
+                for n in range(2 * KERNEL_HALF_WIDTH):
                     value = picture[i, columns[n], c]
                     light += weights[n] / total * value
                     low, high = min(low, value), max(high, value)

@@ -14,12 +14,12 @@ from focalgradient.srgb import linear_to_srgb
 
 __all__ = ["Bound", "Chosen", "choose", "mix", "steps_between"]
 
-LESS, IN_VAIN = 0.8, 4
+REQUIRED_REDUCTION, MAX_FAILURES = 0.8, 4
 """Factor to which halving an interval must reduce the error, and number of failures after which the picture is
 considered discontinuous in focus. For a smooth picture the error falls to 0.25, at a kink to 0.5. With two failures,
 textured discs whose outlines come into focus in succession were left with errors of up to 18 steps."""
 
-FINE = 64
+MAX_FAILURE_STEPS = 64
 """Maximum length of an interval, in smallest steps, for which failures count: half a pixel of blur. In longer ones a
 surface may come into focus in between, and the error may increase on halving."""
 
@@ -117,8 +117,12 @@ def choose(
         middle = (far + near) / 2
         median, largest = bound.errors(picture, far, near)
         within = median <= bound.median and largest <= bound.largest
-        vain = vain + 1 if near - far <= FINE * bound.smallest_step and largest > LESS * before else 0
-        if not within and vain < IN_VAIN and near - far >= 2 * bound.smallest_step:
+        vain = (
+            vain + 1
+            if near - far <= MAX_FAILURE_STEPS * bound.smallest_step and largest > REQUIRED_REDUCTION * before
+            else 0
+        )
+        if not within and vain < MAX_FAILURES and near - far >= 2 * bound.smallest_step:
             waiting += [(middle, near, largest, vain), (far, middle, largest, vain)]
             continue
         vergences.append(near)

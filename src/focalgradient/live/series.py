@@ -32,11 +32,11 @@ SMALLEST_STEP = 1 / 128
 px apart for text and a photograph-like picture, 0.06 px for white noise, and 0.01 px where parts of a textured disc's
 outline come into focus in succession."""
 
-MARGIN = 2 / 3
+BOUND_FRACTION = 2 / 3
 """Fraction of the bounds allowed for the error halfway between two planes. Elsewhere between them it was up to 1.3
 times as large, where the outline of a card is gradually hidden; rounding to 8 bits adds part of a step."""
 
-TILE, PROBES = 128, 5
+TILE, PROBE_COUNT = 128, 5
 """Side in pixels of the picture's parts, and number of foci, at which the density of planes is estimated."""
 
 HALF_MAX = 6e4
@@ -139,7 +139,11 @@ class FocusSeries:
         for name, value in (("median_error", median_error), ("largest_error", largest_error)):
             check_number(name, value, "8-bit steps", positive=True)
         pixels = optics.aperture_diameter / 2 / pixel_angle  # blur radius in pixels per dioptre
-        bound = Bound(MARGIN * median_error, MARGIN * largest_error, SMALLEST_STEP / pixels if pixels > 0 else math.inf)
+        bound = Bound(
+            BOUND_FRACTION * median_error,
+            BOUND_FRACTION * largest_error,
+            SMALLEST_STEP / pixels if pixels > 0 else math.inf,
+        )
         where = None if folder is None else Path(folder)
         blur = partial(_blurred, optics=optics, pixel_angle=pixel_angle, wavelengths=wavelengths)
         digest = "" if where is None else _digest(light, far, optics, pixel_angle, ends, bound, wavelengths)
@@ -431,7 +435,7 @@ def _expected(
     bound: Bound,
     pixels: float,
 ) -> int:
-    """Return the number of planes expected for the bound, from the density at the most demanding of `PROBES` foci.
+    """Return the number of planes expected for the bound, from the density at the most demanding of `PROBE_COUNT` foci.
 
     Each focus is tried in the part of the picture with the most contrast near focus; `pixels` is the blur radius per
     dioptre.
@@ -444,7 +448,7 @@ def _expected(
     contrast = np.array([float(grey[part].std()) for part in parts])
     depth = np.array([float(np.median(vergence[part])) for part in parts])
     span, density = ends[1] - ends[0], []
-    for share in (np.arange(PROBES) + 0.5) / PROBES:
+    for share in (np.arange(PROBE_COUNT) + 0.5) / PROBE_COUNT:
         focus = ends[0] + share * span
         part = parts[int(np.argmax(contrast / (1 + pixels * np.abs(depth - focus))))]
         cut: dict[float, NDArray[np.float32]] = {}

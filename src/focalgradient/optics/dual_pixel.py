@@ -26,7 +26,7 @@ __all__ = ["ASYMMETRY", "DualPixel"]
 ASYMMETRY = 0.315
 """Asymmetry measured in the middle of the frame of a Canon R6 II with an RF 50 mm at f/4."""
 
-_EVEN = (0.0,) * 5
+_UNIFORM_FIELD = (0.0,) * 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class DualPixel:
 
     lens: Lens
     asymmetry: float = ASYMMETRY
-    field: tuple[float, ...] = _EVEN
+    field: tuple[float, ...] = _UNIFORM_FIELD
 
     isotropic = False
 
@@ -72,7 +72,7 @@ class DualPixel:
 
     @classmethod
     def pair(
-        cls, lens: Lens, asymmetry: float = ASYMMETRY, field: tuple[float, ...] = _EVEN
+        cls, lens: Lens, asymmetry: float = ASYMMETRY, field: tuple[float, ...] = _UNIFORM_FIELD
     ) -> tuple[DualPixel, DualPixel]:
         """Return the optics of the left and of the right view."""
         return cls(lens, abs(asymmetry), field), cls(lens, -abs(asymmetry), field)

@@ -18,7 +18,7 @@ Transfer = NDArray[np.float64] | NDArray[np.complex128]
 FORMS = ("through_focus", "optical_transfer", "transfer")
 """Methods that define a blur model: for several vergences, for one vergence, and for isotropic blur."""
 
-BLUR_ERROR = 5e-3
+TRANSFER_TOLERANCE = 5e-3
 """Tolerance of gain at frequency 0 and of isotropy of optics' own transfer functions (`eye.Cones`: 1e-3)."""
 
 
@@ -78,12 +78,12 @@ class OwnBlur:
         """
         some = np.linspace(0, frequency, 9)
         right, down = (self.through_focus(y, x, [vergence])[0] for y, x in ((0 * some, some), (some, 0 * some)))
-        if not abs(right[0] - 1) <= BLUR_ERROR:
+        if not abs(right[0] - 1) <= TRANSFER_TOLERANCE:
             raise InputError(
                 f"the transfer of {self.name} is {right[0]:.3g} at frequency 0, but must be 1: normalise it."
             )
         uneven = max(float(np.abs(right - down).max()), float(np.abs(np.imag(right)).max()))
-        if self.isotropic and uneven > BLUR_ERROR:
+        if self.isotropic and uneven > TRANSFER_TOLERANCE:
             raise InputError(
                 f"the blur of {self.name} is declared isotropic, but its transfer differs by {uneven:.2g} "
                 "between directions: state isotropic = False."
@@ -95,7 +95,7 @@ class OwnBlur:
         given = {form: getattr(self, f"_by_{form}")(y, x, vergence) for form in FORMS if self._offers(form)}
         for form, values in given.items():
             turned = float(np.abs(values[::-1, ::-1] - np.conj(values)).max())
-            if turned > BLUR_ERROR:
+            if turned > TRANSFER_TOLERANCE:
                 raise InputError(
                     f"`{form}` of {self.name} at -f is not the conjugate of that at f (by {turned:.2g}), as for "
                     "a real point spread function: check its signs."
@@ -103,7 +103,7 @@ class OwnBlur:
         first = next(iter(given))
         for form, values in given.items():
             apart = float(np.abs(values - given[first]).max())
-            if apart > BLUR_ERROR and (form != "transfer" or self.isotropic):
+            if apart > TRANSFER_TOLERANCE and (form != "transfer" or self.isotropic):
                 raise InputError(
                     f"`{form}` of {self.name} differs from its `{first}` by {apart:.2g} at {vergence:g} D, but both "
                     "must give the same blur: correct one of them."
@@ -115,7 +115,7 @@ class OwnBlur:
         y, x = np.meshgrid(line, line, indexing="ij")
         focus = self.optics.focus_vergence
         beyond, nearer = (self.through_focus(y, x, focus + way * np.abs(vergences - focus)) for way in (-1, 1))
-        if np.abs(beyond - nearer).max() <= BLUR_ERROR:
+        if np.abs(beyond - nearer).max() <= TRANSFER_TOLERANCE:
             raise InputError(
                 f"{self.name} states tells_side = True, but its blur at equal distances in dioptres from focus is the "
                 "same on both sides: leave tells_side out."

@@ -22,7 +22,7 @@ from focalgradient.tables import Table, load_table
 __all__ = ["Calibrated", "camera_toml", "load_camera"]
 
 
-ROUNDED = 1e-4
+ROUNDING_TOLERANCE = 1e-4
 """Tolerance of correlations and their eigenvalues: the file stores seven digits of some tens of numbers each."""
 
 
@@ -160,8 +160,8 @@ def _check_covariance(path: Path, covariance: NDArray[np.float64]) -> None:
     with np.errstate(all="ignore"):
         sd = np.sqrt(np.diag(covariance))
         scaled = covariance / np.where(sd > 0, sd, 1) / np.where(sd > 0, sd, 1)[:, None]
-        valid = bool(np.isfinite(scaled).all() and np.abs(scaled - scaled.T).max() < ROUNDED)
-    if not (valid and np.linalg.eigvalsh(scaled).min() > -ROUNDED):
+        valid = bool(np.isfinite(scaled).all() and np.abs(scaled - scaled.T).max() < ROUNDING_TOLERANCE)
+    if not (valid and np.linalg.eigvalsh(scaled).min() > -ROUNDING_TOLERANCE):
         raise InputError(
             f"{path}: covariance is not symmetric and positive semidefinite: write the file again "
             "with focalgradient calibrate."

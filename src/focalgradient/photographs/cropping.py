@@ -14,13 +14,13 @@ from focalgradient.photographs.images import Photograph
 
 __all__ = ["cropped"]
 
-COARSE = 240
+COARSE_SIDE_PX = 240
 """Shorter side in pixels of the images that are registered first."""
 
-ALIKE = 0.6
+MIN_CORRELATION = 0.6
 """Minimum correlation of two images of the same scene: with different blur, texture retains 0.8 and more."""
 
-MOST_CUT = 0.35
+MAX_EXCESS_FRACTION = 0.35
 """Maximum fraction of a side by which one image may extend beyond another."""
 
 
@@ -53,16 +53,16 @@ def _place(photograph: Photograph, smallest: Photograph) -> tuple[int, int]:
     """Return row and column in `photograph` of the first pixel of `smallest`."""
     if photograph.luminance.shape == smallest.luminance.shape:
         return 0, 0  # remaining shifts are removed by alignment
-    factor = max(1, min(smallest.luminance.shape) // COARSE)
+    factor = max(1, min(smallest.luminance.shape) // COARSE_SIDE_PX)
     small, large = (_shrunk(one.luminance, factor) for one in (smallest, photograph))
-    rim = [int(np.ceil(MOST_CUT / 2 * n)) for n in small.shape]
+    rim = [int(np.ceil(MAX_EXCESS_FRACTION / 2 * n)) for n in small.shape]
     inner = small[rim[0] : -rim[0], rim[1] : -rim[1]]
     if any(n > m for n, m in zip(inner.shape, large.shape, strict=True)):
-        raise _apart(photograph, smallest)
+        raise _unrelated(photograph, smallest)
     found = cv2.matchTemplate(large, np.ascontiguousarray(inner), cv2.TM_CCOEFF_NORMED)
     row, column = np.unravel_index(int(np.argmax(found)), found.shape)
-    if found[row, column] < ALIKE:
-        raise _apart(photograph, smallest)
+    if found[row, column] < MIN_CORRELATION:
+        raise _unrelated(photograph, smallest)
     return factor * (int(row) - rim[0]), factor * (int(column) - rim[1])
 
 
@@ -74,7 +74,7 @@ def _shrunk(image: NDArray[np.float32], factor: int) -> NDArray[np.float32]:
     return np.asarray(cv2.GaussianBlur(small, (0, 0), 1.5), np.float32)
 
 
-def _apart(photograph: Photograph, smallest: Photograph) -> InputError:
+def _unrelated(photograph: Photograph, smallest: Photograph) -> InputError:
     return InputError(
         f"{photograph.path} and {smallest.path} differ in size and do not show one scene at one scale, so that they "
         "cannot be cropped to a common field: export them at the same size in pixels, without resizing."

@@ -18,7 +18,7 @@ __all__ = ["Encoding", "profile_name", "stated_encoding"]
 
 Encoding = Literal["linear", "srgb"]
 
-CLOSE = 0.02
+MAX_CURVE_DIFFERENCE = 0.02
 """Maximum mean difference of two tone curves that count as equal, in sRGB values from 0 to 1: gamma 2.2 is within 0.01
 of sRGB, gamma 1.8 differs by 0.05."""
 
@@ -60,10 +60,10 @@ def stated_encoding(data: bytes, name: Any) -> Encoding | None:
         return None
     values = np.arange(256) / 255
     if profile and (curve := _curve(profile)) is not None:
-        return _nearer(curve, f"the colour profile {profile_name(profile)}", name)
+        return _closest_encoding(curve, f"the colour profile {profile_name(profile)}", name)
     if said is not None or exif == SRGB:
         return "srgb"
-    return _nearer(linear_to_srgb(values ** (1 / gamma)), f"gamma {gamma:g}", name) if gamma else None
+    return _closest_encoding(linear_to_srgb(values ** (1 / gamma)), f"gamma {gamma:g}", name) if gamma else None
 
 
 def profile_name(profile: bytes) -> str:
@@ -87,7 +87,7 @@ def _curve(profile: bytes) -> NDArray[np.floating] | None:
     return None if shown is None else np.asarray(shown)[0, :, 1] / 255
 
 
-def _nearer(curve: NDArray[np.floating], what: str, name: Any) -> Encoding:
+def _closest_encoding(curve: NDArray[np.floating], what: str, name: Any) -> Encoding:
     """Return the encoding closer to `curve` (256 sRGB values); warn if it matches neither."""
     values = np.arange(256) / 255
     known: dict[Encoding, float] = {
@@ -95,7 +95,7 @@ def _nearer(curve: NDArray[np.floating], what: str, name: Any) -> Encoding:
         "linear": float(np.abs(curve - linear_to_srgb(values)).mean()),
     }
     encoding = min(known, key=lambda one: known[one])
-    if known[encoding] > CLOSE:
+    if known[encoding] > MAX_CURVE_DIFFERENCE:
         warnings.warn(
             f"{printable(name)} states {what}, whose tone curve is neither sRGB nor linear; it is treated as "
             f"{encoding}: "

@@ -95,8 +95,8 @@ def from_exif(
             f"the number of photographs is {len(files)}, but depth needs {least} or more of one scene: add more."
         )
     once = 1 in (len(f_numbers), len(focus_distances_m))
-    f_numbers = _for_each(files, "f_numbers", f_numbers)
-    focus_distances_m = _for_each(files, "focus_distances_m", focus_distances_m)
+    f_numbers = _one_per_file(files, "f_numbers", f_numbers)
+    focus_distances_m = _one_per_file(files, "focus_distances_m", focus_distances_m)
     camera: dict[str, Any] = {
         "focal_length_mm": focal_length_mm,
         "pixel_pitch_um": pixel_pitch_um,
@@ -110,7 +110,7 @@ def from_exif(
     tolerances = {"focus_tolerance": focus_tolerance, "f_number_tolerance": f_number_tolerance}
     recorded = [_recorded(file) for file in files]
     if calibrated is not None:
-        camera = _of_calibrated(camera, calibrated, files[0], recorded[0])
+        camera = _completed_by_calibration(camera, calibrated, files[0], recorded[0])
         if not focus_distances_m and calibrated.focus is not None:
             focus_distances_m = [calibrated.focus] * len(files)
     relative = order_only and not focus_distances_m and all(one.focus_distance_m is None for one in recorded)
@@ -130,7 +130,7 @@ def from_exif(
             FocalGradientWarning,
             stacklevel=2,
         )
-    camera, views = _complete(files, recorded, camera, f_numbers, focus_distances_m)
+    camera, views = _completed_by_exif(files, recorded, camera, f_numbers, focus_distances_m)
     if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
         one = views[0]
         raise InputError(
@@ -153,7 +153,7 @@ def from_exif(
     return settings
 
 
-def _for_each(files: Sequence[Path], name: str, given: Sequence[float]) -> Sequence[float]:
+def _one_per_file(files: Sequence[Path], name: str, given: Sequence[float]) -> Sequence[float]:
     """Return a list with one value per file from values given per file or once; or an empty list.
 
     Raises
@@ -169,7 +169,7 @@ def _for_each(files: Sequence[Path], name: str, given: Sequence[float]) -> Seque
     return list(given) * (len(files) if len(given) == 1 else 1)
 
 
-def _of_calibrated(
+def _completed_by_calibration(
     camera: Mapping[str, Any], calibrated: Calibrated, file: Path, recorded: _Recorded
 ) -> dict[str, Any]:
     """Return the given camera values, completed by its calibration.
@@ -192,7 +192,7 @@ def _of_calibrated(
     return known | {"pixel_pitch_um": pitch}
 
 
-def _complete(
+def _completed_by_exif(
     files: Sequence[Path],
     recorded: Sequence[_Recorded],
     camera: Mapping[str, Any],

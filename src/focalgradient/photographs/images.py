@@ -32,23 +32,23 @@ from focalgradient.view import LUMINANCE
 
 __all__ = ["Photograph", "read_photograph", "read_photographs"]
 
-_UNUSABLE = 0.5
+_MAX_INVALID_FRACTION = 0.5
 """Maximum fraction of pixels that are saturated, NaN or infinite."""
 
-_SATURATED_WORTH_SAYING = 1e-3
+_SATURATED_WARNING_FRACTION = 1e-3
 """Fraction of pixels at the type's maximum above which a warning is issued."""
 
 _BYTES_KEPT, _BYTES_MADE = 5, 40
 """Bytes per pixel that a photograph occupies (luminance and mask), and additionally while it is decoded."""
 
-_QUALITY = 89
+_MIN_JPEG_QUALITY = 89
 """JPEG quality below which compression errors are not covered by the stated uncertainty: at 90 they mostly are, at 85
 and 75 not (`benchmarks/stored_photographs.py`)."""
 
 _STEP_OF_QUALITY_50 = 57.625
 """Mean luminance quantisation step at quality 50: example table of the JPEG standard (T.81, Annex K)."""
 
-_SMALLER = "crop or reduce the images, or give fewer of them"
+_MEMORY_REMEDY = "crop or reduce the images, or give fewer of them"
 
 _JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG"
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -56,11 +56,11 @@ _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 _ARRAY = "an array of an image"
 
-_BRIGHT = 1e9
+_MAX_VALUE = 1e9
 """Maximum absolute value of floating-point pixels, whose inverse is the minimum of the brightest: beyond them, fourth
 powers exceed single precision."""
 
-_DARK = 0.05
+_MIN_FLAT_BRIGHTNESS = 0.05
 """Minimum brightness of a flat field as a fraction of its maximum."""
 
 
@@ -151,9 +151,9 @@ def read_photograph(
     """
     path = Path(path)
     pixels, encoding, assumed = read_pixels(path, encoding)
-    mask = _usable(path, pixels)
+    mask = _valid_pixels(path, pixels)
     saturated = _check(path, pixels, mask)
-    _look_at_quality(path)
+    _warn_of_low_quality(path)
     if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
         pixels = filled(pixels, mask)
     luminance = _luminance(pixels, encoding)
@@ -184,7 +184,7 @@ def read_photographs(
     """
     sizes = [_size(Path(path)) or 0 for path in paths]
     needed = _BYTES_KEPT * sum(sizes) + _BYTES_MADE * max(sizes, default=0)
-    require(needed, f"reading {len(paths)} images of {max(sizes, default=0) / 1e6:.3g} million pixels", _SMALLER)
+    require(needed, f"reading {len(paths)} images of {max(sizes, default=0) / 1e6:.3g} million pixels", _MEMORY_REMEDY)
     each = zip(paths, flats or [None] * len(paths), strict=True)
     photographs = [read_photograph(path, encoding, flat) for path, flat in each]
     if crop and len({photograph.luminance.shape for photograph in photographs}) > 1:
@@ -233,10 +233,10 @@ def _flattened(
             "export "
             "both with the same settings."
         )
-    if even.saturated > _SATURATED_WORTH_SAYING:
+    if even.saturated > _SATURATED_WARNING_FRACTION:
         raise InputError(f"flat field {flat} is saturated ({even.saturated:.1%} of its pixels): expose it less.")
     smooth = _smooth(even.luminance)
-    if smooth.min() < _DARK * smooth.max():
+    if smooth.min() < _MIN_FLAT_BRIGHTNESS * smooth.max():
         raise InputError(
             f"flat field {flat} is dark in places ({smooth.min() / smooth.max():.1%} of its brightest): photograph a "
             "blank surface that fills the frame, evenly lit."
@@ -302,7 +302,7 @@ def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
         return np.asarray(upright if upright.mode == "L" else upright.convert("RGB"))
 
 
-def _look_at_quality(path: Path) -> None:
+def _warn_of_low_quality(path: Path) -> None:
     """Warn of JPEG compression that is too strong for depth; `path` is a readable image."""
     if is_raw(path) or path.suffix.lower() == ".npy":
         return
@@ -313,7 +313,7 @@ def _look_at_quality(path: Path) -> None:
         return
     step = float(np.mean(tables[0])) / _STEP_OF_QUALITY_50 if 0 in tables else 0.0
     quality = 100 - 50 * step if step <= 1 else 50 / step
-    if quality < _QUALITY:
+    if quality < _MIN_JPEG_QUALITY:
         warnings.warn(
             f"{printable(path)} is a JPEG of about quality {quality:.0f}: compression removed fine detail that depth "
             "depends on, and the stated uncertainty includes this from quality 90 only: use camera raw files, or "
@@ -370,7 +370,7 @@ def _not_an_image(path: Path, expected: str = "an intact PNG, TIFF, JPEG or .npy
     return InputError(f"{printable(path)} cannot be read as an image: expected {expected}.")
 
 
-def _usable(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
+def _valid_pixels(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
     """Return H x W, True where every channel is finite and below the maximum of an integer type."""
     if pixels.dtype not in (np.uint8, np.uint16) and not np.issubdtype(pixels.dtype, np.floating):
         raise InputError(
@@ -395,7 +395,7 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     bad = 1 - float(mask.mean())
     integer = np.issubdtype(pixels.dtype, np.integer)
     top = int(np.iinfo(pixels.dtype).max) if integer else 0
-    if bad > _UNUSABLE:
+    if bad > _MAX_INVALID_FRACTION:
         trouble = (
             f"is saturated: {bad:.0%} of its pixels lie at the maximum, {top}, where at most half may: expose it less."
             if integer
@@ -407,14 +407,14 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     darkest, brightest = float(good.min()), float(pixels.max() if integer else good.max())
     if brightest <= max(2.0, 1e-3 * top) * integer:
         raise InputError(f"{path} is black: its brightest value is {brightest:g}: expose it more.")
-    if not integer and (max(brightest, -darkest) > _BRIGHT or brightest < 1 / _BRIGHT):
+    if not integer and (max(brightest, -darkest) > _MAX_VALUE or brightest < 1 / _MAX_VALUE):
         raise InputError(
             f"{path} contains values from {darkest:g} to {brightest:g}, but the brightest must lie between "
-            f"{1 / _BRIGHT:g} and {_BRIGHT:g}: multiply all images by the same constant."
+            f"{1 / _MAX_VALUE:g} and {_MAX_VALUE:g}: multiply all images by the same constant."
         )
     if darkest == brightest:
         raise InputError(f"{path} is uniform ({brightest:g}), so it shows no blur: give one with texture.")
-    if integer and bad > _SATURATED_WORTH_SAYING:
+    if integer and bad > _SATURATED_WARNING_FRACTION:
         warnings.warn(
             f"{path}: {bad:.1%} of the pixels are saturated; depth on and around them is unreliable.",
             FocalGradientWarning,

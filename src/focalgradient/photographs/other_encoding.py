@@ -23,10 +23,10 @@ from focalgradient.view import View
 
 __all__ = ["encoding_difference"]
 
-SIDE = 320
+PART_SIDE_PX = 320
 """Side in pixels of the part that is decoded again."""
 
-LEAST = 400
+MIN_VALID_PIXELS = 400
 """Minimum number of pixels that must be valid with both encodings."""
 
 
@@ -49,9 +49,9 @@ def encoding_difference(
     if not depth.valid.any():
         return None
     part = tuple(
-        slice(start, start + SIDE)
+        slice(start, start + PART_SIDE_PX)
         for middle, n in zip((np.median(where) for where in np.nonzero(depth.valid)), depth.shape, strict=True)
-        for start in [int(np.clip(middle - SIDE // 2, 0, max(0, n - SIDE)))]
+        for start in [int(np.clip(middle - PART_SIDE_PX // 2, 0, max(0, n - PART_SIDE_PX)))]
     )
     # Undo, or apply, the sRGB decoding.
     recode = linear_to_srgb if encoding == "srgb" else srgb_to_linear
@@ -70,5 +70,9 @@ def encoding_difference(
             other = recover_depth(others, near=near, far=far, psf=psf, align=align)
         except InputError:
             return None
-    both = other.valid & depth.valid[part]
-    return float(np.median((other.vergence - depth.vergence[part])[both])) if both.sum() >= LEAST else None
+    is_valid_in_both = other.valid & depth.valid[part]
+    return (
+        float(np.median((other.vergence - depth.vergence[part])[is_valid_in_both]))
+        if is_valid_in_both.sum() >= MIN_VALID_PIXELS
+        else None
+    )

@@ -22,7 +22,7 @@ __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_di
 DepthUnit = Literal["m", "mm", "dioptres", "disparity"]
 """Quantity stored in a depth file: distance in metres or millimetres, vergence, or disparity in pixels."""
 
-NEAREST_M = 1e-6
+MIN_DISTANCE_M = 1e-6
 """Minimum plausible distance (m): about a wavelength of light."""
 
 
@@ -88,7 +88,7 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
         pixels, encoding = _read_exr(path), encoding or "linear"
     else:
         pixels, encoding, _ = read_pixels(path, encoding)
-        _look_at_colours(path, encoding)
+        _check_colours(path, encoding)
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
         raise InputError(
@@ -171,16 +171,16 @@ def read_distances(
     inverse = unit in ("dioptres", "disparity")
     with np.errstate(divide="ignore", invalid="ignore"):
         if inverse:
-            good = np.isfinite(values) & ((values >= 0) if unit == "dioptres" else (values > 0))
-            metres = np.where(good, 1 / np.where(values == 0, 0.0, values), np.nan)
+            is_valid = np.isfinite(values) & ((values >= 0) if unit == "dioptres" else (values > 0))
+            metres = np.where(is_valid, 1 / np.where(values == 0, 0.0, values), np.nan)
         else:
             metres = np.where(values > 0, values * (1e-3 if unit == "mm" else 1.0), np.nan)
     holes = np.isnan(metres)
     if holes.all():
         raise InputError(f"{printable(path)} contains no valid distance: every value is zero, negative or not finite.")
-    if (nearest := np.nanmin(metres)) < NEAREST_M:
+    if (nearest := np.nanmin(metres)) < MIN_DISTANCE_M:
         raise InputError(
-            f"{printable(path)} contains distances of {nearest:.2g} m, but they must be {NEAREST_M:g} m or more: "
+            f"{printable(path)} contains distances of {nearest:.2g} m, but they must be {MIN_DISTANCE_M:g} m or more: "
             "check the unit and the scale."
         )
     if holes.any() and fill:
@@ -195,12 +195,12 @@ def read_distances(
 
 def png_of(values: NDArray[np.uint8]) -> bytes:
     """Return an 8-bit picture, H x W or H x W x 3 (red, green, blue), as a PNG file in bytes."""
-    good, data = cv2.imencode(".png", values[..., ::-1] if values.ndim == 3 else values)
-    assert good
+    is_valid, data = cv2.imencode(".png", values[..., ::-1] if values.ndim == 3 else values)
+    assert is_valid
     return bytes(data)
 
 
-def _look_at_colours(path: Path, encoding: Encoding) -> None:
+def _check_colours(path: Path, encoding: Encoding) -> None:
     """Raise `InputError` for a partly transparent picture; warn of a colour profile that is not applied."""
     try:
         with Image.open(path, formats=FORMATS) as image:
@@ -288,13 +288,13 @@ def _read_exr(path: Path) -> NDArray[Any]:
 
 def _without_holes(metres: NDArray[np.float64]) -> NDArray[np.float64]:
     """Fill each row's holes from the farther of both sides; rows without any depth, from the nearest pixel."""
-    good = ~np.isnan(metres)
+    is_valid = ~np.isnan(metres)
     place = np.arange(metres.shape[1])
-    before = np.maximum.accumulate(np.where(good, place, -1), axis=1)
-    after = np.minimum.accumulate(np.where(good, place, metres.shape[1])[:, ::-1], axis=1)[:, ::-1]
+    before = np.maximum.accumulate(np.where(is_valid, place, -1), axis=1)
+    after = np.minimum.accumulate(np.where(is_valid, place, metres.shape[1])[:, ::-1], axis=1)[:, ::-1]
     left = np.where(before >= 0, np.take_along_axis(metres, np.maximum(before, 0), axis=1), -np.inf)
     inside = np.minimum(after, metres.shape[1] - 1)
     right = np.where(after < metres.shape[1], np.take_along_axis(metres, inside, axis=1), -np.inf)
-    full = np.where(good, metres, np.maximum(left, right))
+    full = np.where(is_valid, metres, np.maximum(left, right))
     found = full > -np.inf
     return full if found.all() else filled(full, found)

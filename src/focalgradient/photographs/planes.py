@@ -20,14 +20,14 @@ Plane = Literal["entrance_pupil", "sensor", "lens_front"]
 
 PLANES: tuple[Plane, ...] = ("entrance_pupil", "sensor", "lens_front")
 
-GUESS = 0.5
+UNSTATED_SD_FOCAL_LENGTHS = 0.5
 """Standard deviation of an unstated entrance-pupil position, in focal lengths (a design choice). In photographic lenses
 of 18 to 85 mm it lies 40 to 140 mm in front of the sensor, 1 to 4 focal lengths."""
 
-STATED_SD = 0.002
+STATED_SD_M = 0.002
 """Standard deviation in metres of a stated plane position, as measured with a ruler."""
 
-LEAST_SD = 0.02
+MIN_UNSTATED_SD_M = 0.02
 """Minimum standard deviation in metres of an unstated position: retrofocus lenses have it far in front."""
 
 
@@ -93,8 +93,8 @@ class Body:
     def offset_sd(self, plane: Plane) -> float:
         """Return the standard deviation of `offset` in metres."""
         if plane == "entrance_pupil" or self.to_pupil is not None:
-            return STATED_SD
-        return max(LEAST_SD, GUESS * self.focal_length)
+            return STATED_SD_M
+        return max(MIN_UNSTATED_SD_M, UNSTATED_SD_FOCAL_LENGTHS * self.focal_length)
 
     def optical(self, distance: float, plane: Plane) -> float:
         """Return the distance from the entrance pupil of an object in focus at `distance` from `plane`, in metres.

@@ -32,7 +32,7 @@ _SUFFIXES = tuple(
     )
 )
 
-_TURNS = {0: 0, 3: 2, 5: 1, 6: 3}
+_QUARTER_TURNS = {0: 0, 3: 2, 5: 1, 6: 3}
 """Number of anticlockwise quarter turns to upright orientation, by LibRaw's orientation code."""
 
 
@@ -129,4 +129,4 @@ def _green(path: Path, raw: rawpy.RawPy) -> NDArray[np.uint16]:
         saturated |= site >= white
     mean[saturated] = 1.0
     top = np.iinfo(np.uint16).max
-    return np.rot90(np.rint(top * np.clip(mean, 0, 1)).astype(np.uint16), _TURNS.get(raw.sizes.flip, 0))
+    return np.rot90(np.rint(top * np.clip(mean, 0, 1)).astype(np.uint16), _QUARTER_TURNS.get(raw.sizes.flip, 0))

@@ -35,7 +35,7 @@ F_NUMBER_TOLERANCE = 0.05
 """Relative standard deviation of a common factor of the marked f-numbers: they are rounded to a third of a stop, and
 real blur differs from a disc."""
 
-_SHARE = "a fraction from 0 to below 1, like 0.05"
+_FRACTION_HELP = "a fraction from 0 to below 1, like 0.05"
 
 
 class Camera(Sensor):
@@ -46,9 +46,9 @@ class Camera(Sensor):
         Field(gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur divided by the disc's radius"),
     ] = 0.5
     """Standard deviation of a Gaussian blur divided by the blur-disc radius; no effect on disc blur."""
-    focus_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = FOCUS_TOLERANCE
+    focus_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = FOCUS_TOLERANCE
     """Relative standard deviation of the marked focus distances."""
-    f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_SHARE)] = F_NUMBER_TOLERANCE
+    f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = F_NUMBER_TOLERANCE
     """Relative standard deviation of a common factor of all marked f-numbers."""
     dual_pixel_asymmetry: Annotated[
         float, Field(gt=0, le=1, description="a fraction above 0 and up to 1, like 0.315")

@@ -59,6 +59,6 @@ class Sensor(Table):
 
     @property
     def only(self) -> Sensor:
-        """The sensor's part of a table with further keys."""
+        """The same table, reduced to the keys of `Sensor`."""
         known: dict[str, Any] = {name: getattr(self, name) for name in Sensor.model_fields}
         return Sensor.model_validate(known)

@@ -35,14 +35,14 @@ __all__ = ["TargetCamera", "TargetShot", "Targets", "camera_priors", "load_targe
 
 _DEFAULT = Priors()
 
-MARK = 0.05
+MARK_SD = 0.05
 """Relative standard deviation of a focus mark with known reference plane, by default: marks are wrong by up to 10 %."""
 
-OTHER_PLANE = 1.0
+PLANE_SD_FOCAL_LENGTHS = 1.0
 """Standard deviation, in focal lengths, of the distance between the reference planes of marks and of measured distances
 if either is unknown. Sensor and entrance pupil are 1 to 4 focal lengths apart."""
 
-_Share = Annotated[float, Field(gt=0, lt=1, description="a fraction above 0 and below 1, like 0.07")]
+_Fraction = Annotated[float, Field(gt=0, lt=1, description="a fraction above 0 and below 1, like 0.07")]
 _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
 
 
@@ -54,10 +54,10 @@ class TargetCamera(Sensor):
     front."""
     offset_sd_m: _Length = _DEFAULT.offset_sd
     distance_sd_m: _Length = _DEFAULT.distance_sd
-    f_number_tolerance: _Share = _DEFAULT.f_number_sd
-    focus_tolerance: _Share = _DEFAULT.focus_sd
+    f_number_tolerance: _Fraction = _DEFAULT.f_number_sd
+    focus_tolerance: _Fraction = _DEFAULT.focus_sd
     blur_k: Annotated[float, Field(gt=0, le=2, description="a number above 0 and up to 2")] = _DEFAULT.k
-    blur_k_tolerance: _Share = _DEFAULT.k_sd
+    blur_k_tolerance: _Fraction = _DEFAULT.k_sd
 
 
 class TargetShot(Table):
@@ -193,11 +193,11 @@ def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None])
         offset = offset if "offset_m" in given else body.offset(camera.distances_from, mark)
         offset_sd = offset_sd if "offset_sd_m" in given else body.offset_sd(camera.distances_from)
     if camera.focus_from is not None and "focus_tolerance" not in camera.model_fields_set:
-        focus_sd = MARK
+        focus_sd = MARK_SD
     if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
         focus_offset = body.optical(mark, camera.focus_from) - mark
     if None in (camera.distances_from, camera.focus_from):  # marks and distances may have different reference planes
-        focus_sd = math.hypot(focus_sd, OTHER_PLANE * camera.focal_length_mm * 1e-3 / mark)
+        focus_sd = math.hypot(focus_sd, PLANE_SD_FOCAL_LENGTHS * camera.focal_length_mm * 1e-3 / mark)
     return Priors(
         k=camera.blur_k,
         k_sd=camera.blur_k_tolerance,

@@ -18,13 +18,13 @@ from focalgradient.view import View
 
 __all__ = ["even_out"]
 
-BLOCKS = 24
+BLOCK_COUNT = 24
 """Number of blocks along the frame's shorter side in which the views' brightness is compared."""
 
-SMALLEST = 32
+MIN_SIDE_PX = 32
 """Minimum shorter side in pixels: in smaller frames, brightness reflects the scene instead of the lens."""
 
-ROUNDS = 8
+FIT_ITERATIONS = 8
 """Number of iterations of the robust fit, which downweights blocks that differ for other reasons."""
 
 
@@ -55,22 +55,22 @@ def even_out(views: Sequence[View]) -> list[View]:
 
 def _evened(view: View, reference: View) -> View:
     height, width = view.shape
-    if min(height, width) < SMALLEST:
+    if min(height, width) < MIN_SIDE_PX:
         return view
-    side = max(1, min(height, width) // BLOCKS)
+    side = max(1, min(height, width) // BLOCK_COUNT)
     size = (max(1, width // side), max(1, height // side))
-    clipped = [_ceiling(v.image) if v.mask is None else ~v.mask for v in (reference, view)]
+    clipped = [_is_clipped(v.image) if v.mask is None else ~v.mask for v in (reference, view)]
     share = [cv2.resize(c.astype(np.float32), size, interpolation=cv2.INTER_AREA) for c in clipped]
     one, other = (cv2.resize(v.image.astype(np.float32), size, interpolation=cv2.INTER_AREA) for v in (reference, view))
-    used = np.maximum(*share) == 0
-    if used.any():
-        used &= (one > 0.05 * one[used].max()) & (other > 0.05 * other[used].max())
-    if used.sum() < 64:
+    is_used = np.maximum(*share) == 0
+    if is_used.any():
+        is_used &= (one > 0.05 * one[is_used].max()) & (other > 0.05 * other[is_used].max())
+    if is_used.sum() < 64:
         return view
-    ratio = np.log(other[used] / one[used])
-    terms = np.stack([np.broadcast_to(term, used.shape)[used] for term in _terms(*used.shape)], axis=1)
+    ratio = np.log(other[is_used] / one[is_used])
+    terms = np.stack([np.broadcast_to(term, is_used.shape)[is_used] for term in _terms(*is_used.shape)], axis=1)
     weight = np.ones_like(ratio)
-    for _ in range(ROUNDS):
+    for _ in range(FIT_ITERATIONS):
         fit = np.linalg.lstsq(terms * weight[:, None], ratio * weight, rcond=None)[0]
         rest = np.abs(ratio - terms @ fit)
         weight = 1 / np.sqrt(1 + (rest / (2 * np.median(rest) + 1e-9)) ** 2)
@@ -91,7 +91,7 @@ def _terms(height: int, width: int) -> list[NDArray[np.float64]]:
     return [np.ones((1, 1)), down, across, down**2, down * across, across**2, fourth]
 
 
-def _ceiling(image: NDArray[np.floating]) -> NDArray[np.bool_]:
+def _is_clipped(image: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Return pixels that share the image's maximum, if they are more than expected by chance."""
     top = image == image.max()
     return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)

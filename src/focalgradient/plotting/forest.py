@@ -16,19 +16,19 @@ __all__ = ["forest_figure"]
 TICKS = (1, 2, 0.5, 5, 0.2, 10, 0.1, 1.5, 0.7, 3, 1.2, 0.8, 0.9, 1.1)
 """Candidate ticks of a ratio axis in order of priority; a tick too close to earlier ones is omitted."""
 
-LEAST_GAP = 0.06
+MIN_TICK_GAP = 0.06
 """Minimum distance between two ticks, as a fraction of the axis, so that labels do not overlap."""
 
 
 def _apart(ticks: list[float], ends: tuple[float, float]) -> list[float]:
-    """Return those ticks, in ascending order, that are at least `LEAST_GAP` apart on a logarithmic axis.
+    """Return those ticks, in ascending order, that are at least `MIN_TICK_GAP` apart on a logarithmic axis.
 
     >>> _apart([1, 2, 1.1], (0.5, 5.0))
     [1, 2]
     """
     kept: list[float] = []
     for tick in ticks:
-        if all(abs(math.log(tick / other)) > LEAST_GAP * math.log(ends[1] / ends[0]) for other in kept):
+        if all(abs(math.log(tick / other)) > MIN_TICK_GAP * math.log(ends[1] / ends[0]) for other in kept):
             kept.append(tick)
     return sorted(kept)
 

@@ -16,12 +16,12 @@ from focalgradient.statistics.posteriors import BayesResult, Posterior
 
 __all__ = ["draw_posterior_rises", "draw_posterior_spread", "posterior_figure"]
 
-RISES = {
+EFFECTS = {
     "nearest": (BLUE, "near in focus"),
     "farthest": (ORANGE, "far in focus"),
     "difference": (GREEN, "near / far"),
 }
-SPREADS = {"subjects": (BLUE, "subjects"), "scenes": (ORANGE, "scenes"), "residual": (GREEN, "residual")}
+SD_LOOKS = {"subjects": (BLUE, "subjects"), "scenes": (ORANGE, "scenes"), "residual": (GREEN, "residual")}
 DASHED = (0, (4, 3))
 
 
@@ -52,7 +52,7 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
     prior = result.priors["rise"]
     ax.plot(at, prior.density(at), color=GREY, linestyle=DASHED, linewidth=1.2, label=f"prior {prior}")
     for name, each in found.items():
-        colour, label = RISES[name]
+        colour, label = EFFECTS[name]
         density = stats.gaussian_kde(each.draws)(at)
         ax.fill_between(at, density, color=colour, alpha=0.15, linewidth=0)
         ax.plot(at, density, color=colour, label=label)
@@ -74,14 +74,14 @@ def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
     largest = 1.15 * max(float(np.quantile(draws, 0.995)) for draws in first.spread.values())
     at = np.linspace(0, largest, 300)
     for name, draws in first.spread.items():
-        colour, label = SPREADS[name]
+        colour, label = SD_LOOKS[name]
         ax.plot(at, result.priors[name].density(at), color=colour, linestyle=DASHED, linewidth=0.9)
         ax.plot(at, _above_zero(draws, at), color=colour, label=label)
     ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
     ax.set(xlim=(0, largest), yticks=[], xlabel="standard deviation (log odds)")
     if result.analysis.ratios:
         ax.set_xlabel("standard deviation (log ratio)")
-    ax.set_title(f"SDs of the {RISES[first.name][1].split()[0]} effect (dashed: priors)")
+    ax.set_title(f"SDs of the {EFFECTS[first.name][1].split()[0]} effect (dashed: priors)")
     ax.legend(loc="upper right", fontsize=7, handlelength=1.6)
     return ax
 

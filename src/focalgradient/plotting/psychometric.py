@@ -21,7 +21,7 @@ COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
 MOST_ROWS = 40
 """Maximum number of participant names on the axis; with more participants, every second, third, ... is named."""
 
-PANEL_MM, ACROSS = 44.0, 4
+PANEL_MM, PANELS_PER_ROW = 44.0, 4
 """Width of a participant's panel in mm, and number of panels per row."""
 
 
@@ -43,10 +43,12 @@ def psychometric_figure(result: PsychometricGroups, *, simulated: bool = False) 
 def person_figure(result: PsychometricGroups, *, simulated: bool = False) -> Figure:
     """Draw one panel per participant: proportions (disc area by trials), fitted function, and threshold interval."""
     people = result.participants
-    rows = math.ceil(len(people) / ACROSS)
+    rows = math.ceil(len(people) / PANELS_PER_ROW)
     with style():
-        figure = new_figure(PANEL_MM * min(ACROSS, len(people)) + 10, 36.0 * rows + 12, layout="constrained")
-        panels = figure.subplots(rows, min(ACROSS, len(people)), sharex=True, sharey=True, squeeze=False).ravel()
+        figure = new_figure(PANEL_MM * min(PANELS_PER_ROW, len(people)) + 10, 36.0 * rows + 12, layout="constrained")
+        panels = figure.subplots(
+            rows, min(PANELS_PER_ROW, len(people)), sharex=True, sharey=True, squeeze=False
+        ).ravel()
         names = [group.condition for group in result.groups]
         for panel, person in zip(panels, people, strict=False):
             for one in result.people:

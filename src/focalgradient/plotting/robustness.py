@@ -15,10 +15,10 @@ from focalgradient.statistics.robustness import LOGARITHM, TESTS, Variant, most_
 
 __all__ = ["robustness_figure"]
 
-FEWEST = 8
+MIN_VARIANTS = 8
 """Minimum number of variants that determines the width of a panel."""
 
-ROW = 6.5
+ROW_MM = 6.5
 """Height of a row of choices in mm: two lines of text."""
 
 
@@ -45,14 +45,14 @@ def robustness_figure(variants: Sequence[Variant], names: Mapping[str, str], *, 
     rules = [name for name in names if any(each.rules == name for each in shown)]
     choices = [*((names[name], "rules", name) for name in rules), *((test, "test", test) for test in TESTS)]
     with style():
-        figure = new_figure(190, 62 + ROW * len(choices), layout="constrained")
+        figure = new_figure(190, 62 + ROW_MM * len(choices), layout="constrained")
         axes = figure.subplots(
             2,
             len(panels),
             squeeze=False,
             sharex="col",
-            height_ratios=[50, ROW * len(choices)],
-            width_ratios=[max(len(own), FEWEST) for _, own in panels],
+            height_ratios=[50, ROW_MM * len(choices)],
+            width_ratios=[max(len(own), MIN_VARIANTS) for _, own in panels],
         )
         for column, (title, own) in enumerate(panels):
             curve, marks = axes[0][column], axes[1][column]
@@ -97,7 +97,7 @@ def _curve(ax: Axes, ordered: Sequence[Variant]) -> None:
     none = 1.0 if log else 0.0
     ax.axhline(none, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.margins(x=0.04)
-    ax.set_xlim(-0.8, max(len(ordered), FEWEST) - 0.2)
+    ax.set_xlim(-0.8, max(len(ordered), MIN_VARIANTS) - 0.2)
     ax.tick_params(axis="x", length=0, labelbottom=False)
     if log:
         ax.set_ylabel("ratio, largest aperture to pinhole")

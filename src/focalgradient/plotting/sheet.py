@@ -13,10 +13,10 @@ __all__ = ["PAPERS", "calibration_sheet"]
 PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "letter": (279.4, 215.9)}
 """Width and height in mm, landscape (ISO 216; ANSI A)."""
 
-DOT = 0.254
+PIXEL_MM = 0.254
 """Side of a texture pixel in mm: 100 dots per inch, which any printer resolves."""
 
-MARGIN, FOOT = 8.0, 14.0
+MARGIN_MM, RULER_MM = 8.0, 14.0
 """Blank margin left by printers, and height of the ruler below the texture, in mm."""
 
 
@@ -36,21 +36,22 @@ def calibration_sheet(paper: str = "A4") -> Figure:
     if paper not in PAPERS:
         raise InputError(f"paper is {paper!r}, but must be one of {', '.join(PAPERS)}.")
     width, height = PAPERS[paper]
-    columns, rows = (round(side / DOT) for side in (width - 2 * MARGIN, height - 2 * MARGIN - FOOT))
+    columns, rows = (round(side / PIXEL_MM) for side in (width - 2 * MARGIN_MM, height - 2 * MARGIN_MM - RULER_MM))
     with style():
         figure = new_figure(width, height)
         ax = figure.add_axes(
-            (MARGIN / width, (MARGIN + FOOT) / height, columns * DOT / width, rows * DOT / height), frameon=False
+            (MARGIN_MM / width, (MARGIN_MM + RULER_MM) / height, columns * PIXEL_MM / width, rows * PIXEL_MM / height),
+            frameon=False,
         )
         ax.imshow(_texture(rows, columns), cmap="gray", vmin=0, vmax=1, interpolation="nearest", aspect="auto")
         ax.set(xticks=[], yticks=[])
-        ruler = figure.add_axes((MARGIN / width, MARGIN / height, 100 / width, 4 / height))
+        ruler = figure.add_axes((MARGIN_MM / width, MARGIN_MM / height, 100 / width, 4 / height))
         ruler.set(xlim=(0, 100), ylim=(0, 1), yticks=[], xticks=range(0, 101, 10))
         ruler.bar(np.arange(0, 100, 10) + 5, 1, width=10, color=["black", "white"] * 5)
         ruler.tick_params(length=0, pad=1, labelsize=6)
         figure.text(
-            (MARGIN + 106) / width,
-            (MARGIN + 2) / height,
+            (MARGIN_MM + 106) / width,
+            (MARGIN_MM + 2) / height,
             "focalgradient calibration sheet. Print at 100 %: the ruler is 100 mm long. Mount it flat, facing the "
             "camera, "
             "filling the frame;\nlight it evenly. Use a tripod, raw or linear files and fixed focus; two or three "

@@ -63,15 +63,15 @@ def fixation_looks(names: Iterable[str]) -> dict[str, Look]:
     return known | {name: (*OTHERS[at % len(OTHERS)], f"{name}\nin focus") for at, name in enumerate(others)}
 
 
-READING = {"rigid": BLUE, "nonrigid": ORANGE, "both": GREEN, "none": "#BBBBBB"}
-EDGE = [withStroke(linewidth=3, foreground="white")]
-APART = 0.06
+PERCEPT_COLOURS = {"rigid": BLUE, "nonrigid": ORANGE, "both": GREEN, "none": "#BBBBBB"}
+OUTLINE = [withStroke(linewidth=3, foreground="white")]
+OFFSET = 0.06
 """Horizontal offset of two curves, as a fraction of an axis step, so that their error bars do not overlap."""
 
 
 def _sides(count: int) -> list[float]:
     """Return the horizontal offsets of the curves of `count` fixations."""
-    return [APART * (2 * number / max(count - 1, 1) - 1) for number in range(count)]
+    return [OFFSET * (2 * number / max(count - 1, 1) - 1) for number in range(count)]
 
 
 def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
@@ -82,7 +82,7 @@ def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure
         subjects, scenes = len(result.participants), len(result.scenes)
         who = "simulated observer" if simulated else "subject"
         ax.set_title(f"{_count(subjects, who)}, {_count(scenes, 'scene')}")
-        _settle(figure)
+        _freeze_layout(figure)
     return figure
 
 
@@ -119,8 +119,8 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
         ax.set(xlabel="maximum retinal blur (arcmin)", ylabel="perceived depth (ratio to the pinhole)")
         _labels(ax, labels, 0.12)
         if simulated:
-            _say_simulated(ax)
-        _settle(figure)
+            _label_simulated(ax)
+        _freeze_layout(figure)
     return figure
 
 
@@ -131,7 +131,7 @@ def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.2))
         draw_scenes(left, result, simulated=simulated)
         draw_scene_rises(right, result)
-        _settle(figure)
+        _freeze_layout(figure)
     return figure
 
 
@@ -149,8 +149,8 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
         if simulated:
             low, high = axes[-1].get_ylim()
             axes[-1].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
-            _say_simulated(axes[-1])
-        _settle(figure)
+            _label_simulated(axes[-1])
+        _freeze_layout(figure)
     return figure
 
 
@@ -162,7 +162,7 @@ def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
         draw_nonrigid_share(left, result, simulated=simulated)
         draw_shares(middle, result)
         draw_durations(right, result)
-        _settle(figure)
+        _freeze_layout(figure)
     return figure
 
 
@@ -213,7 +213,7 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         ax.set_ylabel("rating (geometric mean)")
     _labels(ax, labels, 0.12)
     if simulated:
-        _say_simulated(ax)
+        _label_simulated(ax)
     return ax
 
 
@@ -248,7 +248,7 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
     _apertures(ax, sizes)
     _labels(ax, labels, 0.12)
     if simulated:
-        _say_simulated(ax)
+        _label_simulated(ax)
     return ax
 
 
@@ -345,7 +345,7 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
     ax.set(ylim=(-2, 102), ylabel="nonrigid percept (% of the time)", title="Nonrigid percept")
     _gradients(ax, conditions)
     if simulated:
-        _say_simulated(ax)
+        _label_simulated(ax)
     return ax
 
 
@@ -355,7 +355,7 @@ def draw_shares(ax: Axes, result: NeckerResult) -> Axes:
     time = {(each.gradient, each.strength, each.percept): 100 * each.time.estimate for each in result.shares}
     base = np.zeros(len(conditions))
     labels = []
-    for percept, colour in READING.items():
+    for percept, colour in PERCEPT_COLOURS.items():
         heights = np.array([time.get((*condition, percept), 0.0) for condition in conditions])
         ax.bar(range(len(conditions)), heights, 0.75, base, color=colour, edgecolor="white", linewidth=0.4)
         base += heights
@@ -371,8 +371,8 @@ def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
     """Draw the durations of each percept: median and quartiles of the better-fitting distribution."""
     conditions = _conditions(result)
     labels = []
-    for side, percept in ((-APART, "rigid"), (APART, "nonrigid")):
-        colour = READING[percept]
+    for side, percept in ((-OFFSET, "rigid"), (OFFSET, "nonrigid")):
+        colour = PERCEPT_COLOURS[percept]
         places, medians = [], []
         for each in result.dominance:
             fit = each.lognormal if each.better == "lognormal" else each.gamma
@@ -458,11 +458,11 @@ def _count(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
 
 
-def _settle(figure: Figure) -> None:
+def _freeze_layout(figure: Figure) -> None:
     """Compute the layout once, for all file formats."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
 
 
-def _say_simulated(ax: Axes) -> None:
-    ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=EDGE, zorder=6)
+def _label_simulated(ax: Axes) -> None:
+    ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=OUTLINE, zorder=6)

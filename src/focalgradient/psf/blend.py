@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.psf.disc import DISC_K, disc_transfer
-from focalgradient.psf.gaussian import K_HELP, SPREAD, gaussian_transfer
+from focalgradient.psf.gaussian import K_HELP, EXTENT_SD, gaussian_transfer
 from focalgradient.psf.shape import Psf, parameter
 
 __all__ = ["Blend", "blend_transfer"]
@@ -54,7 +54,7 @@ class Blend(Psf):
     @property
     def edge_reach(self) -> float:
         """Disc radius plus six standard deviations of the Gaussian, in blur radii."""
-        return _rest(self.k) + SPREAD * self.k
+        return _rest(self.k) + EXTENT_SD * self.k
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
         """Return `blend_transfer` with `k`."""

@@ -15,7 +15,7 @@ __all__ = ["K_HELP", "Gaussian", "gaussian_transfer"]
 
 K_HELP = "sigma / disc radius"
 
-SPREAD = 6.0
+EXTENT_SD = 6.0
 """Number of standard deviations beyond which an edge response is taken as 1 (error 1e-9)."""
 
 
@@ -48,7 +48,7 @@ class Gaussian(Psf):
     @property
     def edge_reach(self) -> float:
         """Six standard deviations, in blur radii."""
-        return SPREAD * self.k
+        return EXTENT_SD * self.k
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
         """Return `gaussian_transfer` with `k`."""

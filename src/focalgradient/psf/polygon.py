@@ -13,7 +13,7 @@ from focalgradient.psf.shape import Psf, parameter
 
 __all__ = ["Polygon"]
 
-SMALL = 1e-3
+SERIES_PHASE = 1e-3
 """Phase (rad) at the blur radius below which the transfer is computed from its series (error below 1e-9)."""
 
 
@@ -77,7 +77,7 @@ class Polygon(Psf):
             *(2 * np.pi * np.asarray(axis, float) * radius for axis in (frequency_y, frequency_x))
         )
         squared = x**2 + y**2
-        small = squared < SMALL**2
+        small = squared < SERIES_PHASE**2
         safe = np.where(small, 1.0, squared)
         total = np.zeros(squared.shape, np.complex128)
         corners = self.corners()

@@ -12,11 +12,11 @@ from focalgradient.psf.shape import Psf
 
 __all__ = ["edge_profile", "steepest_slope"]
 
-PERIOD, PER_RADIUS = 32, 256
+EXTENT_RADII, SAMPLES_PER_RADIUS = 32, 256
 """Extent in blur radii of the sampled line response, and samples per blur radius: the error of a disc's edge response
 is then 3e-5."""
 
-DIRECTIONS = 24
+DIRECTION_COUNT = 24
 """Number of directions, over 180 degrees, among which the maximum slope is searched: a square's slope falls by 7 %
 within 4 degrees of its side's direction, less than the uncertainty of edges in pictures."""
 
@@ -42,8 +42,8 @@ def edge_profile(psf: Psf, direction: float = 0.0) -> Callable[[NDArray[np.float
     if psf.gives_edge_response:
         return lambda position: psf.edge_response(position, 1.0)
     line = _line(psf, direction)
-    position = np.arange(len(line) + 1) / PER_RADIUS - PERIOD / 2
-    edge = np.concatenate([[0.0], np.cumsum(line)]) / PER_RADIUS
+    position = np.arange(len(line) + 1) / SAMPLES_PER_RADIUS - EXTENT_RADII / 2
+    edge = np.concatenate([[0.0], np.cumsum(line)]) / SAMPLES_PER_RADIUS
     return lambda at: np.interp(at, position, edge)
 
 
@@ -57,13 +57,13 @@ def steepest_slope(psf: Psf) -> float:
     if psf.gives_edge_response:
         positions = np.linspace(-psf.edge_reach, psf.edge_reach, 2001)
         return float(psf.line_response(positions, 1.0).max())
-    return max(float(_line(psf, math.pi * turn / DIRECTIONS).max()) for turn in range(DIRECTIONS))
+    return max(float(_line(psf, math.pi * turn / DIRECTION_COUNT).max()) for turn in range(DIRECTION_COUNT))
 
 
 def _line(psf: Psf, direction: float) -> NDArray[np.float64]:
     """Return the line response along a direction, averaged over each sample from -PERIOD / 2 to PERIOD / 2."""
-    frequency = np.fft.rfftfreq(PERIOD * PER_RADIUS, 1 / PER_RADIUS)
+    frequency = np.fft.rfftfreq(EXTENT_RADII * SAMPLES_PER_RADIUS, 1 / SAMPLES_PER_RADIUS)
     otf = psf.optical_transfer(frequency * math.sin(direction), frequency * math.cos(direction), 1.0)
     # Average over each sample, and shift by half a sample to its centre.
-    otf = otf * np.sinc(frequency / PER_RADIUS) * np.exp(1j * np.pi * frequency / PER_RADIUS)
-    return np.fft.fftshift(np.fft.irfft(otf)) * PER_RADIUS
+    otf = otf * np.sinc(frequency / SAMPLES_PER_RADIUS) * np.exp(1j * np.pi * frequency / SAMPLES_PER_RADIUS)
+    return np.fft.fftshift(np.fft.irfft(otf)) * SAMPLES_PER_RADIUS

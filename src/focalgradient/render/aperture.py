@@ -10,7 +10,7 @@ from focalgradient.render.shaped import shape_picture
 
 __all__ = ["aperture_points"]
 
-FINE = 96.0
+PICTURE_RADIUS_PX = 96.0
 """Blur radius in pixels of the picture from which shapes other than the disc are sampled: positions are accurate to 1 %
 of the radius."""
 
@@ -35,7 +35,7 @@ def aperture_points(psf: Psf, square: NDArray[np.float64]) -> NDArray[np.float64
     """
     if isinstance(psf, Disc):
         return _disc(square)
-    return _drawn(shape_picture(psf, FINE), square) / FINE
+    return _sampled(shape_picture(psf, PICTURE_RADIUS_PX), square) / PICTURE_RADIUS_PX
 
 
 def _disc(square: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -48,7 +48,7 @@ def _disc(square: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
 
 
-def _drawn(picture: NDArray[np.float64], square: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sampled(picture: NDArray[np.float64], square: NDArray[np.float64]) -> NDArray[np.float64]:
     """Map the unit square to a picture's radiance by inverse distribution functions: first rows, then columns."""
     side = len(picture)
     rows = np.concatenate([[0.0], np.cumsum(picture.sum(axis=1))])

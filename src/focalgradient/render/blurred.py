@@ -32,25 +32,25 @@ from focalgradient.view import View
 
 __all__ = ["blur", "blur_picture", "blur_scene", "check_radius"]
 
-LARGEST = 250.0
+MAX_RADIUS_PX = 250.0
 """Maximum blur radius in pixels; the kernels of larger radii would exhaust memory."""
 
-STEP = 0.25
+BLUR_STEP_PX = 0.25
 """Spacing in pixels of blur between the tabulated point spread functions of optics with their own blur model; nearest
 neighbour: error at most half a step."""
 
-FINE_STEP, FEW = 1 / 32, 64
+FINE_BLUR_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
 """Spacing in pixels, and maximum number, of tabulated functions where only a few distinct blurs occur, as for frontal
 planes."""
 
-SKIRT = 12
+MARGIN_PX = 12
 """Margin in pixels, in addition to 1.5 times the disc radius, to which such a function is tabulated."""
 
-SHOWS = 3.0, 5.0
+LENS_VISIBLE_PX = 3.0, 5.0
 """Disc radii in pixels between which a point spread function's width begins to reveal, and fully reveals, the lens's
 diameter."""
 
-FAINT = 1e-6
+MIN_FRACTION = 1e-6
 """Fraction of the total energy below which a pixel of a point spread function is set to 0."""
 
 
@@ -234,10 +234,10 @@ def blur_scene(
 
 
 def check_radius(pixels: float) -> None:
-    """Raise `InputError` if a blur radius exceeds `LARGEST`."""
-    if not pixels <= LARGEST:
+    """Raise `InputError` if a blur radius exceeds `MAX_RADIUS_PX`."""
+    if not pixels <= MAX_RADIUS_PX:
         raise InputError(
-            f"the blur is {pixels:.0f} pixels in radius, but may be {LARGEST:.0f} at most: "
+            f"the blur is {pixels:.0f} pixels in radius, but may be {MAX_RADIUS_PX:.0f} at most: "
             "reduce the picture, or take a smaller aperture or a focus nearer to the scene."
         )
 
@@ -258,13 +258,15 @@ def _kernels(
 
 
 def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
-    """Return point spread functions of the optics' own transfer for signed blurs (px), rounded to `STEP`."""
-    fine = np.unique(np.rint(blurs / FINE_STEP).astype(np.int64))
-    few = len(fine) <= FEW
-    steps = FINE_STEP * fine if few else STEP * np.unique(np.rint(blurs / STEP).astype(np.int64))
+    """Return point spread functions of the optics' own transfer for signed blurs (px), rounded to `BLUR_STEP_PX`."""
+    fine = np.unique(np.rint(blurs / FINE_BLUR_STEP_PX).astype(np.int64))
+    few = len(fine) <= MAX_FINE_COUNT
+    steps = (
+        FINE_BLUR_STEP_PX * fine if few else BLUR_STEP_PX * np.unique(np.rint(blurs / BLUR_STEP_PX).astype(np.int64))
+    )
     pictures = []
     for blur in steps.tolist():
-        reach = math.ceil(1.5 * abs(blur)) + SKIRT
+        reach = math.ceil(1.5 * abs(blur)) + MARGIN_PX
         # Padded, so that energy leaving the frame on one side does not wrap around to the other.
         edge = reach // 2
         side = 2 * (reach + edge) + 1
@@ -273,11 +275,11 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
         vergence = (blur / scale if scale else 0.0) + own.optics.focus_vergence
         transfer = own.optical_transfer(down, right, vergence)
         picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
-        pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
+        pictures.append(np.where(np.abs(picture) > MIN_FRACTION, picture, 0))
     largest = int(np.abs(steps).argmax())
     radius = abs(float(steps[largest]))
     # Small discs are dominated by diffraction and do not reveal the lens's diameter.
-    shows = min(max((radius - SHOWS[0]) / (SHOWS[1] - SHOWS[0]), 0.0), 1.0)
+    shows = min(max((radius - LENS_VISIBLE_PX[0]) / (LENS_VISIBLE_PX[1] - LENS_VISIBLE_PX[0]), 0.0), 1.0)
     lens = 1.0 if shows == 0 else 1 + shows * (lens_radius(pictures[largest], radius) - 1)
     return kernels_of(steps, pictures, lens)
 

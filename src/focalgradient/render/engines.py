@@ -222,10 +222,10 @@ def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
     if how is None:
         if not castable(scene):
             raise InputError(f"Mitsuba, which this scene needs, cannot be used here: {REMEDY}.")
-        _say(f"Mitsuba cannot be used here, so planes and spheres are ray cast instead: {REMEDY}.")
+        _warn_once(f"Mitsuba cannot be used here, so planes and spheres are ray cast instead: {REMEDY}.")
         return "cast", ""
     if how != LLVM:
-        _say(
+        _warn_once(
             "Mitsuba runs without LLVM here, which is some four times as slow for path tracing and a hundred times for "
             "shading: install it with 'apt-get install libllvm19'."
         )
@@ -233,7 +233,7 @@ def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
 
 
 @cache
-def _say(words: str) -> None:
+def _warn_once(words: str) -> None:
     """Issue a warning once."""
     warnings.warn(words, FocalGradientWarning, stacklevel=5)
 

@@ -24,24 +24,24 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from focalgradient.parallel import share_rows
-from focalgradient.render.mixed import LEAST, NOTHING, parted
+from focalgradient.render.mixed import SAME_SURFACE_PX, NOTHING, parted
 from focalgradient.render.visibility import CELL, highest
 
 __all__ = ["NOTHING", "ceiling", "complete", "nearest_behind", "surfaces"]
 
-EDGE = 0.5
+HALF_PIXEL = 0.5
 """Distance in pixels from the centre of a pixel of the surface behind to its edge, beyond which all is hidden."""
 
-AROUND = 6
+NEIGHBOURHOOD_PX = 6
 """Radius in pixels, beyond the nearest visible pixel, of the neighbourhood whose radiance is averaged."""
 
-ACROSS = 12
+MAX_SAMPLES = 12
 """Maximum number of samples from the centre to the rim of that neighbourhood; wider ones are subsampled."""
 
-BLOCKS = 8
+BLOCKS_PER_THREAD = 8
 """Blocks of rows per thread, to balance the load of unevenly distributed occlusion boundaries."""
 
-STRAIGHT, DIAGONAL = math.cos(math.pi / 8), math.sqrt(2) * math.cos(math.pi / 8)
+STRAIGHT_STEP, DIAGONAL_STEP = math.cos(math.pi / 8), math.sqrt(2) * math.cos(math.pi / 8)
 """Lengths of steps to neighbouring pixels for which path length never exceeds the straight-line distance."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
@@ -61,7 +61,9 @@ def complete(
     row, column = nearest_behind(vergence, before)
     hidden = np.zeros(image.shape, np.float32)
     behind = np.empty(vergence.shape, np.float32)
-    share_rows(len(vergence), partial(_fill, image, vergence, before, row, column, hidden, behind), each=BLOCKS)
+    share_rows(
+        len(vergence), partial(_fill, image, vergence, before, row, column, hidden, behind), each=BLOCKS_PER_THREAD
+    )
     return hidden, behind
 
 
@@ -73,7 +75,7 @@ def surfaces(
     parts, uncovered = far > NOTHING, far == vergence
     hidden, behind = complete(np.where(uncovered[:, :, None], shown, light), vergence, near)
     hidden[parts], behind[parts] = shown[parts], far[parts]
-    fading = np.clip(near - behind - np.float32(LEAST), 0, 1)
+    fading = np.clip(near - behind - np.float32(SAME_SURFACE_PX), 0, 1)
     return (light, near, cover), (hidden, behind, np.where(uncovered, np.float32(1), fading))
 
 
@@ -91,14 +93,14 @@ def ceiling(vergence):  # type: ignore[no-untyped-def]
                 best = found[i, j]
                 a = i - down
                 if 0 <= a < height:
-                    best = max(best, found[a, j] - np.float32(STRAIGHT))
+                    best = max(best, found[a, j] - np.float32(STRAIGHT_STEP))
                     if j > 0:
-                        best = max(best, found[a, j - 1] - np.float32(DIAGONAL))
+                        best = max(best, found[a, j - 1] - np.float32(DIAGONAL_STEP))
                     if j < width - 1:
-                        best = max(best, found[a, j + 1] - np.float32(DIAGONAL))
+                        best = max(best, found[a, j + 1] - np.float32(DIAGONAL_STEP))
                 b = j - down
                 if 0 <= b < width:
-                    best = max(best, found[i, b] - np.float32(STRAIGHT))
+                    best = max(best, found[i, b] - np.float32(STRAIGHT_STEP))
                 found[i, j] = best
     return found
 
@@ -110,7 +112,9 @@ def nearest_behind(
     before = vergence if before is None else before
     row, column = np.full((2, *vergence.shape), -1, np.int32)
     under = binary_dilation(ceiling(-vergence) > -before, np.ones((3, 3), bool))
-    share_rows(len(vergence), partial(_find, vergence, before, under, -highest(-vergence), row, column), each=BLOCKS)
+    share_rows(
+        len(vergence), partial(_find, vergence, before, under, -highest(-vergence), row, column), each=BLOCKS_PER_THREAD
+    )
     return row, column
 
 
@@ -124,7 +128,7 @@ def _find(vergence, before, under, lowest, row, column, first, last):  # type: i
             if not under[i, j]:
                 continue
             here = before[i, j]
-            best = (here - deepest + np.float32(EDGE)) ** 2
+            best = (here - deepest + np.float32(HALF_PIXEL)) ** 2
             reach = int(here - deepest + 1) // CELL + 1
             for ring in range(reach + 1):
                 if ring > 1 and ((ring - 1) * CELL) ** 2 > best:
@@ -137,13 +141,13 @@ def _find(vergence, before, under, lowest, row, column, first, last):  # type: i
                             continue
                         down = max(max(p * CELL - i, i - (p * CELL + CELL - 1)), 0)
                         aside = max(max(q * CELL - j, j - (q * CELL + CELL - 1)), 0)
-                        jump, away = here - lowest[p, q] + np.float32(EDGE), down * down + aside * aside
-                        if away >= best or jump <= EDGE or jump * jump <= away:
+                        jump, away = here - lowest[p, q] + np.float32(HALF_PIXEL), down * down + aside * aside
+                        if away >= best or jump <= HALF_PIXEL or jump * jump <= away:
                             continue
                         for a in range(p * CELL, min(p * CELL + CELL, height)):
                             for b in range(q * CELL, min(q * CELL + CELL, width)):
-                                jump, away = here - vergence[a, b] + np.float32(EDGE), (a - i) ** 2 + (b - j) ** 2
-                                if away < best and jump > EDGE and jump * jump > away and away > 0:
+                                jump, away = here - vergence[a, b] + np.float32(HALF_PIXEL), (a - i) ** 2 + (b - j) ** 2
+                                if away < best and jump > HALF_PIXEL and jump * jump > away and away > 0:
                                     best = away
                                     row[i, j], column[i, j] = a, b
 
@@ -158,13 +162,13 @@ def _fill(image, vergence, before, row, column, hidden, behind, first, last):  #
             if r < 0:
                 behind[i, j] = NOTHING
                 continue
-            reach = int(math.sqrt((r - i) ** 2 + (c - j) ** 2)) + AROUND
-            stride = 1 + reach // ACROSS
+            reach = int(math.sqrt((r - i) ** 2 + (c - j) ** 2)) + NEIGHBOURHOOD_PX
+            stride = 1 + reach // MAX_SAMPLES
             total, mean = np.float32(0), np.float32(0)
             for a in range((max(i - reach, 0) + stride - 1) // stride * stride, min(i + reach + 1, height), stride):
                 for b in range((max(j - reach, 0) + stride - 1) // stride * stride, min(j + reach + 1, width), stride):
-                    jump = before[i, j] - vergence[a, b] + np.float32(EDGE)
-                    if jump <= EDGE:
+                    jump = before[i, j] - vergence[a, b] + np.float32(HALF_PIXEL)
+                    if jump <= HALF_PIXEL:
                         continue
                     away = np.float32((a - i) ** 2 + (b - j) ** 2)
                     if jump * jump > away:

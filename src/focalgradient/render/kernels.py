@@ -21,23 +21,23 @@ __all__ = ["LANES", "Kernels", "disc_kernels", "kernels_of"]
 LANES = 8
 """Number of zeros appended to each line, so that loops use whole vector registers."""
 
-LARGE = 6.0
+MIN_INTERPOLATED_RADIUS = 6.0
 """Disc radius in pixels from which linear interpolation reproduces the transfer to 0.005 up to 1/8 cycle per pixel."""
 
-WITHIN, WIDEST = 0.98, 2.0
+LENS_ENERGY, MAX_LENS_RADIUS = 0.98, 2.0
 """Fraction of a point spread function's energy within the lens's radius (a choice), and the maximum of that radius in
 disc radii."""
 
-FITTED_TO, STEPS = 0.43, 14
+MAX_FITTED_FREQUENCY, FREQUENCY_STEPS = 0.43, 14
 """Maximum frequency (cycles per pixel) up to which the transfer of smaller discs is fitted, and number of frequency
 steps. In a photograph blurred by about a pixel, distance is estimated with a bias of -1.0 % for 0.36 and -0.5 % for
 0.43; for 0.5 it varies more."""
 
-EVEN = 0.005
+UNIFORMITY_WEIGHT = 0.005
 """Weight of a disc's uniformity relative to its transfer in the fit. 0 would give a few bright pixels; with 0.005,
 pixels within a disc of radius 4 px differ by 6 %, and the transfer is accurate to 0.0025 up to 1/8 cycle per pixel."""
 
-FINER = 24
+RIM_SAMPLES = 24
 """Samples per pixel, in each direction, along a disc's rim: the second moment is then accurate to 0.001."""
 
 FloatImage = NDArray[np.float32]
@@ -85,11 +85,11 @@ def kernels_of(at: NDArray[np.floating], pictures: Sequence[NDArray[np.float64]]
 
 
 def lens_radius(picture: NDArray[np.float64], radius: float) -> float:
-    """Return the radius containing `WITHIN` of a point spread function's energy, in disc radii, from 1 to `WIDEST`."""
+    """Return the radius containing `LENS_ENERGY` of a point spread function's energy, in disc radii, from 1 to `MAX_LENS_RADIUS`."""
     away = np.hypot(*(np.indices(picture.shape) - len(picture) // 2)).ravel()
     order = np.argsort(away, kind="stable")
     light = np.cumsum(np.abs(picture).ravel()[order])
-    return min(max(float(np.interp(WITHIN * light[-1], light, away[order])) / radius, 1.0), WIDEST)
+    return min(max(float(np.interp(LENS_ENERGY * light[-1], light, away[order])) / radius, 1.0), MAX_LENS_RADIUS)
 
 
 def disc_kernels(largest: float) -> Kernels:
@@ -106,7 +106,7 @@ def disc_kernels(largest: float) -> Kernels:
 
 @cache
 def _small(radius: float) -> NDArray[np.float64]:
-    """Return a disc below `LARGE`: uniform, non-negative weights whose transfer fits the disc's by least squares.
+    """Return a disc below `MIN_INTERPOLATED_RADIUS`: uniform, non-negative weights whose transfer fits the disc's by least squares.
 
     Exact interpolation at the fine detail that small discs leave would need negative weights, which produce dark
     rings around bright points.
@@ -118,7 +118,7 @@ def _small(radius: float) -> NDArray[np.float64]:
     weight = 1 / np.maximum(frequency, frequency[1])  # amplitude spectrum of natural images
     weight[0] = 100 * weight.sum()  # unit gain at frequency 0
     weight[1:] /= np.linalg.norm(weight[1:])
-    level = EVEN * np.sqrt(count) / even.max()
+    level = UNIFORMITY_WEIGHT * np.sqrt(count) / even.max()
     found, _ = nnls(
         np.concatenate([weight[:, None] * waves, np.diag(level)]),
         np.concatenate([weight * disc_transfer(frequency, radius), level * even]),
@@ -134,7 +134,7 @@ def _disc(radius: float) -> NDArray[np.float64]:
     """Return a disc as a square picture of odd size."""
     if radius < 0.01:
         return np.ones((1, 1))
-    return _small(radius) if radius < LARGE else _spread_out(radius, math.ceil(radius))
+    return _small(radius) if radius < MIN_INTERPOLATED_RADIUS else _spread_out(radius, math.ceil(radius))
 
 
 @cache
@@ -146,8 +146,8 @@ def _waves(
     The result holds sums of cosines, frequencies x pixels; the frequencies in cycles per pixel; the pixels' rows
     and columns from the centre; and the number of pixels that each represents.
     """
-    across, down = np.meshgrid(*2 * [np.linspace(0, FITTED_TO, STEPS + 1)])
-    kept = (down <= across) & (np.hypot(down, across) <= FITTED_TO)
+    across, down = np.meshgrid(*2 * [np.linspace(0, MAX_FITTED_FREQUENCY, FREQUENCY_STEPS + 1)])
+    kept = (down <= across) & (np.hypot(down, across) <= MAX_FITTED_FREQUENCY)
     order = np.argsort(np.hypot(down, across)[kept])
     down, across = down[kept][order], across[kept][order]
     octant = [(i, j) for i in range(reach + 1) for j in range(i, reach + 1)]
@@ -178,12 +178,12 @@ def _fill_disc(radius, picture):  # type: ignore[no-untyped-def]
             if away < radius - math.sqrt(2):
                 light = 1.0
             elif away < radius + math.sqrt(2):
-                for m in range(2 * FINER):
-                    y = (m + 0.5) / FINER - 1
-                    for n in range(2 * FINER):
-                        x = (n + 0.5) / FINER - 1
+                for m in range(2 * RIM_SAMPLES):
+                    y = (m + 0.5) / RIM_SAMPLES - 1
+                    for n in range(2 * RIM_SAMPLES):
+                        x = (n + 0.5) / RIM_SAMPLES - 1
                         if math.hypot(i + y, j + x) <= radius:
-                            light += (1 - abs(y)) * (1 - abs(x)) / FINER**2
+                            light += (1 - abs(y)) * (1 - abs(x)) / RIM_SAMPLES**2
             for y, x in ((i, j), (j, i)):
                 picture[reach - y, reach - x] = picture[reach - y, reach + x] = light
                 picture[reach + y, reach - x] = picture[reach + y, reach + x] = light

@@ -18,20 +18,20 @@ from focalgradient.parallel import share_rows
 
 __all__ = ["NOTHING", "parted"]
 
-BESIDE = 2
+NEIGHBOURHOOD_PX = 2
 """Radius in pixels of the neighbourhood from which the radiance of the two surfaces is taken."""
 
-LEAST, CLEAR = 1.0, 2.0
+SAME_SURFACE_PX, SEPARATE_SURFACES_PX = 1.0, 2.0
 """Vergence differences (px) between neighbours: up to the first they belong to one surface, from the second to two; in
 between, the unmixing is weighted linearly. The whole lens sees a surface whose slope is less than 1."""
 
 NOTHING = -1e30
 """Vergence that marks the absence of a hidden point."""
 
-MOST = 0.5
+MAX_COVER = 0.5
 """Maximum fraction of a pixel covered by the other surface, since depth is that of the pixel's centre."""
 
-MEAN, VARIANCE = 1 / 8, 0.03
+PRIOR_MEAN, PRIOR_VARIANCE = 1 / 8, 0.03
 """Prior mean and variance of the fraction of a pixel covered by the other surface: a boundary at a random position
 between two pixel centres covers 0 to 1/2 of one of them, and none of the other."""
 
@@ -76,20 +76,20 @@ def _part(image, vergence, light, near, cover, behind, far, first, last):  # typ
         for j in range(width):
             up, down = _jumps(vergence, i, j)
             jump = max(up, down)
-            if jump <= LEAST:
+            if jump <= SAME_SURFACE_PX:
                 continue
             here = vergence[i, j]
             other = here + up if up > down else here - down
             # Mean radiance of both surfaces over pixels that no boundary crosses, and its variance.
             sums[:] = 0
             count0, count1, squares = np.float32(0), np.float32(0), np.float32(0)
-            for a in range(max(i - BESIDE, 0), min(i + BESIDE + 1, height)):
-                for b in range(max(j - BESIDE, 0), min(j + BESIDE + 1, width)):
+            for a in range(max(i - NEIGHBOURHOOD_PX, 0), min(i + NEIGHBOURHOOD_PX + 1, height)):
+                for b in range(max(j - NEIGHBOURHOOD_PX, 0), min(j + NEIGHBOURHOOD_PX + 1, width)):
                     own, its = abs(vergence[a, b] - here), abs(vergence[a, b] - other)
                     if min(own, its) > jump / 4:
                         continue
                     above, below = _jumps(vergence, a, b)
-                    if max(above, below) > LEAST:
+                    if max(above, below) > SAME_SURFACE_PX:
                         continue
                     side = 0 if own < its else 1
                     if side == 0:
@@ -110,11 +110,13 @@ def _part(image, vergence, light, near, cover, behind, far, first, last):  # typ
                 along += step * (image[i, j, c] - sums[0, c])
                 apart += step * step
             noise = max(squares, np.float32(0)) / max(count0 + count1 - 2, np.float32(1))
-            share = (along + noise * np.float32(MEAN / VARIANCE)) / (
-                apart + noise / np.float32(VARIANCE) + np.float32(1e-20)
+            share = (along + noise * np.float32(PRIOR_MEAN / PRIOR_VARIANCE)) / (
+                apart + noise / np.float32(PRIOR_VARIANCE) + np.float32(1e-20)
             )
-            share = min(max(share, np.float32(0)), np.float32(MOST))
-            share *= min((jump - np.float32(LEAST)) / np.float32(CLEAR - LEAST), np.float32(1))
+            share = min(max(share, np.float32(0)), np.float32(MAX_COVER))
+            share *= min(
+                (jump - np.float32(SAME_SURFACE_PX)) / np.float32(SEPARATE_SURFACES_PX - SAME_SURFACE_PX), np.float32(1)
+            )
             if up > down:
                 near[i, j], far[i, j], cover[i, j] = other, here, share
             else:

@@ -26,10 +26,10 @@ from focalgradient.scenes.texture import TILE
 
 __all__ = ["halves", "has_mirrors", "trace"]
 
-PASS = 2**24  # maximum number of rays per pass
-BOUNCES = 4  # maximum number of mirror reflections per ray
-SCATTERINGS = 4  # maximum number of diffuse scatterings per path: the remainder is below 1 %
-ENDLESS = 100.0  # substitute size of an infinite plane, in distances of its anchor point
+RAYS_PER_PASS = 2**24  # maximum number of rays per pass
+MAX_REFLECTIONS = 4  # maximum number of mirror reflections per ray
+MAX_SCATTERINGS = 4  # maximum number of diffuse scatterings per path: the remainder is below 1 %
+INFINITE_PLANE_SIZE = 100.0  # substitute size of an infinite plane, in distances of its anchor point
 
 
 def halves(
@@ -50,7 +50,7 @@ def halves(
     sensor = _sensor(optics, shape, pixel_angle, variant)
     integrator = _integrator(scene, traced, variant)
     half = max(1, samples // 2)
-    each = 1 << int(math.log2(max(1, min(half, PASS // (shape[0] * shape[1])))))
+    each = 1 << int(math.log2(max(1, min(half, RAYS_PER_PASS // (shape[0] * shape[1])))))
     passes = -(-half // each)
     pictures = np.zeros((2, *shape, 3))
     for index in range(2 * passes):
@@ -105,7 +105,7 @@ def trace(
     """
     mi = _mitsuba(variant)
     world = _world(scene, variant)
-    turns = BOUNCES if follow and has_mirrors(scene) else 0
+    turns = MAX_REFLECTIONS if follow and has_mirrors(scene) else 0
     if variant != SCALAR:
         ray = mi.Ray3f(mi.Point3f(origins.T), mi.Vector3f(directions.T))
         ends = [np.array(part) for part in _follow(world, ray, turns, variant)]
@@ -218,7 +218,7 @@ def _solid(mi: Any, thing: Plane | Sphere, variant: str) -> dict[str, Any]:
     if isinstance(thing, Sphere):
         return {"type": "sphere", "center": list(map(float, thing.centre)), "radius": float(thing.radius), "bsdf": bsdf}
     across, down, normal = thing.frame()
-    far = ENDLESS * float(np.linalg.norm(thing.point))
+    far = INFINITE_PLANE_SIZE * float(np.linalg.norm(thing.point))
     sides = [min(size, far) / 2 for size in thing.size]
     # Mitsuba's rectangle spans -1 to 1 in x and y, and faces z.
     matrix = np.eye(4)
@@ -253,7 +253,7 @@ def _sensor(optics: Optics, shape: tuple[int, int], pixel_angle: float, variant:
 def _integrator(scene: Scene, traced: bool, variant: str) -> Any:
     mi = _mitsuba(variant)
     if traced and variant == SCALAR:  # Mitsuba's own is a hundred times as fast as a Python call per ray
-        depth = SCATTERINGS + 1 + (BOUNCES if has_mirrors(scene) else 0)
+        depth = MAX_SCATTERINGS + 1 + (MAX_REFLECTIONS if has_mirrors(scene) else 0)
         return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": depth, "hide_emitters": scene.sky is None})
     light = _parts(variant)["Light"](mi.Properties())
     light.of(scene, traced)
@@ -361,7 +361,7 @@ def _integrator_class(variant: str) -> Any:
             self.ambient = 1.0 if scene.sun is None else scene.ambient
             self.sky, self.background = scene.sky is not None, scene.background
             self.mirrors = has_mirrors(scene)
-            self.surfaces = (SCATTERINGS if traced else 1) + (BOUNCES if self.mirrors else 0)
+            self.surfaces = (MAX_SCATTERINGS if traced else 1) + (MAX_REFLECTIONS if self.mirrors else 0)
 
         def sample(self, world: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             ray, going = mi.Ray3f(ray), mi.Bool(active)

@@ -34,8 +34,8 @@ from focalgradient.view import View, check_pixel_angle
 
 __all__ = ["Rendered", "cast", "castable", "check_frame"]
 
-PATTERNS = 256  # number of ray sets, assigned to the pixels at random
-ROWS = 8  # rows per task
+RAY_SETS = 256  # number of ray sets, assigned to the pixels at random
+ROWS_PER_TASK = 8  # rows per task
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 _inlined = njit(
@@ -142,10 +142,10 @@ def cast_without(
     def rows(start: int) -> None:
         _cast_rows(
             *(table, textures, sun, scene.ambient, scene.background, rays, seed & 0xFFFFFFFF),
-            *(aperture / 2, focus, pixel_angle, *aside, number, start, start + ROWS, image, distance),
+            *(aperture / 2, focus, pixel_angle, *aside, number, start, start + ROWS_PER_TASK, image, distance),
         )
 
-    starts = range(0, shape[0], ROWS)
+    starts = range(0, shape[0], ROWS_PER_TASK)
     with ThreadPoolExecutor(cores()) as pool:
         for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
             future.result()
@@ -215,7 +215,7 @@ def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
     """
     random = np.random.default_rng(seed)
     net = qmc.Sobol(4, bits=30, rng=random).random_base2(math.ceil(math.log2(samples)))[:samples]
-    shift = random.integers(2**30, size=(PATTERNS, 1, 4))
+    shift = random.integers(2**30, size=(RAY_SETS, 1, 4))
     points = (((net * 2**30).astype(np.int64) ^ shift) + 0.5) / 2**30 - 0.5
     return np.concatenate([aperture_points(psf, points[..., :2]), points[..., 2:]], -1)
 
@@ -358,4 +358,4 @@ def _deal(i, j, seed):  # type: ignore[no-untyped-def]
     h = (i * 0x1F123BB5 + j * 0x5F356495 + seed * 0x2545F491) & 0xFFFFFFFF
     h = ((h ^ (h >> 16)) * 0x85EBCA6B) & 0xFFFFFFFF
     h = ((h ^ (h >> 13)) * 0xC2B2AE35) & 0xFFFFFFFF
-    return (h ^ (h >> 16)) % PATTERNS
+    return (h ^ (h >> 16)) % RAY_SETS

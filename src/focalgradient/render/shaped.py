@@ -10,28 +10,35 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from focalgradient.psf import Psf
-from focalgradient.render.kernels import EVEN, FITTED_TO, STEPS, Kernels, kernels_of, lens_radius
+from focalgradient.render.kernels import (
+    UNIFORMITY_WEIGHT,
+    MAX_FITTED_FREQUENCY,
+    FREQUENCY_STEPS,
+    Kernels,
+    kernels_of,
+    lens_radius,
+)
 
 __all__ = ["shape_kernels", "shape_picture"]
 
-FITTED = 8.0
+MIN_INTERPOLATED_RADIUS = 8.0
 """Blur radius in pixels below which weights are fitted to the transfer. Linear interpolation between pixels reproduces
 a pentagon's transfer up to 1/8 cycle per pixel to 0.004 from 9 pixels on, but only to 0.009 at 6."""
 
-EXTENT = 4.0
+EXTENT_SD = 4.0
 """Extent of a tabulated shape in standard deviations: a triangle ends at 2.8; a Gaussian has 6e-5 outside."""
 
-FAINT = 1e-4
+MIN_FRACTION = 1e-4
 """Fraction of the brightest pixel below which a pixel is set to 0."""
 
-FINE_STEP, FEW = 1 / 32, 64
+FINE_RADIUS_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
 """Spacing in pixels, and maximum number, of blur radii where only a few distinct ones occur; nearest neighbour: error
 at most half a step."""
 
-MEASURED = 12.0
+LENS_RADIUS_PX = 12.0
 """Radius in pixels at which a shape's extent relative to the disc is measured: to a twelfth of the radius."""
 
-STEP, GROWTH = 0.05, 0.02
+RADIUS_STEP_PX, RADIUS_GROWTH = 0.05, 0.02
 """Spacing of blur radii where many occur: in pixels, or as a fraction of the radius, whichever is larger."""
 
 
@@ -42,24 +49,26 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
     than focus.
     """
     signed = np.abs(blurs) if psf.symmetric else blurs
-    steps: NDArray[Any] = FINE_STEP * np.unique(np.rint(signed / FINE_STEP).astype(np.int64))
-    if len(steps) > FEW:
+    steps: NDArray[Any] = FINE_RADIUS_STEP_PX * np.unique(np.rint(signed / FINE_RADIUS_STEP_PX).astype(np.int64))
+    if len(steps) > MAX_FINE_COUNT:
         largest = float(np.abs(blurs).max())
-        radii: NDArray[Any] = np.arange(0, min(largest, STEP / GROWTH) + STEP, STEP)
+        radii: NDArray[Any] = np.arange(
+            0, min(largest, RADIUS_STEP_PX / RADIUS_GROWTH) + RADIUS_STEP_PX, RADIUS_STEP_PX
+        )
         if largest > radii[-1]:
-            count = math.ceil(math.log(largest / radii[-1]) / math.log1p(GROWTH))
-            radii = np.concatenate([radii, radii[-1] * (1 + GROWTH) ** np.arange(1, count + 1)])
+            count = math.ceil(math.log(largest / radii[-1]) / math.log1p(RADIUS_GROWTH))
+            radii = np.concatenate([radii, radii[-1] * (1 + RADIUS_GROWTH) ** np.arange(1, count + 1)])
         steps = radii if psf.symmetric else np.concatenate([-radii[:0:-1], radii])
         steps = steps[
-            (steps >= signed.min() - 2 * STEP - GROWTH * largest)
-            & (steps <= signed.max() + GROWTH * largest + 2 * STEP)
+            (steps >= signed.min() - 2 * RADIUS_STEP_PX - RADIUS_GROWTH * largest)
+            & (steps <= signed.max() + RADIUS_GROWTH * largest + 2 * RADIUS_STEP_PX)
         ]
     upright = {radius: shape_picture(psf, radius) for radius in dict.fromkeys(np.abs(steps).tolist())}
     turned = [
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    return kernels_of(steps, turned, lens_radius(shape_picture(psf, MEASURED), MEASURED))
+    return kernels_of(steps, turned, lens_radius(shape_picture(psf, LENS_RADIUS_PX), LENS_RADIUS_PX))
 
 
 def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
@@ -67,24 +76,24 @@ def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
     if radius < 0.01:
         return np.ones((1, 1))
     even = _interpolated(psf, radius)
-    return _fitted(psf, radius, even) if radius < FITTED else even
+    return _fitted(psf, radius, even) if radius < MIN_INTERPOLATED_RADIUS else even
 
 
 def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
     """Return a shape by linear interpolation between pixels, reduced in size so that the second moment is exact."""
     # Linear interpolation adds a variance of 1/6 per axis.
     smaller = math.sqrt(max(radius**2 - 1 / 6 / psf.sd_per_radius**2, 1 / 4))
-    reach = math.ceil(EXTENT * psf.sd_per_radius * radius) + 2
+    reach = math.ceil(EXTENT_SD * psf.sd_per_radius * radius) + 2
     side = 2 * reach + 1
     # Frequencies beyond Nyquist are aliased, as by sampling.
-    folds = np.arange(-2, 3) if radius < FITTED else np.arange(-1, 2)
+    folds = np.arange(-2, 3) if radius < MIN_INTERPOLATED_RADIUS else np.arange(-1, 2)
     axis = (np.fft.fftfreq(side)[:, None] + folds).ravel()
     spectrum = psf.optical_transfer(axis[:, None], axis, smaller) * np.outer(np.sinc(axis), np.sinc(axis)) ** 2
     folded = spectrum.reshape(side, len(folds), side, len(folds)).sum(axis=(1, 3))
     picture = np.fft.fftshift(np.fft.ifft2(folded).real)
-    seen = np.argwhere(picture > FAINT * picture.max())
+    seen = np.argwhere(picture > MIN_FRACTION * picture.max())
     cut = reach - int(np.abs(seen - reach).max())
-    picture = np.where(picture > FAINT * picture.max(), picture, 0.0)[cut : side - cut, cut : side - cut]
+    picture = np.where(picture > MIN_FRACTION * picture.max(), picture, 0.0)[cut : side - cut, cut : side - cut]
     return picture / picture.sum()
 
 
@@ -92,11 +101,13 @@ def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.fl
     """Return non-negative weights that fit the shape's transfer by least squares, close to uniform (see `kernels`)."""
     reach = len(even) // 2
     down, right = np.meshgrid(
-        np.linspace(-FITTED_TO, FITTED_TO, 2 * STEPS + 1), np.linspace(0, FITTED_TO, STEPS + 1), indexing="ij"
+        np.linspace(-MAX_FITTED_FREQUENCY, MAX_FITTED_FREQUENCY, 2 * FREQUENCY_STEPS + 1),
+        np.linspace(0, MAX_FITTED_FREQUENCY, FREQUENCY_STEPS + 1),
+        indexing="ij",
     )
     radial = np.hypot(down, right)
     order = np.argsort(radial, axis=None)
-    order = order[radial.ravel()[order] <= FITTED_TO]
+    order = order[radial.ravel()[order] <= MAX_FITTED_FREQUENCY]
     down, right, radial = (values.ravel()[order] for values in (down, right, radial))
     y, x = np.nonzero(even)
     waves = np.exp(-2j * np.pi * (down[:, None] * (y - reach) + right[:, None] * (x - reach)))
@@ -104,7 +115,7 @@ def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.fl
     weight[0] = 100 * weight.sum()  # unit gain at frequency 0
     weight[1:] /= np.linalg.norm(weight[1:])
     wanted = weight * psf.optical_transfer(down, right, radius)
-    level = EVEN / even.max()
+    level = UNIFORMITY_WEIGHT / even.max()
     fitted, _ = nnls(
         np.concatenate([weight[:, None] * waves.real, weight[1:, None] * waves.imag[1:], level * np.eye(len(y))]),
         np.concatenate([np.real(wanted), np.imag(wanted)[1:], level * even[y, x]]),

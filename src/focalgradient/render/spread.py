@@ -29,22 +29,22 @@ from focalgradient.render.visibility import CELL, LENS, SHARE, highest, sees_all
 
 __all__ = ["Layer", "layer_of", "rim_of", "spread"]
 
-BLOCK = 64
+BLOCK_PX = 64
 """Side in pixels of the blocks of points processed by one thread, chosen so that a block's sums fit into a cache."""
 
-STEEPEST = 3.0
+MAX_SLOPE = 3.0
 """Maximum slope of a surface (pixels of vergence per pixel); steeper slopes are clipped."""
 
-SPLIT = 1.0, 2.0
+SPLIT_PX = 1.0, 2.0
 """Blur radii in pixels: up to the first, all parts of the lens are weighted equally, since the disc is hardly larger
 than a pixel; from the second, each part individually; in between, both are blended. Individual weighting from 0.5 px
 would let light pass nearer surfaces (steps of 5 % where a picture is blurred by 0.7 px); without blending, pictures
 would jump by 7 % as focus changes."""
 
-NONE = 1e-3
+MIN_WEIGHT = 1e-3
 """Sum of weights up to which a position is considered unknown and left sharp."""
 
-RIM = 1.0
+LENS_MARGIN_CELLS = 1.0
 """Margin around the lens, in cells of its grid, within which nearer surfaces still cover part of it."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
@@ -94,7 +94,7 @@ def _flatter(a, b):  # type: ignore[no-untyped-def]
     if a * b <= 0 or max(abs(a), abs(b)) > -np.float32(NOTHING) / 2:
         return np.float32(0)
     least = a if abs(a) < abs(b) else b
-    return min(max(least, -np.float32(STEEPEST)), np.float32(STEEPEST))
+    return min(max(least, -np.float32(MAX_SLOPE)), np.float32(MAX_SLOPE))
 
 
 def rim_of(kernels: Kernels) -> int:
@@ -124,7 +124,7 @@ def spread(
     tops = tuple(nearest.max() for nearest in cells)
 
     def fill(y: int, x: int) -> tuple[int, NDArray[np.float32]]:
-        part = (slice(y, y + BLOCK), slice(x, x + BLOCK))
+        part = (slice(y, y + BLOCK_PX), slice(x, x + BLOCK_PX))
         rim = max(int(kernels.reach[layer.kernel[part]].max()) for layer in layers)
         tall, wide = (side + 2 * rim for side in visible.vergence[part].shape)
         sums = np.zeros((channels + 1, tall, wide + LANES), np.float32)
@@ -138,7 +138,7 @@ def spread(
         return rim, sums
 
     total = np.zeros((channels + 1, height, width), np.float32)
-    places = list(product(range(0, height, BLOCK), range(0, width, BLOCK)))
+    places = list(product(range(0, height, BLOCK_PX), range(0, width, BLOCK_PX)))
     pool = ThreadPoolExecutor(threads)
     try:
         futures = deque(pool.submit(fill, *place) for place in places)
@@ -153,7 +153,10 @@ def spread(
     inside = np.moveaxis(total[:, pad : height - pad, pad : width - pad], 0, 2)
     weight = inside[..., :1]
     return np.divide(
-        inside[..., 1:], weight, out=visible.light[pad : height - pad, pad : width - pad].copy(), where=weight > NONE
+        inside[..., 1:],
+        weight,
+        out=visible.light[pad : height - pad, pad : width - pad].copy(),
+        where=weight > MIN_WEIGHT,
     )
 
 
@@ -179,7 +182,7 @@ def _scatter(  # type: ignore[no-untyped-def]
             blur = here - focus
             alike = np.float32(1)  # fraction of the lens that sees the point, under equal weighting
             if not visible or over[i, j]:
-                split = (abs(blur) - np.float32(SPLIT[0])) / np.float32(SPLIT[1] - SPLIT[0])
+                split = (abs(blur) - np.float32(SPLIT_PX[0])) / np.float32(SPLIT_PX[1] - SPLIT_PX[0])
                 split = min(max(split, np.float32(0)), np.float32(1))
                 whole = True
                 for by_parts in range(2):
@@ -193,7 +196,7 @@ def _scatter(  # type: ignore[no-untyped-def]
                         before, covers, slopes_y, slopes_x = sheets[sheet]
                         if not sees_all(
                             *(before, covers, slopes_y, slopes_x, cells[sheet], tops[sheet], i, j, here, visible),
-                            *(gradient_y[i, j], gradient_x[i, j], lens + np.float32(RIM) / abs(scale)),
+                            *(gradient_y[i, j], gradient_x[i, j], lens + np.float32(LENS_MARGIN_CELLS) / abs(scale)),
                             *(scale, half, hides),
                         ):
                             whole = False

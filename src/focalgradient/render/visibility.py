@@ -20,10 +20,10 @@ LENS = 9
 CELL = 8
 """Side in pixels of the picture's cells, whose nearest vergences allow skipping cells that hide nothing."""
 
-FEWEST = 6.0
+MIN_SAMPLES = 6.0
 """Minimum number of samples of a nearer surface across the lens radius; far above it, pixels are subsampled."""
 
-FADES, APART, SHARP = 1.0, 0.5, 0.1
+VISIBLE_OFFSET_PX, HIDDEN_OFFSET_PX, HIDDEN_TRANSITION_PX = 1.0, 0.5, 0.1
 """Vergence differences in pixels. A surface begins to hide a visible point at the first above that point's extrapolated
 surface (complete one pixel later); it begins to hide a hidden point at the second, over a transition of the third."""
 
@@ -64,8 +64,8 @@ def sees_all(  # type: ignore[no-untyped-def]
     # A surface hides parts of itself from a slope of 1.
     down, right = min(max(down, np.float32(-1)), np.float32(1)), min(max(right, np.float32(-1)), np.float32(1))
     steep = np.float32(1) / lens
-    own = np.float32(FADES if visible else APART)
-    steepness = np.float32(1 if visible else 1 / SHARP)
+    own = np.float32(VISIBLE_OFFSET_PX if visible else HIDDEN_OFFSET_PX)
+    steepness = np.float32(1 if visible else 1 / HIDDEN_TRANSITION_PX)
     reach = int((top - here) * lens) // CELL + 1
     for p in range(max(i // CELL - reach, 0), min(i // CELL + reach + 1, cells.shape[0])):
         below = max(max(p * CELL - i, i - (p * CELL + CELL - 1)) - np.float32(0.5), np.float32(0)) * steep
@@ -77,7 +77,7 @@ def sees_all(  # type: ignore[no-untyped-def]
             if most * most <= below * below + aside * aside:
                 continue
             stride = 1
-            while stride < CELL and (2 * stride) * max(abs(scale), np.float32(FEWEST)) <= most:
+            while stride < CELL and (2 * stride) * max(abs(scale), np.float32(MIN_SAMPLES)) <= most:
                 stride *= 2
             shift = np.float32(0 if stride == 1 else 0.5)
             for a in range(p * CELL + stride // 2, min(p * CELL + CELL, height), stride):

@@ -39,9 +39,9 @@ Gradient = Literal["none", "rigid", "nonrigid"]
 Focus = Literal["near", "far"]
 """Depth in focus: the nearest or the farthest that the cube reaches during a rotation."""
 
-REACH = 5.0  # extent of a line's profile in sigmas: 6e-7 of its energy lies outside
-PIECE = 0.1  # maximum change of arctan(blur / width) within a linear piece (rad): sigma is accurate to 0.13 %
-THINNEST = (
+EXTENT_SD = 5.0  # extent of a line's profile in sigmas: 6e-7 of its energy lies outside
+MAX_PIECE_ANGLE = 0.1  # maximum change of arctan(blur / width) within a linear piece (rad): sigma is accurate to 0.13 %
+MIN_LINE_WIDTH_PX = (
     1.6  # minimum line width in pixels; thinner lines flicker as they cross pixels (at 1.6 px by 5e-5 of their energy)
 )
 WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
@@ -223,9 +223,9 @@ def necker_frame(
         raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
     if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
         raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
-    if necker.line_width < THINNEST * pixel_angle:
+    if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
-            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {THINNEST:g} flicker "
+            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} flicker "
             "as they move: draw wider lines or use smaller pixels."
         )
     centre = (np.array(shape[::-1]) - 1) / 2
@@ -326,7 +326,7 @@ def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[n
             continue
         dx, dy = (x1 - x0) / length, (y1 - y0) / length
         begin, end = math.atan(blur[line, 0] / width), math.atan(blur[line, 1] / width)
-        pieces = max(1, math.ceil(abs(end - begin) / PIECE))
+        pieces = max(1, math.ceil(abs(end - begin) / MAX_PIECE_ANGLE))
         s, sigma = 0.0, width / math.cos(begin)
         for piece in range(1, pieces + 1):
             start, sigma_start = s, sigma
@@ -346,7 +346,7 @@ def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[n
 def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, first, step, image):  # type: ignore[no-untyped-def]
     """Add one piece to the pixels within reach of its blur."""
     height, width = image.shape
-    reach = REACH * max(sigma0, sigma1)
+    reach = EXTENT_SD * max(sigma0, sigma1)
     top, low = min(y0, y0 + length * dy) - reach, max(y0, y0 + length * dy) + reach
     row = max(0, math.ceil(top))
     row += (first - row) % step

@@ -20,9 +20,9 @@ BODY_RADIUS = 0.045
 """Radius in metres of the bottle's cylindrical body."""
 
 REFLECTANCE = 0.9  # reflectance of silvered glass, nearly constant over the visible band
-CHECK = 0.03  # side of a check (m)
-EYE = 0.16  # camera height above the plane (m)
-ROUND = 2.6  # radius of the surrounding wall (m)
+CHECK_SIDE = 0.03  # side of a check (m)
+CAMERA_HEIGHT = 0.16  # camera height above the plane (m)
+WALL_RADIUS = 2.6  # radius of the surrounding wall (m)
 
 
 def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
@@ -56,17 +56,23 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
     random = np.random.default_rng([seed, 1])
     turn = random.uniform(0.1, 0.6)
     mirror = lathe(
-        (0.0, EYE, distance),
+        (0.0, CAMERA_HEIGHT, distance),
         _profile(),
         lambda points, detail: np.full(points.shape, REFLECTANCE),
         texels=8,
         around=720,
         mirror=True,
     )
-    wall = lathe((0.0, EYE, 0.0), np.array([[ROUND, 1.8], [ROUND, 0.0]]), _mural(seed), texels=3072, around=256)
+    wall = lathe(
+        (0.0, CAMERA_HEIGHT, 0.0),
+        np.array([[WALL_RADIUS, 1.8], [WALL_RADIUS, 0.0]]),
+        _mural(seed),
+        texels=3072,
+        around=256,
+    )
     nearest = Mark("nearest", (0.0, 0.06, distance - BODY_RADIUS))
     away = 0.1
-    farthest = Mark("farthest", (ROUND * math.sin(away), -0.1, ROUND * math.cos(away)))
+    farthest = Mark("farthest", (WALL_RADIUS * math.sin(away), -0.1, WALL_RADIUS * math.cos(away)))
     return Scene(
         (mirror, _checks(seed, turn), wall),
         sun=(-0.6, -1.0, -0.7),
@@ -108,8 +114,8 @@ def _checks(seed: int, turn: float) -> Mesh:
     tone = np.where((row + column) % 2, 0.62, 0.09) * np.exp(0.13 * grain / grain.std())
     corners = 4.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     c, s = math.cos(turn), math.sin(turn)
-    uv = corners @ np.array([[c, -s], [s, c]]).T / (cells * CHECK)
-    vertices = np.stack([corners[:, 0], np.full(4, EYE), corners[:, 1]], axis=1)
+    uv = corners @ np.array([[c, -s], [s, c]]).T / (cells * CHECK_SIDE)
+    vertices = np.stack([corners[:, 0], np.full(4, CAMERA_HEIGHT), corners[:, 1]], axis=1)
     paint = np.clip(tone[..., None] * [1.0, 0.96, 0.88], 0, 1).astype(np.float32)
     return Mesh(vertices, np.array([[0, 1, 2], [0, 2, 3]]), uv, paint)
 

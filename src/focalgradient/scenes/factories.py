@@ -13,11 +13,11 @@ from focalgradient.scenes.texture import Texture
 
 __all__ = ["plane", "slant", "spheres", "step"]
 
-FINE = Texture(texel=0.3e-3, projected=True)
+PROJECTED_TEXTURE = Texture(texel=0.3e-3, projected=True)
 """Projected texture with texels of 0.3 mrad at every distance, about the pixel of a 25 mm lens with 8 um pixels."""
 
 
-def plane(distance: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
+def plane(distance: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
     """Return a wall facing the camera at `distance` metres.
 
     Parameters
@@ -44,7 +44,7 @@ def plane(distance: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
     return Scene((Plane((0.0, 0.0, float(distance)), (0.0, 0.0, -1.0), replace(texture, seed=seed)),))
 
 
-def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
+def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
     """Return a slanted plane, at `near` metres at the left edge of the frame and `far` at the right edge.
 
     In between, its *vergence* is linear in image position x, as for any plane.
@@ -76,7 +76,7 @@ def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Text
     return Scene((Plane((0.0, 0.0, 1 / middle), (-slope, 0.0, -middle), replace(texture, seed=seed)),))
 
 
-def step(near: float, far: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
+def step(near: float, far: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
     """Return two walls: one at `near` metres occludes the left half of another at `far` metres.
 
     Parameters
@@ -134,7 +134,7 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
     floor, wall = 0.6 * 0.36 * field, 3.0
 
     def texture(mean: float) -> Texture:
-        return replace(FINE, seed=int(random.integers(2**31)), mean=mean)
+        return replace(PROJECTED_TEXTURE, seed=int(random.integers(2**31)), mean=mean)
 
     distances = np.geomspace(0.6, 2.4, 6)
     places = random.permutation(np.linspace(-0.4, 0.4, 6)) + random.uniform(-0.04, 0.04, 6)
@@ -143,7 +143,7 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
     balls = []
     for z, place, size in zip(distances.tolist(), places.tolist(), sizes.tolist(), strict=True):
         radius = size * field * z
-        skin = replace(texture(mean=random.uniform(0.22, 0.37)), texel=FINE.texel * z, projected=False)
+        skin = replace(texture(mean=random.uniform(0.22, 0.37)), texel=PROJECTED_TEXTURE.texel * z, projected=False)
         balls.append(Sphere((place * field * z, floor - radius, z), radius, skin))
     ground = Plane((0.0, floor, wall / 2), (0.0, -1.0, 0.0), texture(mean=0.25))
     back = Plane((0.0, 0.0, wall), (0.0, 0.0, -1.0), texture(mean=0.3))

@@ -17,7 +17,7 @@ Point = tuple[float, float, float]
 """Coordinates x (right), y (down), z (away from the camera), in metres."""
 
 
-NARROWEST, WIDEST = 1e-6, 100.0
+MIN_FIELD, MAX_FIELD = 1e-6, 100.0
 """Minimum and maximum width of a frame as a tangent: a thousandth of a camera pixel, and 179 degrees."""
 
 
@@ -297,9 +297,9 @@ def _check_point(name: str, point: Point) -> None:
 
 def check_field(field: float) -> None:
     """Validate the width of a frame, given as a tangent."""
-    if not (is_number(field) and NARROWEST <= field <= WIDEST):
+    if not (is_number(field) and MIN_FIELD <= field <= MAX_FIELD):
         raise InputError(
-            f"field is {described(field)}, but must be from {NARROWEST:g} to {WIDEST:g}: the frame's columns x the "
+            f"field is {described(field)}, but must be from {MIN_FIELD:g} to {MAX_FIELD:g}: the frame's columns x the "
             "pixel angle."
         )
 

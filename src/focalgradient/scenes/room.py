@@ -15,9 +15,9 @@ from focalgradient.scenes.shapes import Paint, box, lathe
 
 __all__ = ["room"]
 
-EYE = 1.0  # camera height above the floor (m)
-TABLE = 0.14  # depth of the table top below the camera (m)
-DOOR = 4.4  # distance of the far wall (m)
+CAMERA_HEIGHT = 1.0  # camera height above the floor (m)
+TABLE_DEPTH = 0.14  # depth of the table top below the camera (m)
+WALL_DISTANCE = 4.4  # distance of the far wall (m)
 
 SAND = ((0.25, 0.17, 0.10), (0.46, 0.34, 0.21), (0.56, 0.43, 0.28), (0.68, 0.56, 0.40))
 PLASTER = ((0.42, 0.40, 0.34), (0.55, 0.53, 0.46), (0.61, 0.58, 0.51), (0.68, 0.65, 0.58))
@@ -51,10 +51,30 @@ def room(seed: int = 0) -> Scene:
     towers, gate = _castle(seed, random)
     things = [*towers, *_fridge(seed), *_door(seed, _grained(GREEN, seed + 11, 0.8, 0.8))]
     # Table, floor, far wall and left wall; the sun shines in from behind the camera.
-    things.append(box((-0.5, TABLE, 0.62), (0.45, TABLE + 0.04, 1.5), _planks(seed + 1, 0.12, 0), texel=0.5e-3))
-    things.append(box((-2.4, EYE, 0.5), (2.4, EYE + 0.05, DOOR), _planks(seed + 2, 0.14, 1), texel=2.5e-3))
-    things.append(box((-2.4, -1.6, DOOR), (2.4, EYE, DOOR + 0.1), _grained(PLASTER, seed + 3, 1.5, 0.8), texel=2.5e-3))
-    things.append(box((-1.5, -1.6, 1.8), (-1.4, EYE, DOOR), _grained(PLASTER, seed + 4, 1.5, 0.8), texel=2.5e-3))
+    things.append(
+        box((-0.5, TABLE_DEPTH, 0.62), (0.45, TABLE_DEPTH + 0.04, 1.5), _planks(seed + 1, 0.12, 0), texel=0.5e-3)
+    )
+    things.append(
+        box(
+            (-2.4, CAMERA_HEIGHT, 0.5),
+            (2.4, CAMERA_HEIGHT + 0.05, WALL_DISTANCE),
+            _planks(seed + 2, 0.14, 1),
+            texel=2.5e-3,
+        )
+    )
+    things.append(
+        box(
+            (-2.4, -1.6, WALL_DISTANCE),
+            (2.4, CAMERA_HEIGHT, WALL_DISTANCE + 0.1),
+            _grained(PLASTER, seed + 3, 1.5, 0.8),
+            texel=2.5e-3,
+        )
+    )
+    things.append(
+        box(
+            (-1.5, -1.6, 1.8), (-1.4, CAMERA_HEIGHT, WALL_DISTANCE), _grained(PLASTER, seed + 4, 1.5, 0.8), texel=2.5e-3
+        )
+    )
     side = random.uniform(0.35, 0.8)
     return Scene(
         tuple(things),
@@ -62,7 +82,7 @@ def room(seed: int = 0) -> Scene:
         sun=(side, -random.uniform(0.55, 0.9), -1.0),
         ambient=0.4,
         tint=(1.05, 0.97, 0.84),
-        marks=(gate, Mark("refrigerator", (0.52, -0.2, 3.0)), Mark("farthest", (-0.25, -0.6, DOOR - 0.02))),
+        marks=(gate, Mark("refrigerator", (0.52, -0.2, 3.0)), Mark("farthest", (-0.25, -0.6, WALL_DISTANCE - 0.02))),
     )
 
 
@@ -97,8 +117,8 @@ def _castle(seed: int, random: np.random.Generator) -> tuple[list[Mesh], Mark]:
     """Return four round towers, battlemented walls and a keep of sand, and the mark on the foremost tower."""
     sand = _grained(SAND, seed + 20, 0.05, 1.0)
     half, z0 = 0.085, 0.86
-    made = [box((-0.16, TABLE - 0.012, z0 - 0.06), (0.14, TABLE, z0 + 0.24), sand, texel=0.4e-3)]
-    foot = TABLE - 0.012
+    made = [box((-0.16, TABLE_DEPTH - 0.012, z0 - 0.06), (0.14, TABLE_DEPTH, z0 + 0.24), sand, texel=0.4e-3)]
+    foot = TABLE_DEPTH - 0.012
     corners = [(-half - 0.01, z0), (half - 0.01, z0), (-half - 0.01, z0 + 0.17), (half - 0.01, z0 + 0.17)]
     for index, (x, z) in enumerate(corners):
         radius, height = 0.026 * random.uniform(0.9, 1.1), 0.115 * random.uniform(0.85, 1.15)
@@ -129,9 +149,16 @@ def _tower(foot: tuple[float, float, float], radius: float, height: float, paint
 def _fridge(seed: int) -> list[Mesh]:
     enamel, steel = _grained(ENAMEL, seed + 40, 0.6, 0.7), _grained(STEEL, seed + 41, 0.05, 1.0)
     left, right, top, front = 0.28, 0.96, -0.62, 3.06
-    made = [box((left, top, front), (right, EYE - 0.03, front + 0.65), enamel, texel=2e-3)]
-    made.append(box((left + 0.02, EYE - 0.03, front + 0.03), (right - 0.02, EYE, front + 0.6), steel, texel=4e-3))
-    for high, low in ((top + 0.005, top + 0.47), (top + 0.485, EYE - 0.04)):
+    made = [box((left, top, front), (right, CAMERA_HEIGHT - 0.03, front + 0.65), enamel, texel=2e-3)]
+    made.append(
+        box(
+            (left + 0.02, CAMERA_HEIGHT - 0.03, front + 0.03),
+            (right - 0.02, CAMERA_HEIGHT, front + 0.6),
+            steel,
+            texel=4e-3,
+        )
+    )
+    for high, low in ((top + 0.005, top + 0.47), (top + 0.485, CAMERA_HEIGHT - 0.04)):
         made.append(box((left + 0.005, high, front - 0.06), (right - 0.005, low, front - 0.008), enamel, texel=2e-3))
         bar = (high + 0.08, high + 0.36) if high > top + 0.1 else (low - 0.3, low - 0.06)
         made.append(box((left + 0.05, bar[0], front - 0.105), (left + 0.075, bar[1], front - 0.085), steel, texel=1e-3))
@@ -143,17 +170,20 @@ def _fridge(seed: int) -> list[Mesh]:
 
 
 def _door(seed: int, leaf: Paint) -> list[Mesh]:
-    left, right, top, front = -0.86, -0.02, -1.05, DOOR
+    left, right, top, front = -0.86, -0.02, -1.05, WALL_DISTANCE
     frame = _grained(ENAMEL, seed + 50, 0.4, 0.9)
-    made = [box((left, top, front - 0.02), (right, EYE, front), leaf, texel=2e-3)]
-    for low, high in (((left - 0.09, top - 0.09), (left, EYE)), ((right, top - 0.09), (right + 0.09, EYE))):
+    made = [box((left, top, front - 0.02), (right, CAMERA_HEIGHT, front), leaf, texel=2e-3)]
+    for low, high in (
+        ((left - 0.09, top - 0.09), (left, CAMERA_HEIGHT)),
+        ((right, top - 0.09), (right + 0.09, CAMERA_HEIGHT)),
+    ):
         made.append(box((low[0], low[1], front - 0.05), (high[0], high[1], front), frame, texel=2e-3))
     made.append(box((left, top - 0.09, front - 0.05), (right, top, front), frame, texel=2e-3))
     # Stiles and rails stand out from the panels.
     middle = (left + right) / 2
     upright = [(left, left + 0.11), (middle - 0.045, middle + 0.045), (right - 0.11, right)]
-    across = [(top, top + 0.12), (-0.12, 0.02), (0.48, 0.62), (EYE - 0.2, EYE)]
-    bars = [((a, top), (b, EYE)) for a, b in upright] + [((left, a), (right, b)) for a, b in across]
+    across = [(top, top + 0.12), (-0.12, 0.02), (0.48, 0.62), (CAMERA_HEIGHT - 0.2, CAMERA_HEIGHT)]
+    bars = [((a, top), (b, CAMERA_HEIGHT)) for a, b in upright] + [((left, a), (right, b)) for a, b in across]
     for depth, (low, high) in zip([0.045] * 3 + [0.046] * 4, bars, strict=True):
         made.append(box((*low, front - depth), (*high, front - 0.015), leaf, texel=2e-3))
     knob = np.stack([0.03 * np.sin(np.linspace(0, math.pi, 40)), 0.03 * np.cos(np.linspace(0, math.pi, 40))], axis=1)

@@ -37,14 +37,14 @@ from focalgradient.stimuli.stimulus import (
 
 __all__ = ["blurred_edge", "texture_border"]
 
-HIGHEST = 5.0
+MAX_TEXTURE_SD = 5.0
 """Maximum value of a texture in standard deviations: sharp textures are clipped at 3, equalised ones may exceed
 that."""
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 """Gauss-Legendre nodes (-1 to 1) and weights for averaging radiance over a pixel."""
 
-FAINT = 1e-3
+MIN_COVERAGE = 1e-3
 """Coverage below which a surface's radiance is taken from the unblurred whole texture, as its weight is negligible."""
 
 
@@ -123,7 +123,7 @@ def texture_border(
     """
     parameters = dict(locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
-    check_light(mean, contrast, seed, HIGHEST)
+    check_light(mean, contrast, seed, MAX_TEXTURE_SD)
     check_amount("slope", slope, "powers of spatial frequency", least=0)
     check_choice("border", border, ("straight", "sinusoidal"))
     shape = check_shape(psf, parameters)
@@ -216,10 +216,10 @@ def _texture(
         light = part.mean() + (light - part.mean()) * (1.0 / part.std())
     if "luminance" in equalise:
         light = light - light[own].mean()
-    if np.abs(light).max() > HIGHEST:
+    if np.abs(light).max() > MAX_TEXTURE_SD:
         raise InputError(
             f"equalise takes the blurred texture to {np.abs(light).max():.3g} standard deviations of the sharp one, "
-            f"but it may reach {HIGHEST:g}: give less blur, or a larger picture."
+            f"but it may reach {MAX_TEXTURE_SD:g}: give less blur, or a larger picture."
         )
     return light
 
@@ -241,8 +241,8 @@ def _ending(
 ) -> NDArray[np.float64]:
     """Return the near surface's radiance divided by its blurred coverage, as the surface ends at the border."""
     share = blurred(mask, sd, psf, "nearer")
-    own = blurred(texture * mask, sd, psf, "nearer") / np.maximum(share, FAINT)
-    return np.where(share > FAINT, np.clip(own, texture.min(), texture.max()), light)
+    own = blurred(texture * mask, sd, psf, "nearer") / np.maximum(share, MIN_COVERAGE)
+    return np.where(share > MIN_COVERAGE, np.clip(own, texture.min(), texture.max()), light)
 
 
 def blurred_edge(

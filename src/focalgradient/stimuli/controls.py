@@ -35,8 +35,8 @@ LIMITS = {
 prediction; amplitude difference from the prediction per octave of spatial frequency; rendering noise in 8-bit steps of
 the display; and maximum gradient relative to that allowed by the blur of its surroundings."""
 
-EDGE = 0.05  # difference between neighbouring pixels (D) that counts as an occlusion boundary
-FEWEST = 4  # minimum number of cycles within the analysed part of the picture for an octave to be analysed
+BOUNDARY_D = 0.05  # difference between neighbouring pixels (D) that counts as an occlusion boundary
+MIN_CYCLES = 4  # minimum number of cycles within the analysed part of the picture for an octave to be analysed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,12 +96,12 @@ def against_prediction(
     power, predicted = (spectrum(image) - spectrum(of) for image, of in ((seen, noise), (expected, uncertain)))
     # Exclude surroundings of occlusion boundaries, where the prediction depends on hidden surfaces.
     vergence = 1 / sharp.depth
-    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
-    plain = ~maximum_filter(jumps[0] | jumps[1], finer * (2 * rim + 1))[::finer, ::finer][inside]
-    plain |= plain.mean() < 0.1  # too little remains: include boundaries
-    slopes = np.stack(np.gradient(expected)[::-1])[:, plain]
+    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > BOUNDARY_D for axis in (0, 1)]
+    is_usable = ~maximum_filter(jumps[0] | jumps[1], finer * (2 * rim + 1))[::finer, ::finer][inside]
+    is_usable |= is_usable.mean() < 0.1  # too little remains: include boundaries
+    slopes = np.stack(np.gradient(expected)[::-1])[:, is_usable]
     # A picture displaced by s equals the original minus s times its gradient.
-    shift = -np.linalg.solve(slopes @ slopes.T, slopes @ (seen - expected)[plain])
+    shift = -np.linalg.solve(slopes @ slopes.T, slopes @ (seen - expected)[is_usable])
     found = {"shift_px": shift.tolist()}
     if (predicted > 0).all():
         found["spectrum"] = np.sqrt(np.maximum(power, 0) / predicted).tolist()
@@ -110,7 +110,7 @@ def against_prediction(
 
 def _measurable(part: NDArray[np.floating]) -> bool:
     """Return whether a part of a picture, H x W, is large enough for one octave of spatial frequency."""
-    return min(part.shape) >= 4 * FEWEST
+    return min(part.shape) >= 4 * MIN_CYCLES
 
 
 def spectrum(image: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -127,7 +127,7 @@ def spectrum(image: NDArray[np.floating]) -> NDArray[np.float64]:
     around = image - np.sum(window * image) / np.sum(window)
     power = np.abs(np.fft.fft2(window * around)) ** 2 / np.sum(window**2)
     frequency = np.hypot(*np.meshgrid(*(np.fft.fftfreq(side) for side in image.shape), indexing="ij"))
-    octaves = max(1, int(math.log2(min(image.shape) / 2 / FEWEST)))
+    octaves = max(1, int(math.log2(min(image.shape) / 2 / MIN_CYCLES)))
     edges = 0.5 / 2.0 ** np.arange(octaves + 1)
     return np.array([power[(frequency < high) & (frequency >= low)].mean() for high, low in pairwise(edges)])
 
@@ -165,14 +165,14 @@ def against_discs(
     radius = optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - vergence) / pixel_angle
     rim = math.ceil(float(radius.max())) + 2
     inside = (slice(rim, light.shape[0] - rim), slice(rim, light.shape[1] - rim))
-    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
-    plain = ~maximum_filter(jumps[0] | jumps[1], 2 * rim + 1)[inside]
+    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > BOUNDARY_D for axis in (0, 1)]
+    is_usable = ~maximum_filter(jumps[0] | jumps[1], 2 * rim + 1)[inside]
     seen = light[inside]
-    if not _measurable(seen) or plain.mean() < 0.1:
+    if not _measurable(seen) or is_usable.mean() < 0.1:
         return {}
-    expected = np.where(plain, _by_discs(sharp, radius)[inside], seen)
-    slopes = np.stack(np.gradient(expected)[::-1])[:, plain]
-    shift = -np.linalg.lstsq(slopes.T, (seen - expected)[plain], rcond=None)[0]
+    expected = np.where(is_usable, _by_discs(sharp, radius)[inside], seen)
+    slopes = np.stack(np.gradient(expected)[::-1])[:, is_usable]
+    shift = -np.linalg.lstsq(slopes.T, (seen - expected)[is_usable], rcond=None)[0]
     ratio = np.sqrt(spectrum(seen) / np.maximum(spectrum(expected), np.finfo(float).tiny))
     return {"shift_px": shift.tolist(), "spectrum": ratio.tolist()}
 

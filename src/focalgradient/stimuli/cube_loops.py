@@ -30,16 +30,16 @@ from focalgradient.stimuli.sets import display_json, png
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
 
 GRADIENTS: tuple[Gradient, ...] = ("none", "rigid", "nonrigid")
-"""Shape whose depth determines the blur: none; the cube; or the depth-reversed shape, which favours the nonrigid
-interpretation."""
+"""Focal-gradient conditions: no blur; blur by the depth of the cube; blur by the depth of the reversed shape, which favours
+the nonrigid interpretation."""
 
 OLD_NAME = "reversed"
 """Former name of the nonrigid gradient, found in old sets."""
 
-LOOPS = 4  # quarter rotations per video: one whole rotation
+LOOPS_PER_TURN = 4  # quarter rotations per video: one whole rotation
 LIGHT_PERCENT = 0.5  # maximum difference of mean radiance between conditions (%)
-BATCH = 30  # frames written between updates of the list
-SIGMAS = 4.0  # margin in standard deviations of the largest blur
+BATCH_FRAMES = 30  # frames written between updates of the list
+MARGIN_SD = 4.0  # margin in standard deviations of the largest blur
 
 
 def make_necker(
@@ -242,7 +242,7 @@ def _make_loop(
     """Write the missing files of a condition; return the mean radiance of each frame, as computed and as displayed."""
     files = [f"{name}/{number:04}.png" for number in range(look.frames)]
     lacking = frozenset(number for number, file in enumerate(files) if not folder.has(file))
-    numbers = [range(first, min(first + BATCH, look.frames)) for first in range(0, look.frames, BATCH)]
+    numbers = [range(first, min(first + BATCH_FRAMES, look.frames)) for first in range(0, look.frames, BATCH_FRAMES)]
     frames: list[_Frame] = []
     for made in in_order(executor, _made, [_Batch(look, gradient, white, some, lacking) for some in numbers]):
         written = {files[len(frames) + at]: one.png for at, one in enumerate(made) if one.png is not None}
@@ -265,13 +265,13 @@ def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: floa
     from focalgradient.video import save_movie
 
     with staged(folder) as hidden:  # OpenCV only writes to a path
-        path = save_movie([*pictures] * LOOPS, hidden / "video.mp4", rate=frame_rate, lossless=False)
+        path = save_movie([*pictures] * LOOPS_PER_TURN, hidden / "video.mp4", rate=frame_rate, lossless=False)
         return read_bytes(path, "a video")
 
 
 def _departure(cube: NeckerCube, frames: int) -> dict[Reading, Any]:
     """Return the deformation of both interpretations over a rotation, and their directions of rotation."""
-    turn = np.arange(LOOPS * frames) / (LOOPS * frames)
+    turn = np.arange(LOOPS_PER_TURN * frames) / (LOOPS_PER_TURN * frames)
     stated: dict[Reading, Any] = {}
     readings: tuple[Reading, ...] = ("rigid", "nonrigid")
     for reading in readings:
@@ -299,7 +299,7 @@ def _check(cube: NeckerCube, size: int, widest: float, pixel_angle: float, displ
     if not (isinstance(size, int) and size > 0 and size % 2 == 0):
         remedy = f": give {size + 1}" if isinstance(size, int) and size > 0 else ""
         raise InputError(f"size is {size!r}, but must be a positive even number of pixels{remedy}.")
-    half = max(cube.extent) / pixel_angle + SIGMAS * max(widest, cube.line_width / pixel_angle / 2)
+    half = max(cube.extent) / pixel_angle + MARGIN_SD * max(widest, cube.line_width / pixel_angle / 2)
     needed = 2 * math.ceil(half)
     if needed > size:
         raise InputError(

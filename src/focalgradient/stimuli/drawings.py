@@ -18,8 +18,8 @@ DRAWINGS = tuple(EXAMPLES.values())
 """Names of the drawings, used as scene names."""
 
 LIGHT, DARK, MORTAR = 170.0, 95.0, 60.0  # 8-bit values of the tiles and of the gaps between them
-DEEP = 12.0  # length of the corridor, up to its end wall, in corridor widths
-LAMP = 0.12  # relative illumination of the end wall
+CORRIDOR_LENGTH = 12.0  # length of the corridor, up to its end wall, in corridor widths
+END_ILLUMINATION = 0.12  # relative illumination of the end wall
 
 
 def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
@@ -49,12 +49,12 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
         return _tiles(3 * x + 0.5, 3 * y + 0.5).astype(np.uint8)
     room = width / height
     out = np.maximum(np.abs(y), np.abs(x) / room)
-    depth = np.minimum(1 / np.maximum(out, 1e-6), DEEP)
+    depth = np.minimum(1 / np.maximum(out, 1e-6), CORRIDOR_LENGTH)
     side = np.abs(x) / room >= np.abs(y)
     across = np.where(side, y * depth, x * depth)
-    wall = depth >= DEEP
+    wall = depth >= CORRIDOR_LENGTH
     tiles = np.where(wall, _tiles(3 * x * depth, 3 * y * depth), _tiles(2 * depth, 3 * across + 0.5))
-    return np.asarray(tiles * (LAMP + (1 - LAMP) / depth**0.7), np.uint8)
+    return np.asarray(tiles * (END_ILLUMINATION + (1 - END_ILLUMINATION) / depth**0.7), np.uint8)
 
 
 def _tiles(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

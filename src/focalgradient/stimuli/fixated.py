@@ -11,7 +11,7 @@ from focalgradient.stimuli.sets import Fixation
 
 __all__ = ["target_of"]
 
-SHARE = 0.02
+EXTREME_FRACTION = 0.02
 """Fraction of the pixels counted as nearest, or farthest, to exclude outliers of measured depth (a design choice)."""
 
 
@@ -52,9 +52,9 @@ def target_of(
         if not finite.any():
             raise InputError("distance is infinite everywhere, so that nothing can be in focus: give another depth.")
         if fixation == "nearest":
-            region = finite & (metres <= np.quantile(metres[finite], SHARE))
+            region = finite & (metres <= np.quantile(metres[finite], EXTREME_FRACTION))
         else:
-            region = finite & (metres >= np.quantile(metres[finite], 1 - SHARE))
+            region = finite & (metres >= np.quantile(metres[finite], 1 - EXTREME_FRACTION))
         inside = distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
         row, column = np.unravel_index(int(np.argmax(inside)), region.shape)
         position = (float(column) + 0.5, float(row) + 0.5)

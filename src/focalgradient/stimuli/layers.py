@@ -35,10 +35,10 @@ __all__ = [
 Equal = ("luminance", "contrast", "spectrum")
 """Properties that can be equalised."""
 
-REACH = 5.0
+EXTENT_SD = 5.0
 """Extent of a Gaussian in standard deviations: 6e-7 of its energy lies outside."""
 
-COARSE_PX, FINE = 1.5, 4
+COARSE_PX, FINE_FACTOR = 1.5, 4
 """Blur (px) below which edges are blurred on a grid finer by this factor: on the pixel grid they would ring by 1 %."""
 
 CLIP = 3.0
@@ -47,7 +47,7 @@ CLIP = 3.0
 
 def reach_of(sd_px: float) -> int:
     """Return the extent in pixels of blur with this standard deviation (px)."""
-    return math.ceil(REACH * sd_px) + 2
+    return math.ceil(EXTENT_SD * sd_px) + 2
 
 
 def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "beyond") -> NDArray[np.float64]:
@@ -77,7 +77,7 @@ def coverage(
 
 def fineness(sd_px: float) -> int:
     """Return the factor by which the grid for blurring edges is finer than the pixels."""
-    return FINE if 0 < sd_px < COARSE_PX else 1
+    return FINE_FACTOR if 0 < sd_px < COARSE_PX else 1
 
 
 def noise(shape: tuple[int, int], seed: Any, slope: float = 1.0) -> NDArray[np.float64]:

@@ -32,23 +32,23 @@ __all__ = ["dead_leaves"]
 UNIFORM_PEAK = math.sqrt(3)
 """Maximum of a uniform distribution in standard deviations."""
 
-LEFT = 1e-3
+MIN_TRANSMISSION = 1e-3
 """Maximum transmission through all leaves at which the picture counts as finished: a quarter of an 8-bit step."""
 
-HIDDEN = 1e-4
+HIDDEN_TRANSMISSION = 1e-4
 """Transmission through the leaves in front below which a leaf is not drawn."""
 
-SEEN = 0.01
+VISIBLE_FRACTION = 0.01
 """Fraction of a pixel's radiance from which a leaf counts as visible there."""
 
-LOOK = 20
+CHECK_INTERVAL = 20
 """Minimum number of leaves between checks of the remaining uncovered area."""
 
-FINE_PX, TIMES = 1.5, 6
+FINE_PX, ITERATIONS = 1.5, 6
 """Blur (px) below which a kernel's radius is corrected iteratively for its variance, and number of iterations: a kernel
 of 0.05 px is too wide by 17 % initially, and by less than 0.1 % afterwards."""
 
-MOST = 400_000
+MAX_LEAVES = 400_000
 """Maximum number of leaves; remaining gaps show the mean luminance."""
 
 
@@ -210,7 +210,7 @@ def _leaves(
     rim = 2 * largest * math.ceil((largest + reach_of(widest)) / (2 * largest)) + 2
     mean, contrast = light
     power = 1 - exponent
-    for _ in range(MOST):
+    for _ in range(MAX_LEAVES):
         size, y, x, angle, stretch, level = random.random(6).tolist()
         if abs(power) < 1e-9:
             radius = low * (high / low) ** size
@@ -248,7 +248,7 @@ class _Spread:
             return cls(0.0, 1, None)
         radius = float(psf.radius_of(sd))
         kernel = shape_picture(psf, radius)
-        for _ in range(TIMES if sd < FINE_PX else 0):
+        for _ in range(ITERATIONS if sd < FINE_PX else 0):
             radius *= sd / math.sqrt(max(_variance(kernel), 1e-6))
             kernel = shape_picture(psf, radius)
         if side == "nearer":
@@ -295,9 +295,9 @@ def _composed(
     number = look = 0
     for count, leaf in enumerate(leaves):
         if count >= look:
-            look = count + max(LOOK, count // (40 if order == "depth" else 8))
+            look = count + max(CHECK_INTERVAL, count // (40 if order == "depth" else 8))
             left = np.prod([1 - plane.blurred[inside] for plane in planes], axis=0)
-            if max(left.max(), 1 - covered[inside].min()) < LEFT:
+            if max(left.max(), 1 - covered[inside].min()) < MIN_TRANSMISSION:
                 break
             share = 1 - float(left.mean())
         if order == "random":
@@ -312,7 +312,7 @@ def _composed(
         sharp[part] += leaf.light * cover * (1 - covered[part])
         covered[part] += cover * (1 - covered[part])
         through = np.prod([1 - other.blurred[part] for other in planes if other is not plane], axis=0)
-        if np.max(through * (1 - plane.blurred[part])) < HIDDEN:
+        if np.max(through * (1 - plane.blurred[part])) < HIDDEN_TRANSMISSION:
             continue
         free = cover * (1 - plane.sharp[part])
         plane.sharp[part] += free
@@ -322,7 +322,7 @@ def _composed(
         light[part] += leaf.light * seen
         more = seen > most[part]
         most[part][more], numbers[part][more] = seen[more], number
-        least[part] = np.where(seen > SEEN, np.minimum(least[part], plane.spread.sd), least[part])
+        least[part] = np.where(seen > VISIBLE_FRACTION, np.minimum(least[part], plane.spread.sd), least[part])
     left = np.prod([np.clip(1 - plane.blurred, 0, 1) for plane in planes], axis=0)
     light, sharp = light + left * mean, sharp + (1 - covered) * mean
     return light[inside], sharp[inside], numbers[inside], least[inside]

@@ -32,10 +32,10 @@ NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
 LINE_PEAK = math.exp(-0.5)
 """Maximum gradient of a Gaussian line of unit peak, times its standard deviation."""
 
-AROUND = 3
+NEIGHBOURHOOD_PX = 3
 """Radius in pixels of the neighbourhood whose smallest blur limits the gradient of a drawn stimulus."""
 
-SLACK = 0.75
+RADIUS_TOLERANCE_PX = 0.75
 """Tolerance of the blur radius in pixels, due to the pixel aperture and the single depth per pixel."""
 
 
@@ -86,7 +86,7 @@ def sharpest_place(
 ) -> dict[str, Any]:
     """Return `sharpness` and its position: ``sharpest``, and ``sharpest_px`` (column, row)."""
     light = np.asarray(picture, float)
-    least = minimum_filter(np.asarray(blur_px, float), 2 * AROUND + 1, mode="nearest")
+    least = minimum_filter(np.asarray(blur_px, float), 2 * NEIGHBOURHOOD_PX + 1, mode="nearest")
     highest = max(float(np.ptp(light)), span or 0.0)
     return _worst(light, highest * _allowed(least, psf_of(psf), lines))
 
@@ -140,7 +140,7 @@ def sharpest(
     radius, widest = np.minimum.reduce(radii), np.maximum.reduce(radii)
     highest, lowest = np.full(sharp.shape, -np.inf), np.full(sharp.shape, np.inf)
     least = np.full(sharp.shape, np.inf)
-    before = _outlines(vergence, max(lens.aperture_diameter for lens in optics) / 2 / pixel_angle / finer)
+    before = _occlusion_boundaries(vergence, max(lens.aperture_diameter for lens in optics) / 2 / pixel_angle / finer)
     passed = np.zeros(sharp.shape, bool)
     reach = 1.0
     within = -1.0
@@ -157,7 +157,7 @@ def sharpest(
     blocks = [one.reshape(rows, finer, columns, finer) for one in (highest, lowest, least)]
     span = blocks[0].max(axis=(1, 3)) - blocks[1].min(axis=(1, 3))
     shape = Disc()
-    sd = shape.sd(np.maximum(blocks[2].min(axis=(1, 3)) / finer - SLACK, 0))
+    sd = shape.sd(np.maximum(blocks[2].min(axis=(1, 3)) / finer - RADIUS_TOLERANCE_PX, 0))
     bound = span * _allowed(sd, shape)
     if unseen:
         bound[passed.reshape(rows, finer, columns, finer).any(axis=(1, 3))] = np.inf
@@ -165,7 +165,7 @@ def sharpest(
     return _worst(light, bound + 6 * noise + 1e-6 * float(np.abs(light).max()))
 
 
-def _outlines(vergence: NDArray[np.float64], radius_per_dioptre: float) -> NDArray[np.bool_]:
+def _occlusion_boundaries(vergence: NDArray[np.float64], radius_per_dioptre: float) -> NDArray[np.bool_]:
     """Return where a surface occludes another whose blur differs by at least one pixel of the picture; H x W."""
     before = np.zeros(vergence.shape, bool)
     for axis in (0, 1):

@@ -14,7 +14,7 @@ from focalgradient.plotting.figures import as_file, shortened
 
 __all__ = ["sheet_png"]
 
-NAME = 12
+MAX_NAME_LETTERS = 12
 """Maximum number of letters of a scene's name beside its pictures."""
 
 
@@ -27,7 +27,7 @@ def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
     for name, scene in content["scenes"].items():
         place = {end: tuple(scene[end]["position_px"]) for end in ("nearest", "farthest")}
         near, far = (scene[end]["distance_m"] for end in place)
-        text = f"{shortened(name, NAME)}\n{near:.2f} m to\n{far:.2f} m"
+        text = f"{shortened(name, MAX_NAME_LETTERS)}\n{near:.2f} m to\n{far:.2f} m"
         rows[text] = [(_pixels(folder / shown[name, "nearest", apertures[0]]), tuple(place.values()))]
         rows[text] += [(_pixels(folder / shown[name, end, one]), (place[end],)) for end, one in blurred]
     groups = [("no blur", 1), ("nearest in focus", len(apertures) - 1), ("farthest in focus", 1)]

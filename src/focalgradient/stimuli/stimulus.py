@@ -31,10 +31,10 @@ Region = NDArray[np.bool_]
 
 ARCMIN = math.radians(1 / 60)
 
-LARGEST = 4096
+MAX_SIDE_PX = 4096
 """Maximum side of a picture in pixels, for which Fourier transforms need up to 2 GB."""
 
-SMALLEST, GREATEST = 1e-6, 1e6
+MIN_MAGNITUDE, MAX_MAGNITUDE = 1e-6, 1e6
 """Range of the magnitude of non-zero quantities: far beyond eyes and displays, but numerically safe."""
 
 
@@ -105,10 +105,10 @@ class Frame:
             check_amount(name, getattr(self, name), "degrees", positive=True)
         check_amount("pixels_per_degree", self.pixels_per_degree, "pixels per degree", positive=True)
         height, width = self.shape
-        if min(height, width) < 8 or max(height, width) > LARGEST:
+        if min(height, width) < 8 or max(height, width) > MAX_SIDE_PX:
             raise InputError(
                 f"width_deg {self.width_deg:g} and height_deg {self.height_deg:g} at {self.pixels_per_degree:g} pixels "
-                f"per degree make {width} x {height} pixels, but each side must have 8 to {LARGEST}."
+                f"per degree make {width} x {height} pixels, but each side must have 8 to {MAX_SIDE_PX}."
             )
 
     @property
@@ -135,7 +135,7 @@ class Frame:
                 f"{name} is {arcmin:g} arcmin, {self.pixels(arcmin):.3g} pixels, but the picture has "
                 f"{self.shape[1]} x {self.shape[0]}: give at most a quarter of its larger side."
             )
-        return self.pixels(arcmin) if self.pixels(arcmin) > SMALLEST else 0.0
+        return self.pixels(arcmin) if self.pixels(arcmin) > MIN_MAGNITUDE else 0.0
 
     def grid(self, rim: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return pixel coordinates relative to the centre, with a margin of `rim` pixels: down, H x 1; right, 1 x W."""
@@ -151,9 +151,9 @@ def check_amount(name: str, value: Any, unit: str, *, least: float = -math.inf, 
     focalgradient.errors.InputError: pupil_mm is 1e-300, but must be 1e-06 to 1e+06 in size: give it in millimetres.
     """
     check_number(name, value, unit, least=least, positive=positive)
-    if abs(value) > GREATEST or (positive and value < SMALLEST):
-        least_size = f"{SMALLEST:g} to " if positive else "at most "
-        raise InputError(f"{name} is {value:g}, but must be {least_size}{GREATEST:g} in size: give it in {unit}.")
+    if abs(value) > MAX_MAGNITUDE or (positive and value < MIN_MAGNITUDE):
+        least_size = f"{MIN_MAGNITUDE:g} to " if positive else "at most "
+        raise InputError(f"{name} is {value:g}, but must be {least_size}{MAX_MAGNITUDE:g} in size: give it in {unit}.")
 
 
 def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:

@@ -36,7 +36,7 @@ ROUGHNESS = 0.9
 SAMPLES = 3
 """Samples per side of a pixel over which texture is averaged: supports foreshortening by this factor."""
 
-FINEST = 2.0
+FINEST_WAVELENGTH_PX = 2.0
 """Finest wavelength of a texture in pixels; finer ones would alias."""
 
 
@@ -303,7 +303,7 @@ def _texture(
             metres = depth(y, x) + 0 * y * x
             points = np.stack([metres * x, metres * y, metres], axis=-1)
             steps = [np.linalg.norm(np.gradient(points, axis=axis), axis=-1) for axis in (0, 1)]
-            finest = FINEST * np.maximum(np.minimum(*steps), np.maximum(*steps) / SAMPLES)
+            finest = FINEST_WAVELENGTH_PX * np.maximum(np.minimum(*steps), np.maximum(*steps) / SAMPLES)
             coarsest = max(math.radians(COARSEST_DEG) * distance_m, float(finest.min()))
             total += fractal(points, seed, coarsest=coarsest, finest=finest, roughness=ROUGHNESS)
     return total

@@ -29,7 +29,7 @@ AMBIENT, PLAIN, TEXTURE = 0.4, 0.3, 0.12
 SAMPLES = 3
 """Rays per side of a pixel; the middle ray gives the depth."""
 
-NEAREST = 0.2
+MIN_HOUSE_DISTANCE = 0.2
 """Distance, relative to the town's centre, within which houses are omitted."""
 
 
@@ -109,7 +109,7 @@ def _part(
     """Return the part of the picture that may contain a house; None if it is not visible."""
     corners = np.array([[(low, high)[n >> k & 1][k] for k in range(3)] for n in range(8)])
     seen = (corners - eye) @ axes
-    if seen[:, 2].min() < NEAREST:
+    if seen[:, 2].min() < MIN_HOUSE_DISTANCE:
         return None
     place = seen[:, 1::-1] / seen[:, 2:] / pixel + (np.array(shape) - 1) / 2
     first = np.clip(np.floor(place.min(axis=0)).astype(int), 0, shape)

@@ -16,7 +16,7 @@ from focalgradient.video.writing import CODECS, check_ending
 
 __all__ = ["Scale", "ValuesFile", "VideoFile"]
 
-BLACK = 40
+OMITTED_DARK_COLOURS = 40
 """Number of colours omitted at the dark end of the colour map, to distinguish it from missing values (black)."""
 
 
@@ -69,7 +69,7 @@ class VideoFile:
     def __init__(self, path: Path, fps: float, shape: tuple[int, int], scale: Scale) -> None:
         check_ending(path)
         colours = cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS)[:, 0]
-        places = np.rint(np.linspace(BLACK, 255, 255)).astype(int)
+        places = np.rint(np.linspace(OMITTED_DARK_COLOURS, 255, 255)).astype(int)
         self._colours = np.concatenate([np.zeros((1, 3), np.uint8), colours[places]])
         self._scale = scale
         height, width = (4 * n for n in shape)

@@ -47,13 +47,13 @@ CONTAINERS = "mov,mp4,matroska,webm,avi,mpegts,mpeg,asf,flv,ogg,mxf,dv,nut,m4v,h
 FFMPEG_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
 """Environment variable with which OpenCV passes options to FFmpeg (key;value|key;value)."""
 
-LARGEST_VIDEO = 2**60
+MAX_VIDEO_BYTES = 2**60
 """Maximum size of a video in bytes: practically unlimited, as it is read frame by frame."""
 
 GREY_8, GREY_16 = int.from_bytes(b"Y800", "little"), int.from_bytes(b"Y1\x00\x10", "little")
 """FFmpeg's codes of grey pixel formats with 8 and with 16 bits."""
 
-LIGHTS = 1 << 14
+RADIANCE_LEVELS = 1 << 14
 """Number of radiance levels in which luminance is summed."""
 
 
@@ -95,7 +95,7 @@ class Source:
         self.path = path
         self._grey = grey or _luma
         check_name(path)
-        with opened(path, "a video", LARGEST_VIDEO):
+        with opened(path, "a video", MAX_VIDEO_BYTES):
             pass
         with quiet():
             self._capture = _opened(path)
@@ -198,8 +198,10 @@ def luminance(levels: NDArray[np.float32]) -> Callable[[Grey], Grey]:
     [[100, 92, 255]]
     """
     shares = (levels - levels[0]) / (levels[-1] - levels[0])
-    scaled = np.rint(LIGHTS * np.outer(LUMINANCE[::-1], shares)).astype(np.int32)
-    nearest = np.searchsorted((shares[1:] + shares[:-1]) / 2, np.arange(LIGHTS + 3) / LIGHTS).astype(np.uint8)
+    scaled = np.rint(RADIANCE_LEVELS * np.outer(LUMINANCE[::-1], shares)).astype(np.int32)
+    nearest = np.searchsorted((shares[1:] + shares[:-1]) / 2, np.arange(RADIANCE_LEVELS + 3) / RADIANCE_LEVELS).astype(
+        np.uint8
+    )
 
     def of(colours: Grey) -> Grey:
         stored = np.empty(colours.shape[:2], np.uint8)

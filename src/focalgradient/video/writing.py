@@ -21,13 +21,13 @@ __all__ = ["CODECS", "check_ending", "save_movie", "write_frames"]
 CODECS = {".mp4": "mp4v", ".mov": "mp4v", ".mkv": "mp4v", ".avi": "MJPG", ".webm": "VP80"}
 """Codec of each file format: supported by OpenCV's FFmpeg on all platforms and by common players."""
 
-ROUNDING = 1e-6
+ROUNDING_TOLERANCE = 1e-6
 """Tolerance for radiance outside 0 to 1 due to 32-bit rounding."""
 
 LOSSLESS = (".mkv", ".avi", ".mov")
 """File formats that support FFV1, a lossless codec."""
 
-FASTEST = 1e4
+MAX_RATE = 1e4
 """Maximum frame rate (Hz) in a file; displays reach some 500."""
 
 
@@ -88,8 +88,8 @@ def save_movie(
     path = Path(path)
     check_ending(path)
     check_number("rate", rate, "frames per second", positive=True)
-    if rate > FASTEST:
-        raise InputError(f"rate is {rate:g}, but must be {FASTEST:g} at most: give frames per second.")
+    if rate > MAX_RATE:
+        raise InputError(f"rate is {rate:g}, but must be {MAX_RATE:g} at most: give frames per second.")
     if lossless and path.suffix.lower() not in LOSSLESS:
         raise InputError(
             f"{printable(path)} ends in {path.suffix}, which is always compressed: choose one of "
@@ -144,7 +144,11 @@ def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> 
     """Return the stored values of a frame; raise `InputError` unless it is a picture."""
     values = np.asarray(frame)
     if values.dtype.kind == "f":
-        if not np.isfinite(values).all() or values.min(initial=0) < -ROUNDING or values.max(initial=0) > 1 + ROUNDING:
+        if (
+            not np.isfinite(values).all()
+            or values.min(initial=0) < -ROUNDING_TOLERANCE
+            or values.max(initial=0) > 1 + ROUNDING_TOLERANCE
+        ):
             raise InputError(
                 f"frame {number} contains radiance outside 0 to 1 (fractions of the display's white): scale it, so "
                 "that its "
