@@ -98,6 +98,9 @@ class SeenContrast:
 
     def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
         """Amounts that are seen as these ratios through the blur at each vergence (D)."""
+        return _seen_amounts(self, basis, tuple(vergences.tolist()))
+
+    def _solve(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
         classes, both = _blurs(basis, self.eye, self.pixel_angle, tuple(vergences.tolist()))
         catch, whole = np.stack([basis.catch(band) for band in CLASSES]), basis.catch("L+M")
         weight = np.stack([_passed(*scale) for scale in SCALES])  # class x F
@@ -108,8 +111,14 @@ class SeenContrast:
             ratio = np.einsum("cf,cklf,lf->lck", weight, classes, seen) / np.maximum(size, 1e-9)[..., None]
             # Towards no difference of blur where next to nothing passes.
             ratio = np.clip(ratio, 0.3, 3.0)
-            found = np.stack([_solved(catch * one, self.slopes, whole) for one in ratio])
+            found = _normed(np.linalg.pinv(catch * ratio) @ np.asarray(self.slopes), whole)
         return found
+
+
+@lru_cache(maxsize=32)
+def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple[float, ...]) -> NDArray[np.float64]:
+    """Amounts of a spectrum at each vergence; kept, as every view asks for them."""
+    return spectrum._solve(basis, np.asarray(vergences))
 
 
 @lru_cache(maxsize=8)
@@ -138,10 +147,6 @@ def _amounts(basis: SpectralBasis, slopes: NDArray[np.float64]) -> NDArray[np.fl
     """Amounts of components (... x K) whose contrast has these ratios (... x 3) without blur."""
     catch = np.stack([basis.catch(band) for band in CLASSES])
     return _normed(slopes @ np.linalg.pinv(catch).T, basis.catch("L+M"))
-
-
-def _solved(matrix: NDArray[np.float64], slopes: ArrayLike, whole: NDArray[np.float64]) -> NDArray[np.float64]:
-    return _normed(np.linalg.pinv(matrix) @ np.asarray(slopes), whole)
 
 
 def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -200,9 +205,29 @@ class LitCones:
             cones = Cones.in_light(
                 self.whole.eye, self.light, light, finest_cpd=self.whole.finest_cpd, model=self.whole.model
             )
-            seen = cones.through_focus(frequency_y, frequency_x, levels)
+            seen = _component_transfer(cones, *_kept(frequency_y), *_kept(frequency_x), tuple(levels.tolist()))
             total = total + share.reshape(-1, *(1,) * (seen.ndim - 1)) * seen
         return total
+
+
+def _kept(frequency: ArrayLike) -> tuple[bytes, tuple[int, ...]]:
+    """Frequencies as a key: their numbers, and their shape."""
+    numbers = np.ascontiguousarray(frequency, np.float64)
+    return numbers.tobytes(), numbers.shape
+
+
+@lru_cache(maxsize=12)
+def _component_transfer(
+    cones: Cones,
+    down: bytes,
+    down_shape: tuple[int, ...],
+    right: bytes,
+    right_shape: tuple[int, ...],
+    vergences: tuple[float, ...],
+) -> NDArray[np.float64] | NDArray[np.complex128]:
+    """Transfer of cones in the light of one component; kept, as all spectra of a mixture are mixes of the same."""
+    y, x = np.frombuffer(down).reshape(down_shape), np.frombuffer(right).reshape(right_shape)
+    return cones.through_focus(y, x, np.asarray(vergences))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
