@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from focalgradient import InputError, recover_depth
 from focalgradient.eye import (
@@ -20,10 +21,12 @@ from focalgradient.eye import (
     SpectralBasis,
     SpectralPicture,
     accommodation_views,
+    band_picture,
     band_views,
     cone_catches,
     estimate_colours,
 )
+from focalgradient.eye.local_colour import LitCones
 from focalgradient.optics import Mixture
 
 PIXEL = np.radians(1 / 60)
@@ -153,3 +156,33 @@ def test_bands_share_a_texture_whose_gain_differs_from_place_to_place() -> None:
     assert depth.valid.mean() > 0.6
     assert abs(np.median(error)) < 0.04
     assert np.mean(np.abs(error) <= 2 * depth.vergence_sd[depth.valid]) > 0.85
+
+
+def test_what_s_cones_show_besides_is_seen_by_l_and_m_cones_in_blue_light() -> None:
+    side, vergence, eye, basis = 96, 2.4, Eye(0.005, 1.5), SpectralBasis.of_srgb()
+    covariance = 1 + 0.64 * np.eye(3)  # texture in common, and one of each component's own
+    both = basis.catch("L+M")
+    spectrum = covariance @ both / (both @ covariance @ both)
+    rest = covariance / (both @ covariance @ both) - np.outer(spectrum, spectrum)
+
+    def rendered(band: str) -> NDArray[np.complex128]:
+        """Spectra of what the cones see of a point of each component."""
+        points = np.zeros((3, side, side, 3))
+        points[range(3), side // 2, side // 2, range(3)] = 1
+        distance = np.full((side, side), 1 / vergence)
+        seen = [band_picture(SpectralPicture(one, basis), distance, eye, band, pixel_angle=PIXEL) for one in points]
+        return np.fft.fft2(np.fft.ifftshift(seen, axes=(1, 2)))[:, 0, 2:7]
+
+    first, second = rendered("L+M"), rendered("S")
+    cross = np.einsum("jf,jk,kf->f", second, covariance, first.conj()).real
+    shown = cross / np.einsum("jf,jk,kf->f", first, covariance, first.conj()).real
+
+    def stated(rest: NDArray[np.float64]) -> NDArray[np.float64]:
+        known, given = KnownSpectrum(tuple(spectrum.tolist())), tuple(tuple(row) for row in rest.tolist())
+        parts = [LitCones(Cones.of(eye, band), basis, known, 1.0, given) for band in ("L+M", "S")]
+        at = np.fft.fftfreq(side)[2:7] / PIXEL
+        of_lm, of_s = (one.through_focus(0 * at, at, [vergence])[0].real for one in parts)
+        return np.asarray(basis.catch("S") @ spectrum * of_s / of_lm)
+
+    assert stated(rest) == pytest.approx(shown, rel=0.005)
+    assert (stated(0 * rest)[2:] < 0.99 * shown[2:]).all()

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,6 +44,9 @@ STEP_D, MOST = 0.06, 6
 
 EXTREME = 0.02
 """Share of the texture's contrast whose colour may lie beyond each end of the mixture's. Our choice."""
+
+LEAST_POWER = 1e-4
+"""Power of a transfer below which no covariance is divided by it."""
 
 LEAST_CONTRAST = 0.01
 """Contrast of a band over that of L and M cones that is assumed at least: S cones see next to nothing of red."""
@@ -159,13 +162,15 @@ def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray
 class LitCones:
     """Cones before a texture of one spectrum: their blur is the mean over its components, by their catch of each.
 
-    `usual` is what they catch of the field's mean spectrum where L and M cones together catch 1.
+    `usual` is what they catch of the field's mean spectrum where L and M cones together catch 1, and `rest` the
+    covariance of the components' amounts that the spectra leave (`LocalColours`).
     """
 
     whole: Cones
     basis: SpectralBasis
     spectrum: Spectrum
     usual: float
+    rest: tuple[tuple[float, ...], ...] = ()
 
     @property
     def aperture_diameter(self) -> float:
@@ -197,17 +202,40 @@ class LitCones:
     ) -> NDArray[np.float64] | NDArray[np.complex128]:
         """Transfer at frequencies (cycles per radian) for a list of vergences (D): L x the frequencies' shape."""
         levels = np.atleast_1d(np.asarray(vergences, float))
-        caught = self.spectrum.amounts(self.basis, levels) * self.basis.catch(self.light)
-        shares = caught / np.maximum(caught.sum(axis=1, keepdims=True), 1e-9)
-        total: NDArray[np.float64] | NDArray[np.complex128] = np.zeros(())
-        for number, share in enumerate(shares.T):
-            light = self.basis.light(self.light, number)
-            cones = Cones.in_light(
-                self.whole.eye, self.light, light, finest_cpd=self.whole.finest_cpd, model=self.whole.model
-            )
-            seen = _component_transfer(cones, *_kept(frequency_y), *_kept(frequency_x), tuple(levels.tolist()))
-            total = total + share.reshape(-1, *(1,) * (seen.ndim - 1)) * seen
-        return total
+        amounts = self.spectrum.amounts(self.basis, levels)
+
+        def parts(light: str, finest_cpd: float) -> list[NDArray[Any]]:
+            """Transfer of the light of each component."""
+            given = [self.basis.light(light, number) for number in range(self.basis.components)]
+            every = [
+                Cones.in_light(self.whole.eye, light, one, finest_cpd=finest_cpd, model=self.whole.model)
+                for one in given
+            ]
+            keys = *_kept(frequency_y), *_kept(frequency_x), tuple(levels.tolist())
+            return [_component_transfer(one, *keys) for one in every]
+
+        own = parts(self.light, self.whole.finest_cpd)
+        caught = amounts * self.basis.catch(self.light)
+        sizes = np.maximum(caught.sum(axis=1), 1e-9)
+        seen = _mix(caught / sizes[:, None], own)
+        if not self.rest or self.light != "S":
+            return seen
+        # S cones' texture that the spectrum leaves is blue light, which L and M cones see too, in its own focus.
+        # Of what L and M cones see, S cones show the regression: covariance over variance.
+        whole = parts("L+M", np.inf)
+        both, catch = self.basis.catch("L+M"), self.basis.catch(self.light)
+        shown = _mix(amounts * both, whole)
+        rest = np.asarray(self.rest)
+        alike = [np.tensordot(row * both, np.stack(whole), 1).conj() for row in rest]
+        cross = _mix(catch / sizes[:, None], [a * b for a, b in zip(own, alike, strict=True)])
+        more = np.tensordot(both, np.stack([(a * b).real for a, b in zip(whole, alike, strict=True)]), 1)
+        return seen + (shown * cross - seen * more) / (np.abs(shown) ** 2 + more + LEAST_POWER)
+
+
+def _mix(shares: NDArray[np.float64], parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Sum of `parts` (K of L x the frequencies' shape) by their `shares` at each level (L x K)."""
+    shape = -1, *(1,) * (parts[0].ndim - 1)
+    return np.sum([share.reshape(shape) * part for share, part in zip(shares.T, parts, strict=True)], axis=0)
 
 
 def _kept(frequency: ArrayLike) -> tuple[bytes, tuple[int, ...]]:
@@ -250,6 +278,9 @@ class LocalColours:
         Amounts of the components in the mean light of the field (K), which differ from those in its contrast.
     gain_sd
         Standard deviation of the logarithm of the contrast that S cones see over that of L and M cones.
+    rest
+        Covariance of the components' amounts that the spectra leave, over the variance of what L and M cones catch
+        (K x K); empty: none.
     """
 
     basis: SpectralBasis
@@ -259,6 +290,7 @@ class LocalColours:
     focus_sd: NDArray[np.float64]
     light: NDArray[np.float64]
     gain_sd: float = np.inf
+    rest: tuple[tuple[float, ...], ...] = ()
 
     @classmethod
     def known(cls, basis: SpectralBasis, amounts: Sequence[float], shape: tuple[int, int]) -> LocalColours:
@@ -314,7 +346,7 @@ class ColouredCones(Cones):
             max(float(amounts @ own) / max(float(amounts @ whole), 1e-9), LEAST_CONTRAST)
             for amounts in (self.colours.mean, self.colours.light)
         )
-        parts = tuple(LitCones(plain, basis, one, varies) for one in self.colours.spectra)
+        parts = tuple(LitCones(plain, basis, one, varies, self.colours.rest) for one in self.colours.spectra)
         return Mixture(parts, self.colours.shares, self.colours.focus_sd, varies / shines, self.colours.gain_sd)
 
 
@@ -360,7 +392,28 @@ def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye
     spectra = tuple(SeenContrast((float(r), float(g), float(b)), eye, pixel_angle) for r, g, b in own)
     mean = np.average(amounts.reshape(-1, len(both)), 0, power.ravel())
     light = _amounts(basis, cones.mean(axis=(0, 1)))
-    return LocalColours(basis, spectra, mean, shares, focus_sd, light, gain_sd)
+    return LocalColours(basis, spectra, mean, shares, focus_sd, light, gain_sd, _rest(cones, basis, mix, mean))
+
+
+def _rest(
+    cones: NDArray[np.floating], basis: SpectralBasis, mix: NDArray[np.float64], mean: NDArray[np.float64]
+) -> tuple[tuple[float, ...], ...]:
+    """Covariance of the amounts of components that the spectrum at each place leaves (`LocalColours.rest`)."""
+    fine, coarse = SCALES[2]
+    images = [_between(cones[..., number], fine, coarse) for number in range(3)]
+    whole = _between(cones @ mix, fine, coarse)
+    square = _local(whole**2)
+    little = PRIOR * float(np.median(square))
+    left = []
+    for own in images:
+        frame = float(np.mean(own * whole)) / max(float(np.mean(whole**2)), 1e-30)
+        left.append(own - (_local(own * whole) + little * frame) / (square + little) * whole)
+    covariance = np.cov(np.stack(left).reshape(3, -1), bias=True) / max(float(np.mean(whole**2)), 1e-30)
+    back = np.linalg.pinv(np.stack([basis.catch(band) for band in CLASSES]))
+    both = basis.catch("L+M")
+    # L and M cones together see none of it.
+    without = (np.eye(len(both)) - np.outer(mean / (mean @ both), both)) @ back
+    return tuple(tuple(row) for row in (without @ covariance @ without.T).tolist())
 
 
 def _share_left(own: NDArray[np.float64], whole: NDArray[np.float64], fine: float) -> float:
