@@ -57,8 +57,8 @@ _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _ARRAY = "an array of an image"
 
 _MAX_VALUE = 1e9
-"""Maximum absolute value of floating-point pixels, whose inverse is the minimum of the brightest: beyond them, fourth
-powers exceed single precision."""
+"""Maximum absolute value of floating-point pixels; the brightest pixel must exceed its inverse. Beyond these limits
+fourth powers leave the range of single precision."""
 
 _MIN_FLAT_BRIGHTNESS = 0.05
 """Minimum brightness of a flat field as a fraction of its maximum."""

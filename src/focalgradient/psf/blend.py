@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.psf.disc import DISC_K, disc_transfer
-from focalgradient.psf.gaussian import K_HELP, EXTENT_SD, gaussian_transfer
+from focalgradient.psf.gaussian import EXTENT_SD, K_HELP, gaussian_transfer
 from focalgradient.psf.shape import Psf, parameter
 
 __all__ = ["Blend", "blend_transfer"]

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from focalgradient.parallel import share_rows
-from focalgradient.render.mixed import SAME_SURFACE_PX, NOTHING, parted
+from focalgradient.render.mixed import NOTHING, SAME_SURFACE_PX, parted
 from focalgradient.render.visibility import CELL, highest
 
 __all__ = ["NOTHING", "ceiling", "complete", "nearest_behind", "surfaces"]

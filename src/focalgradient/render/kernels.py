@@ -85,7 +85,7 @@ def kernels_of(at: NDArray[np.floating], pictures: Sequence[NDArray[np.float64]]
 
 
 def lens_radius(picture: NDArray[np.float64], radius: float) -> float:
-    """Return the radius containing `LENS_ENERGY` of a point spread function's energy, in disc radii, from 1 to `MAX_LENS_RADIUS`."""
+    """Return the radius (disc radii, 1 to `MAX_LENS_RADIUS`) that contains `LENS_ENERGY` of the energy of a PSF."""
     away = np.hypot(*(np.indices(picture.shape) - len(picture) // 2)).ravel()
     order = np.argsort(away, kind="stable")
     light = np.cumsum(np.abs(picture).ravel()[order])
@@ -106,7 +106,7 @@ def disc_kernels(largest: float) -> Kernels:
 
 @cache
 def _small(radius: float) -> NDArray[np.float64]:
-    """Return a disc below `MIN_INTERPOLATED_RADIUS`: uniform, non-negative weights whose transfer fits the disc's by least squares.
+    """Return a small disc: uniform, non-negative weights whose transfer fits the disc's by least squares.
 
     Exact interpolation at the fine detail that small discs leave would need negative weights, which produce dark
     rings around bright points.

@@ -11,9 +11,9 @@ from scipy.optimize import nnls
 
 from focalgradient.psf import Psf
 from focalgradient.render.kernels import (
-    UNIFORMITY_WEIGHT,
-    MAX_FITTED_FREQUENCY,
     FREQUENCY_STEPS,
+    MAX_FITTED_FREQUENCY,
+    UNIFORMITY_WEIGHT,
     Kernels,
     kernels_of,
     lens_radius,

@@ -225,8 +225,8 @@ def necker_frame(
         raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
     if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
-            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} flicker "
-            "as they move: draw wider lines or use smaller pixels."
+            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} "
+            "flicker as they move: draw wider lines or use smaller pixels."
         )
     centre = (np.array(shape[::-1]) - 1) / 2
     lines = necker.project(necker.vertices(turn))[EDGES] / pixel_angle + centre

@@ -30,8 +30,8 @@ from focalgradient.stimuli.sets import display_json, png
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
 
 GRADIENTS: tuple[Gradient, ...] = ("none", "rigid", "nonrigid")
-"""Focal-gradient conditions: no blur; blur by the depth of the cube; blur by the depth of the reversed shape, which favours
-the nonrigid interpretation."""
+"""Focal-gradient conditions: no blur; blur by the depth of the cube; blur by the depth of the reversed shape, which
+favours the nonrigid interpretation."""
 
 OLD_NAME = "reversed"
 """Former name of the nonrigid gradient, found in old sets."""
