@@ -16,6 +16,7 @@ from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     answered,
+    by_role,
     catch_trials,
     columns_like,
     few,
@@ -24,8 +25,6 @@ from focalgradient.statistics.own_tables import (
     numbers,
     place,
     read_table,
-    unused,
-    with_participants,
 )
 
 __all__ = ["OwnDetection", "holds_detection", "read_detection"]
@@ -130,9 +129,7 @@ def read_detection(
     for role in ("signal", "response"):
         if role not in theirs:
             raise no_column(path, role)
-    notes += unused([str(name) for name in table if name not in theirs.values()])
-    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
-    table = with_participants(path, table, theirs, notes, notices)
+    table = by_role(path, table, theirs, notes, notices)
     words = {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
     table = answered(path, table, "response", "answer", notes)
     for role, ours in (("signal", "signal"), ("response", "answer")):

@@ -15,13 +15,12 @@ from focalgradient.files import printable
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     answered,
+    by_role,
     found_columns,
     numbers,
     place,
     read_table,
     truths,
-    unused,
-    with_participants,
 )
 
 __all__ = [
@@ -109,12 +108,7 @@ def _read(
     notices: list[str] = []
     table = read_table(path)
     theirs = found_columns(path, table, roles, columns or {})
-    notes += unused([str(name) for name in table if name not in theirs.values()])
-    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
-    if "participant_id" not in table:
-        table["participant_id"] = "one"
-        notes.append("There is no column of participants: all trials are one person's.")
-    table = with_participants(path, table, theirs, notes, notices)
+    table = by_role(path, table, theirs, notes, notices, one="one")
     table = answered(path, table, "larger", "answer", notes)
     table["larger"] = truths(table, "larger")
     present = [name for name in shown if name in table]

@@ -27,6 +27,7 @@ from focalgradient.statistics.own_tables import (
     numbers,
     place,
     read_table,
+    renamed,
     unused,
     with_participants,
 )
@@ -145,7 +146,7 @@ def read_ratings(
         table = _long(path, table, theirs, conditions or {}, notes)
     else:
         notes += unused([str(name) for name in table if name not in theirs.values()])
-        table = _renamed(table, theirs)
+        table = renamed(table, theirs)
     table = with_participants(path, table, theirs, notes, notices)
     if "aperture" in table and "aperture_mm" not in table:
         table = with_diameters(table, theirs.get("aperture", ""), words, notices)
@@ -172,10 +173,6 @@ def read_ratings(
     return OwnRatings(checked, tuple(notes), tuple(problems), tuple(notices), choices)
 
 
-def _renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
-    return pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
-
-
 def _long(
     path: Path, table: pd.DataFrame, theirs: Mapping[str, str], conditions: Mapping[str, str], notes: list[str]
 ) -> pd.DataFrame:
@@ -190,7 +187,7 @@ def _long(
     parts, scenes = [], []
     for name in wide:
         fixation, aperture, scene = _named(name, conditions)
-        part = _renamed(table, theirs).assign(aperture=aperture.replace("_", "."), rating=table[name], column=name)
+        part = renamed(table, theirs).assign(aperture=aperture.replace("_", "."), rating=table[name], column=name)
         if fixation is not None:
             part["fixation"] = fixation
         if scene and "scene" not in theirs:

@@ -19,6 +19,7 @@ from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
     answered,
+    by_role,
     catch_trials,
     conditions_like,
     found_columns,
@@ -27,8 +28,6 @@ from focalgradient.statistics.own_tables import (
     place,
     read_table,
     truths,
-    unused,
-    with_participants,
 )
 from focalgradient.statistics.tables import CLOCK, GRADIENTS, PERCEPTS, report_table
 
@@ -131,9 +130,7 @@ def read_reports(
     notices: list[str] = []
     table = read_table(path)
     theirs = found_columns(path, table, ROLES, columns or {})
-    notes += unused([str(name) for name in table if name not in theirs.values()])
-    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
-    table = with_participants(path, table, theirs, notes, notices)
+    table = by_role(path, table, theirs, notes, notices)
     for role in ("percept", "gradient"):
         if role not in table:
             raise no_column(path, role)

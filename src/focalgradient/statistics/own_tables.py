@@ -22,6 +22,7 @@ __all__ = [
     "ABSENT",
     "PARTICIPANT",
     "answered",
+    "by_role",
     "catch_trials",
     "columns_like",
     "conditions_like",
@@ -31,6 +32,7 @@ __all__ = [
     "others",
     "place",
     "read_table",
+    "renamed",
     "rows_of",
     "truths",
     "unused",
@@ -181,6 +183,23 @@ def with_participants(
     if unnamed.any():
         raise InputError(f"{place(table, unnamed)}: the participant is missing: name it.")
     return table
+
+
+def renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
+    """Return the columns in use, named by role."""
+    return pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
+
+
+def by_role(
+    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str], one: str = ""
+) -> pd.DataFrame:
+    """Return the columns in use by role, like `with_participants`; without participants, rows are by `one` if set."""
+    notes += unused([str(name) for name in table if name not in theirs.values()])
+    table = renamed(table, theirs)
+    if one and "participant_id" not in table:
+        table["participant_id"] = one
+        notes.append("There is no column of participants: all trials are one person's.")
+    return with_participants(path, table, theirs, notes, notices)
 
 
 def answered(

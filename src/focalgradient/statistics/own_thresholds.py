@@ -20,6 +20,7 @@ from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
     answered,
+    by_role,
     catch_trials,
     columns_like,
     few,
@@ -28,8 +29,6 @@ from focalgradient.statistics.own_tables import (
     numbers,
     place,
     read_table,
-    unused,
-    with_participants,
 )
 
 __all__ = ["OwnThresholds", "holds_thresholds", "read_thresholds"]
@@ -154,9 +153,7 @@ def read_thresholds(
     notices: list[str] = []
     table = read_table(path)
     theirs = _columns(path, table, columns or {})
-    notes += unused([str(name) for name in table if name not in theirs.values()])
-    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
-    table = with_participants(path, table, theirs, notes, notices)
+    table = by_role(path, table, theirs, notes, notices)
     table = _levels(path, table, notes, notices)
     table = _right(path, table, _meanings(conditions or {}), notes)
     table = catch_trials(table, notes)
