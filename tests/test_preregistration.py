@@ -54,7 +54,7 @@ def section(text: str, heading: str) -> list[str]:
 WORDS = {
     "ratio": ("Ratings were analysed on their logarithm", "two one-sided tests"),
     "steps": ("cumulative-link mixed model", "odds of a higher answer"),
-    "bipolar": ("A straight line on the diameter", "7 steps from much flatter to much deeper"),
+    "bipolar": ("A straight line on aperture diameter", "7 steps from much flatter to much deeper"),
     "choice": ("slope was tested", "chosen"),
 }
 
@@ -116,7 +116,7 @@ def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str)
     text = files["preregistration.md"].decode()
     assert "1 scene," in text
     assert not re.search(r"\b1 (scenes|repetitions|trials|subjects)\b", text)
-    assert ("logarithm and are given as ratios" in text) == (scale == "ratio")
+    assert ("logarithm and are reported as ratios" in text) == (scale == "ratio")
     assert ("bound = " in files["rules.toml"].decode()) == (scale == "ratio")
     assert ("deciding_test = " in files["rules.toml"].decode()) == (scale == "ratio")
 

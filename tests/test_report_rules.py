@@ -245,7 +245,7 @@ def test_the_stated_test_decides_in_sentences_tables_and_scripts(tmp_path: Path)
         assert near["p_holm"] < 0.05 < near["robust.p_holm"]  # both are there, whichever decides
         assert near["robust.decides"] == (name == "robust")
         assert ("nearest object in focus, ratings rose" in text) == (name == "t")
-        assert ("that is not there in up to 10.5 % of experiments" in text) == (name == "t")
+        assert ("false-positive rate is up to 10.5 %" in text) == (name == "t")
         assert ("so read the robust interval and test, which decide here" in text) == (name == "robust")
         assert ("Student’s t decides, as was stated in advance" in text) == (name == "t")
         assert ("the corrected p of the robust test is below" in text) == (name == "robust")

@@ -76,7 +76,7 @@ def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
         "ratio": "analysed on their logarithm",
         "steps": "cumulative-link",
         "bipolar": "straight line",
-        "choice": "slope of the share of choices",
+        "choice": "slope of the proportion of choices",
     }
     assert word[scale] in page
     assert ("within a factor 2 of 1" in page) == (scale == "ratio")

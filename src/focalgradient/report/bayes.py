@@ -54,8 +54,8 @@ def bayes_part(
     loose = [name for name, found in result.posteriors.items() if isinstance(found, Posterior) and not found.sound]
     if loose:
         yield Notice(
-            f"The chains of {', '.join(loose)} do not agree well enough (R-hat below 1.01, 400 effective draws and no "
-            "divergences are asked for): take these posteriors as rough."
+            f"The chains of {', '.join(loose)} have not converged (required: R-hat below 1.01, 400 effective draws and "
+            "no divergences): these posteriors are approximate."
         )
     if any(isinstance(found, Posterior) for found in result.posteriors.values()):
         drawn = as_files(posterior_figure(result, simulated=simulated))
@@ -78,8 +78,8 @@ def bayes_methods(result: BayesResult) -> str:
     )
     priors = "; ".join(f"{name} {prior}" for name, prior in result.priors.items())
     return (
-        f"Bayesian analysis: {result.formula}, {one}; subjects and scenes crossed as random. Priors: {priors}. "
-        f"{result.sampler}, by {software}. Intervals hold the central 95{SPACE}% of the posterior; a rise counts as "
+        f"Bayesian analysis: {result.formula}, {one}; subjects and scenes as crossed random effects. Priors: {priors}. "
+        f"{result.sampler}, by {software}. Intervals are the central 95{SPACE}% of the posterior; a rise counts as "
         f"none within a factor of {decimals(result.bound)} on either side."
     )
 

@@ -12,45 +12,45 @@ __all__ = ["CUBE", "DETECTION", "JUDGEMENTS", "OWN", "THRESHOLDS", "chosen", "ex
 CHOICES = {
     "judgements": (
         "One likelihood of all judgements",
-        "What single cues predict of both is uncertain, too. All judgements are fitted in one "
-        "likelihood, so that this uncertainty is part of each comparison; thresholds fitted first and combined "
-        "afterwards would be taken as known.",
+        "The predictions from single cues are themselves uncertain. All judgements are fitted in one "
+        "likelihood, so that every comparison includes this uncertainty; thresholds fitted first and combined "
+        "afterwards would be treated as known.",
     ),
     "exclusions": (
         "Exclusions",
-        "Rules of exclusion look at catch trials, repeated answers, response times and dropped frames, never at the "
-        "effect of blur, so that they cannot select for it (Simmons, Nelson and Simonsohn, 2011). They are to be "
-        "stated before the data are seen; results without them stand beside those with them. In full: "
+        "Exclusion rules depend on catch trials, repeated answers, response times and dropped frames, never on the "
+        "effect of blur, so that they cannot select for it (Simmons, Nelson and Simonsohn, 2011). They should be "
+        "stated before the data are seen; results with and without them are both reported. In full: "
         "docs/statistics.md, “Who is left out”.",
     ),
     "random": (
         "Subjects and scenes as random",
-        "Results are meant to hold for other people and other scenes. A test over subjects alone takes these scenes "
-        "for all scenes, and errs where scenes differ (Clark, 1973; Judd, Westfall and Kenny, 2012). With fewer than "
-        "five scenes too little is known of how they differ: results then hold for these scenes, and say so. In full: "
-        "docs/statistics.md, “Depth ratings”.",
+        "Results should generalise to other people and other scenes. A test over subjects alone treats these scenes "
+        "as all scenes, and has an inflated error rate if scenes differ (Clark, 1973; Judd, Westfall and Kenny, 2012). "
+        "Fewer than five scenes give too little information on how they differ: results then apply to these scenes, as "
+        "is stated. In full: docs/statistics.md, “Depth ratings”.",
     ),
     "logarithm": (
         "Logarithm",
-        "Ratings are ratios to a standard. Twice and half as deep are equally far from the standard on the logarithm, "
-        "and estimates of magnitude scatter in proportion to themselves, so that the scatter is even there. In full: "
+        "Ratings are ratios to a standard. On the logarithm, twice and half as deep are equally far from the standard, "
+        "and the scatter of magnitude estimates, which is proportional to their size, becomes homogeneous. In full: "
         "docs/statistics.md, “Depth ratings”.",
     ),
     "equivalence": (
         "Equivalence",
-        "That a test is not significant does not show that there is no effect. The rise is called equivalent to zero "
-        "only where two one-sided tests (Schuirmann, 1987) exclude a rise, and a fall, that would matter: the bound "
+        "A test that is not significant does not show that there is no effect. The rise is called equivalent to zero "
+        "only if two one-sided tests (Schuirmann, 1987) exclude both a rise and a fall that would matter, by the bound "
         "stated in advance. In full: docs/statistics.md, “Depth ratings”.",
     ),
     "ordinal": (
         "Cumulative-link model",
-        "Steps have an order but no distances: means of steps depend on how people use them, and can reverse an effect "
+        "Steps are ordered but have no distances: mean steps depend on how people use them, and can reverse an effect "
         "(Liddell and Kruschke, 2018). The model places thresholds between the steps on one latent scale. In full: "
         "docs/statistics.md, “Depth ratings”.",
     ),
     "slopes": (
         "Slope within each subject",
-        "A straight line through all apertures uses every answer, and one number for each subject and scene makes "
+        "A straight line through all apertures uses every answer, and a single value per subject and scene makes "
         "subjects the units of the test. In full: docs/statistics.md, “Depth ratings”.",
     ),
     "choice": (
@@ -60,26 +60,26 @@ CHOICES = {
     ),
     "holm": (
         "Holm’s correction",
-        "Each family of tests that answers one question errs in at most 5 % of experiments without an effect, and has "
-        "more power than Bonferroni’s correction (Holm, 1979). One rule decides everywhere: the corrected p below "
-        ".05. In full: docs/statistics.md, “Depth ratings”.",
+        "Each family of tests that answers one question has an error rate of at most 5 % in experiments without an "
+        "effect, and more power than with Bonferroni’s correction (Holm, 1979). One rule decides everywhere: the "
+        "corrected p below .05. In full: docs/statistics.md, “Depth ratings”.",
     ),
     "share": (
         "Share of time",
-        "The nonrigid share of the time with one of the two readings does not depend on how fast a person’s percept "
-        "alternates, nor on how long no key is held. Durations are fitted with what the end of a trial cut off as "
+        "The nonrigid proportion of the time with one of the two readings depends neither on how fast a person’s "
+        "percept alternates, nor on how long no key is held. Durations cut off by the end of a trial enter the fits as "
         "lower limits. In full: docs/statistics.md, “The Necker cube”.",
     ),
     "threshold": (
-        "Threshold by its posterior",
+        "Threshold from its posterior",
         "A psychometric function is fitted with a lapse rate, as lapses would otherwise flatten it (Wichmann and Hill, "
-        "2001); the threshold is the median of its posterior. Thresholds multiply, so that their mean is geometric. In "
-        "full: docs/thresholds.md.",
+        "2001); the threshold is the median of its posterior. Thresholds vary multiplicatively, so that their mean is "
+        "geometric. In full: docs/thresholds.md.",
     ),
     "d-prime": (
-        "d′ instead of a share",
-        "The share of right answers mixes how well a signal is seen with how readily “yes” is said. d′ and the "
-        "criterion part the two; confidence shows whether signal and noise scatter alike, and how well people know "
+        "d′ instead of a proportion",
+        "The proportion of correct answers confounds sensitivity with the readiness to say “yes”, which d′ and the "
+        "criterion separate; confidence shows whether signal and noise have equal variances, and how well people know "
         "when they are right. In full: docs/thresholds.md, “Answers of yes and no, ratings, confidence”.",
     ),
     "over-subjects": (

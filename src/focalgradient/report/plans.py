@@ -110,25 +110,25 @@ class Plan(ABC):
 
 ROBUST_TEST = (
     "p of Student’s t is multiplied by a factor of exp(max(0, b + n r − 2 g)), where g is the skewness of the "
-    "subjects’ own means towards the effect (over subjects and scenes, times the third power of their standard error "
-    "over the one of both), r the share of their variance that the noise of their answers explains, and N the number "
-    f"of subjects, b = {BASE_OF_FEW:g} / N − {-BASE:g} and n = {NOISE:g} − {-NOISE_OF_FEW:g} / N (N at least "
-    f"{FEWEST}): few subjects hardly show their skewness"
+    "subject means towards the effect (over subjects and scenes, times the third power of the ratio of their "
+    "standard error to the total one), r the fraction of their variance due to the noise of the answers, and N the "
+    f"number of subjects, b = {BASE_OF_FEW:g} / N − {-BASE:g} and n = {NOISE:g} − {-NOISE_OF_FEW:g} / N (N at least "
+    f"{FEWEST}), as the skewness of few subjects is hardly visible in the sample"
 )
 """Description of the test robust to skewed subjects, for a paper."""
 
 SKEWED = (
-    f"Beside each Student’s t stands a test that is robust to skewed subjects, and it decides: {ROBUST_TEST}. Its "
-    "interval is the one that is given. Normality of the subjects’ means and of the residuals is checked by Shapiro "
-    "and Wilk’s test at .05 and by Q-Q plots; where it fails, the report states it, and Student’s t is not interpreted."
+    f"Each Student’s t is accompanied by a test robust to skewed subjects, which decides: {ROBUST_TEST}. Its "
+    "interval is the one reported. Normality of the subject means and of the residuals is checked by the Shapiro-Wilk "
+    "test at .05 and by Q-Q plots; where it fails, the report states it, and Student’s t is not interpreted."
 )
 """Treatment of skewed subjects for ratios, if the robust test decides."""
 
 SKEWED_BY_T = (
-    'Student’s t decides, as was stated in advance (deciding_test = "t"), and its interval is the one that is given; '
-    f"with very skewed subjects (skewness 4) it errs in up to {100 * WORST_LEVEL_OF_T:.1f} % of experiments without "
-    f"an effect. Beside it stands the p of a test that is robust to skewed subjects: {ROBUST_TEST}. Normality of the "
-    "subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 and by Q-Q plots; where it "
+    'Student’s t decides, as was stated in advance (deciding_test = "t"), and its interval is the one reported; '
+    f"with very skewed subjects (skewness 4) its error rate is up to {100 * WORST_LEVEL_OF_T:.1f} % in experiments "
+    f"without an effect. The p of a test robust to skewed subjects is also given: {ROBUST_TEST}. Normality of the "
+    "subject means and of the residuals is checked by the Shapiro-Wilk test at .05 and by Q-Q plots; where it "
     "fails, the report states it."
 )
 """Treatment of skewed subjects for ratios, if Student's t decides."""
@@ -143,7 +143,8 @@ class RatioPlan(Plan):
     def outcome(self) -> str:
         return (
             "The primary outcome is the rise: the log ratio of the rating at the largest aperture to that at the "
-            f"pinhole with {in_focus(self.fixations[0])}, one value for each subject and scene, repetitions averaged."
+            f"pinhole with {in_focus(self.fixations[0])}, one value for each subject and scene, averaged over "
+            "repetitions."
         )
 
     @property
@@ -171,20 +172,20 @@ class RatioPlan(Plan):
         if self.random:
             test = (
                 "with subjects and scenes crossed as random effects, log_ratio ~ 1 + (1 | participant_id) + "
-                "(1 | scene): variance from the mean squares of subjects, scenes and residuals, the scenes’ component "
-                "not below zero, Student’s t with Satterthwaite’s degrees of freedom (the quasi-F of Clark, 1973; a "
-                "table with empty cells by REML). A t-test of the subjects’ means stands beside it, for these scenes "
-                "only"
+                "(1 | scene): variance from the mean squares of subjects, scenes and residuals, with a nonnegative "
+                "scene component, Student’s t with Satterthwaite’s degrees of freedom (the quasi-F of Clark, 1973; "
+                "tables with empty cells by REML). A t-test of the subject means, for these scenes only, is also "
+                "reported"
             )
         else:
             test = (
-                f"by Student’s t over the subjects’ means, with N − 1 degrees of freedom, for these scenes "
-                f"only: with fewer than {FEWEST_SCENES} too little is known of how scenes differ"
+                f"by Student’s t over the subject means, with N − 1 degrees of freedom, for these scenes "
+                f"only: fewer than {FEWEST_SCENES} scenes give too little information on how scenes differ"
             )
         differences = {
             0: "",
             1: " The difference of the two rises was tested in the same way.",
-        }.get(len(self.pairs), " The differences of the rises, in pairs, were tested in the same way.")
+        }.get(len(self.pairs), " The pairwise differences of the rises were tested in the same way.")
         rises = "the rises with their differences" if self.pairs else "the rise"
         skewed, equivalent, deciding, ends = (
             (SKEWED, "robust in the same way", "the robust test", "robust")
@@ -192,19 +193,19 @@ class RatioPlan(Plan):
             else (SKEWED_BY_T, "by Student’s t", "Student’s t", "Student’s")
         )
         return (
-            "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The mean rise was "
-            f"tested {test}.{differences} {skewed} Equivalence to zero was tested by two one-sided tests, "
+            "Ratings were analysed on their logarithm and are reported as ratios; means are geometric. The mean rise "
+            f"was tested {test}.{differences} {skewed} Equivalence to zero was tested by two one-sided tests, "
             f"{equivalent}, against a factor of {self.bound:.3g}, the smallest rise that would matter; a change that "
-            "is reliable and equivalent to zero is reported as both. As a trend, the least-squares slope of the log "
-            "rating on the diameter of the aperture, and its lack of fit (the quadratic part), were tested likewise. "
-            "Probabilities were corrected by Holm’s "
-            f"method within each family: {rises}, the comparisons of the apertures between with the pinhole, the "
-            f"slopes, the tests of lack of fit; a result is called reliable where the corrected p of {deciding} is "
-            f"below .05. Each equivalence test is one question and is not corrected. Intervals of ratios are {ends} "
-            "95 % intervals on the logarithm, not adjusted for several tests; those of ratings are within subjects "
-            "(Cousineau, Morey). Effect sizes of tests over subjects and scenes are d of Westfall, Kenny and Judd "
-            "(2014): the mean over the root of the sum of the variance components. All tests but those of equivalence "
-            "are two-sided."
+            "is both reliable and equivalent to zero is reported as both. As a trend, the least-squares slope of the "
+            "log rating on aperture diameter, and its lack of fit (the quadratic component), were tested likewise. "
+            "p values were corrected by Holm’s "
+            f"method within each family: {rises}, the comparisons of intermediate apertures with the pinhole, the "
+            f"slopes, the tests of lack of fit; a result is called reliable if the corrected p of {deciding} is "
+            f"below .05. Each equivalence test addresses a separate question and is not corrected. Intervals of ratios "
+            f"are {ends} 95 % intervals on the logarithm, not adjusted for multiple tests; those of ratings are within "
+            "subjects (Cousineau, Morey). Effect sizes of tests over subjects and scenes are d of Westfall, Kenny and "
+            "Judd (2014): the mean divided by the root of the summed variance components. All tests except those of "
+            "equivalence are two-sided."
         )
 
 
@@ -242,22 +243,22 @@ class StepsPlan(Plan):
         slopes = "slopes and of their difference" if self.pairs else "slope"
         if self.random:
             test = (
-                f" To the variance of the {slopes} was added what scenes, as random, make of it: Cochran’s Q of the "
-                "scenes’ own slopes, one Newton step from the fit, over its degrees of freedom, less 1. They were "
-                "referred to Student’s t with Satterthwaite’s degrees of freedom; the tests for these scenes "
-                "alone, by Student’s t with N − 1 degrees of freedom, stand beside them."
+                f" The contribution of random scenes was added to the variance of the {slopes}: Cochran’s Q of the "
+                "slopes within scenes, one Newton step from the fit, divided by its degrees of freedom, minus 1. The "
+                "tests use Student’s t with Satterthwaite’s degrees of freedom; tests for these scenes "
+                "alone, by Student’s t with N − 1 degrees of freedom, are also reported."
             )
         else:
             test = (
                 f" {'The slopes and their differences were' if self.pairs else 'The slope was'} tested by Student’s t "
-                f"with N − 1 degrees of freedom, for these scenes only: with fewer than {FEWEST_SCENES} too little is "
-                "known of how scenes differ."
+                f"with N − 1 degrees of freedom, for these scenes only: fewer than {FEWEST_SCENES} scenes give too "
+                "little information on how scenes differ."
             )
         return (
             f"Answers were {self._steps} of an ordinal scale. One cumulative-link mixed model (logit) with a slope on "
-            f"the diameter of the aperture{each}, {fixed} as fixed effects, and random intercepts and slopes of the "
-            f"subjects was fitted by adaptive Gauss-Hermite quadrature.{test} Probabilities were corrected by Holm’s "
-            "method as one family; a result is called reliable where the corrected p is below .05."
+            f"aperture diameter{each}, {fixed} as fixed effects, and random intercepts and slopes of the "
+            f"subjects was fitted by adaptive Gauss-Hermite quadrature.{test} p values were corrected by Holm’s "
+            "method as one family; a result is called reliable if the corrected p is below .05."
         )
 
 
@@ -272,33 +273,31 @@ class _Comparison(Plan):
     def _tested(self) -> str:
         if self.random:
             return (
-                "with subjects and scenes crossed as random (quasi-F of Clark, 1973, Satterthwaite’s degrees of "
-                "freedom; a table with empty cells by REML)"
+                "with subjects and scenes as crossed random factors (quasi-F of Clark, 1973, Satterthwaite’s degrees "
+                "of freedom; tables with empty cells by REML)"
             )
         return "by Student’s t over subjects, with N − 1 degrees of freedom"
 
     @property
     def _largest(self) -> str:
-        over = "with both crossed as random" if self.random else "by Student’s t with N − 1 degrees of freedom"
+        over = "with both as crossed random factors" if self.random else "by Student’s t with N − 1 degrees of freedom"
         here = (
-            " Such tests for these scenes alone, by Student’s t with N − 1 degrees of freedom, stand beside those "
-            "over both."
+            " Such tests for these scenes alone, by Student’s t with N − 1 degrees of freedom, are also reported."
             if self.random
-            else f" Results are for these scenes only: with fewer than {FEWEST_SCENES} too little is known of how "
-            "scenes differ."
+            else f" Results are for these scenes only: fewer than {FEWEST_SCENES} scenes give too little information "
+            "on how scenes differ."
         )
         slopes = "the slopes with their differences" if self.pairs else "the slopes over the fixations"
         if len(self.fixations) == 1:
             slopes = "the slope"
         if self.statistic.alike is None:
             return (
-                f"Holm’s method corrects {slopes}; a result is called reliable where the corrected p is below "
-                f".05.{here}"
+                f"Holm’s method corrects {slopes}; a result is called reliable if the corrected p is below .05.{here}"
             )
         return (
             f"The {self.statistic.mean.removesuffix(' of choices')}s of subjects and scenes at the largest aperture "
-            f"were compared with those of pictures that are alike {over}. Holm’s method corrects {slopes}, and the "
-            "comparisons at the largest aperture; a result is called reliable where the corrected p is below "
+            f"were compared with those of identical pictures {over}. Holm’s method corrects {slopes}, and the "
+            "comparisons at the largest aperture; a result is called reliable if the corrected p is below "
             f".05.{here}"
         )
 
@@ -318,8 +317,8 @@ class SlopesPlan(_Comparison):
     @property
     def outcome(self) -> str:
         return (
-            f"The primary outcome is the slope of the {self._answer} on the diameter of the aperture "
-            f"({self.statistic.unit} for a millimetre) with {in_focus(self.fixations[0])}, one value for each subject "
+            f"The primary outcome is the slope of the {self._answer} on aperture diameter "
+            f"({self.statistic.unit} per millimetre) with {in_focus(self.fixations[0])}, one value for each subject "
             "and scene."
         )
 
@@ -345,7 +344,7 @@ class SlopesPlan(_Comparison):
         if self.statistic.compared:
             compared = f"Pictures were compared with {self.reference} in {self._steps} {self.statistic.compared}. "
         return (
-            f"{compared}A straight line on the diameter of the aperture was fitted to the {self._answer}s of each "
+            f"{compared}A straight line on aperture diameter was fitted to the {self._answer}s of each "
             f"subject and scene; its {slopes} tested {self._tested}. {self._largest}"
         )
 
@@ -360,7 +359,7 @@ class ChoicePlan(_Comparison):
     @property
     def outcome(self) -> str:
         return (
-            "The primary outcome is the slope of the share of choices of the picture on the diameter of its aperture, "
+            "The primary outcome is the slope of the proportion of choices of the picture on its aperture diameter, "
             f"with {in_focus(self.fixations[0])}, one value for each subject and scene."
         )
 
@@ -368,7 +367,7 @@ class ChoicePlan(_Comparison):
     def hypotheses(self) -> list[str]:
         return self._numbered(
             [
-                f"With {in_focus(self.fixations[0])}, the share of choices changes with the aperture; a rise is "
+                f"With {in_focus(self.fixations[0])}, the proportion of choices changes with the aperture; a rise is "
                 "expected (two-sided test)."
             ]
         )
@@ -377,7 +376,7 @@ class ChoicePlan(_Comparison):
     def analysis(self) -> str:
         return (
             f"In each trial a picture and {self.reference} were shown in random order, and the one that looked deeper "
-            "was chosen. A straight line on the diameter of the aperture was fitted to the choices (0 or 1) of each "
+            "was chosen. A straight line on aperture diameter was fitted to the choices (0 or 1) of each "
             f"subject and scene; its slope was tested {self._tested}. {self._largest}"
         )
 

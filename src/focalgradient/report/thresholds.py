@@ -80,8 +80,8 @@ class Thresholds(Part):
             if not one.kept:
                 yield Notice(
                     f"{one.participant} {one.session}".strip() + f" was right in {one.catch_right} of "
-                    f"{one.catch_trials} trials with the greatest level, fewer than {ATTENDING:.0%}: by inattention, "
-                    "or because the threshold lies near or above that level."
+                    f"{one.catch_trials} trials with the greatest level, fewer than {ATTENDING:.0%}: because of "
+                    "inattention, or because the threshold lies near or above that level."
                 )
             if isinstance(one.fit, NotComputed):
                 yield Notice(f"{one.participant}: {one.fit.reason}")
@@ -165,8 +165,8 @@ def _means(result: ThresholdResult) -> Iterator[Block]:
         yield Paragraph("None missed the catch trials: the mean with exclusions is the same.")
     elif isinstance(result.mean_attending, Interval):
         yield Paragraph(
-            f"Without the {missed} who missed catch trials: {_interval(result.mean_attending, result.unit)}. Whoever "
-            "has a high threshold misses them, too: this mean is too low where thresholds reach the greatest level."
+            f"Without the {missed} who missed catch trials: {_interval(result.mean_attending, result.unit)}. People "
+            "with a high threshold miss them as well: this mean is too low if thresholds reach the greatest level."
         )
     else:
         yield Paragraph("All missed the catch trials: there is no mean with exclusions.")
@@ -225,12 +225,12 @@ def methods_thresholds(design: Mapping[str, Any]) -> Iterator[str]:
         f"trial by QUEST+ (Watson, 2017; questplus) from {design['level_steps']} between {design['least_level']:g} and "
         f"{design['most_level']:g} {unit}. {many(design['catch_trials'], 'catch trial')} showed the greatest level. "
         f"Participants with less than {ATTENDING:.0%} of them right are named; as a high threshold has the same effect "
-        "as inattention, the mean is of all, and that without them stands beside it."
+        "as inattention, the mean is over all participants, and that without them is also reported."
     )
     yield (
-        "Each participant’s answers were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, 2016): Weibull’s "
-        "function of the logarithm of the level, from one half upwards, threshold evenly distributed over the levels, "
-        "slope from 1 to 10 evenly on its logarithm, lapse rate beta (1, 66) up to 10 %, no overdispersion. Given are "
+        "Each participant’s answers were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, 2016): a Weibull "
+        "function of the level that starts at one half, threshold log-uniform over the levels, "
+        "slope log-uniform from 1 to 10, lapse rate beta (1, 66) up to 10 %, no overdispersion. Reported are "
         "the median of the posterior and its central 95 %. At threshold 75 % are right, without lapses. The mean is "
         "geometric, its interval by Student’s t over participants."
     )

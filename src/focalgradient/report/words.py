@@ -116,9 +116,9 @@ def _assumption(each: FixationResult, rise: Effect) -> str:
     advice = (
         "so read the robust interval and test, which decide here."
         if rise.robust is not None and rise.robust.decides
-        else "but it decides here, as the rules state (deciding_test). With very skewed subjects (skewness 4) it finds "
-        f"an effect that is not there in up to {100 * WORST_LEVEL_OF_T:.1f}{SPACE}% of experiments instead of "
-        f"5{SPACE}%; the p robust to skewed subjects stands beside it."
+        else "but it decides here, as the rules state (deciding_test). With very skewed subjects (skewness 4) its "
+        f"false-positive rate is up to {100 * WORST_LEVEL_OF_T:.1f}{SPACE}% instead of "
+        f"5{SPACE}%; the p robust to skewed subjects is also given."
     )
     return (
         f" Subjects’ rises are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
@@ -279,15 +279,15 @@ def _cube_shown(part: Reports) -> str:
 def analysis_necker(shortest_both: float) -> str:
     """Describe the analysis of reports on the cube."""
     return (
-        "The nonrigid share of the time with one of the two readings was taken for each subject and gradient. Each "
-        "gradient was compared with none by a paired t-test and by Wilcoxon’s signed ranks, and the subjects’ own log "
-        "odds of the nonrigid reading, of time and of reports, by paired t-tests; half a report was added to either "
-        "reading, which reduces the bias of log odds (Firth, 1993). Holm’s method corrects each kind "
-        "over gradients, and a change is called reliable where the corrected p is below .05. Intervals are 95 % "
+        "The nonrigid share of the time with one of the two readings was computed for each subject and gradient. Each "
+        "gradient was compared with none by a paired t-test and by Wilcoxon’s signed-rank test, and the within-subject "
+        "log odds of the nonrigid reading, of time and of reports, by paired t-tests; half a report was added to each "
+        "reading, which reduces the bias of log odds (Firth, 1993). Holm’s method corrects each kind of test "
+        "over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
         "intervals over subjects by t, those of shares on their log odds. Both keys held for less than "
-        f"{shortest_both:g} s were taken as a change from one to the other, not as a report. Gamma and log-normal "
-        "distributions were fitted to the durations of each percept by maximum likelihood, durations cut off by the "
-        "end of a trial as lower limits."
+        f"{shortest_both:g} s counted as a transition, not as a report. Gamma and log-normal "
+        "distributions were fitted to the durations of each percept by maximum likelihood, with durations cut off by "
+        "the end of a trial as lower limits."
     )
 
 
