@@ -48,7 +48,7 @@ def lens(vergence: float, f_number: float = F_NUMBER) -> Lens:
 
 
 def stack_lenses(place: Place, count: int = SETTINGS) -> list[Lens]:
-    """Return focus settings evenly spaced in vergence, slightly beyond the scene, as a peak has two sides."""
+    """Return focus settings evenly spaced in vergence, slightly beyond the scene, to bracket peaks at its ends."""
     beyond = 0.03 * (place.near - place.far)
     return [lens(vergence) for vergence in np.linspace(place.far - beyond, place.near + beyond, count).tolist()]
 

@@ -44,7 +44,7 @@ FloatArray = NDArray[np.floating]
 
 @dataclass(frozen=True, slots=True)
 class Pupil:
-    """Aperture (m) and vergence in focus (D); 1 dioptre is 1 pixel for a diameter of 2 `PIXEL`."""
+    """Aperture diameter (m) and vergence in focus (D); with a diameter of 2 `PIXEL`, 1 D of defocus is 1 pixel of blur."""
 
     aperture_diameter: float
     focus_vergence: float

@@ -1,8 +1,8 @@
 """Range of accommodation (template): the range of vergences at which a letter can be seen clearly.
 
-A focus-tunable lens before the eye moves the display to each vergence of the design; the participant tries to make the
-letter clear, and says whether it is. `focalgradient run experiments/accommodation_range.py --pilot` tries it with a
-simulated lens; `lens = "optotune:/dev/ttyACM0"` in the design takes a real one.
+A focus-tunable lens in front of the eye moves the display optically to each vergence of the design; the participant
+tries to focus on the letter, and reports whether it is clear. `focalgradient run experiments/accommodation_range.py
+--pilot` runs it with a simulated lens; `lens = "optotune:/dev/ttyACM0"` in the design selects a real one.
 """
 
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,7 @@
 """Blur discrimination in two intervals: thresholds as a function of the pedestal, the dipper function of blur.
 
-Each pedestal has a staircase of its own, all interleaved; the standard edge and the more blurred one come in random
-order (Watson & Ahumada 2011, J. Vis. 11(5):10). In a browser the server chooses the blur.
+Each pedestal has its own staircase, all interleaved; the standard edge and the more blurred one are shown in random
+order (Watson & Ahumada 2011, J. Vis. 11(5):10). In a browser the server selects the blur.
 Run it: focalgradient run blur_discrimination.py --participant 01 --monitor lab
 """
 

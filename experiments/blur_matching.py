@@ -1,7 +1,7 @@
 """Blur matching by adjustment: set the blur of the right edge until it looks like that of the left one.
 
 The left edge is defocused for a pupil of 4 mm, at full or low contrast; the right one, always at full contrast, follows
-the knob live. If contrast changes how blurred an edge looks, matches at low contrast are off. Laboratory and browser.
+the knob immediately. If contrast affects perceived blur, matches at low contrast are biased. Laboratory and browser.
 Run it: focalgradient run blur_matching.py --participant 01 --monitor lab
 """
 

@@ -1,8 +1,8 @@
 """Threshold of blur (template): the smallest increase in blur that is noticed, or that makes a picture look deeper.
 
-Each trial shows one scene twice, blurred further in one of two intervals, and asks in which. How much is chosen by
-QUEST+ from all answers so far, while the screen is grey. Each step is below; scenes, levels, order and pages are the
-design's (`--print-design`). As it stands it is `focalgradient run blur-threshold`.
+Each trial shows one scene twice, with additional blur in one of two intervals, and asks in which. The level is selected
+by QUEST+ from all answers so far, during the grey screen. Each step is a function below; scenes, levels, order and
+pages are those of the design (`--print-design`). Unchanged, it is `focalgradient run blur-threshold`.
 """
 
 import math

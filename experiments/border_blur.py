@@ -1,7 +1,7 @@
-"""Border blur and the order of depth: which of two textures lies in front, by the blur of the border between them.
+"""Border blur and depth order: which of two textures lies in front, judged by the blur of the border between them.
 
-One texture is sharp and one blurred; the border between them is sharp or blurred. Observers take the texture whose blur
-the border shares for the nearer one (Mather 1996, Proc. R. Soc. B 263:169). Runs in the laboratory and in a browser.
+One texture is sharp and one blurred; the border between them is sharp or blurred. Observers see the texture that shares
+the blur of the border as the nearer one (Mather 1996, Proc. R. Soc. B 263:169). Laboratory and browser.
 Run it: focalgradient run border_blur.py --participant 01 --monitor lab
 """
 

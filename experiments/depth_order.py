@@ -1,8 +1,9 @@
-"""Depth order with and without depth of field: which of two cards is nearer, with informative blur or without blur.
+"""Depth order with and without depth of field: which of two cards is nearer.
 
-Two textured cards stand side by side before a wall; one is in focus. With depth of field the other one is blurred by
-its distance; without, all is sharp and only chance is left, as their sizes in the picture are equal. After the
-question of Konrad et al. (2016), whether depth of field helps to tell the order. Laboratory and browser.
+Two textured cards stand side by side in front of a wall; one is in focus. With depth of field the other one is blurred
+according to its distance; without it the picture is sharp and performance is at chance, as both cards have the same
+size in the picture. The question, after Konrad et al. (2016), is whether depth of field improves the judgement.
+Laboratory and browser.
 Run it: focalgradient run depth_order.py --participant 01 --monitor lab
 """
 

@@ -1,9 +1,9 @@
 """Experiment 1 (template): rated depth of a picture by aperture and fixated object.
 
 Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as a
-ratio to the standard, a pinhole picture that counts as 1, or on another scale of the design. Each step is below;
-conditions, order, pages and checks are the design's (`--print-design`). As it stands it is `focalgradient run
-depth-rating`.
+ratio to the standard, a pinhole picture with the value 1, or on another scale of the design. Each step is a function
+below; conditions, order, pages and checks are those of the design (`--print-design`). Unchanged, it is `focalgradient
+run depth-rating`.
 """
 
 import sys

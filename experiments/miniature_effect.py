@@ -1,7 +1,7 @@
 """The miniature effect: perceived distance, in metres, of a town that is blurred like a nearby model.
 
-The blur follows the distances of the scene ("consistent"), or only rises upwards in the picture ("vertical"), or
-sideways ("horizontal") (Held et al. 2010, ACM TOG 29(2):19). Runs in the laboratory and in a browser.
+The blur follows the distances in the scene ("consistent"), or increases only upwards in the picture ("vertical"), or
+sideways ("horizontal") (Held et al. 2010, ACM TOG 29(2):19). Laboratory and browser.
 Run it: focalgradient run miniature_effect.py --participant 01 --monitor lab
 """
 

@@ -1,8 +1,8 @@
 """Experiment 2 (template): whether a rotating Necker cube looks rigid or wobbles.
 
-One key is held while it looks rigid, another while it wobbles; every press and release is kept with its time. Each
-step is below; shapes, blur, order and pages are the design's (`--print-design`). As it stands it is `focalgradient run
-necker`.
+One key is held while it looks rigid, another while it wobbles; every press and release is recorded with its time. Each
+step is a function below; shapes, blur, order and pages are those of the design (`--print-design`). Unchanged, it is
+`focalgradient run necker`.
 """
 
 import sys

@@ -1,8 +1,8 @@
 """Demonstration (template): depth with one eye through a pinhole, without it, and through a tube.
 
-Each block begins with a page and the standard. In the real world the participant is guided; in pictures, the pinhole
-and the tube show the same round field. Each step is below; forms, scenes, order and pages are the design's
-(`--print-design`). As it stands it is `focalgradient run pinhole`.
+Each block begins with a page and the standard. With a real scene the participant is guided; with pictures, pinhole and
+tube show the same round field. Each step is a function below; forms, scenes, order and pages are those of the design
+(`--print-design`). Unchanged, it is `focalgradient run pinhole`.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Slant from blur: perceived slant of a textured plane seen through a small and a large pupil.
 
-The texture is even in the picture ("projected"), so that blur alone tells the slant, or painted on the plane, so that
-its perspective tells it, too. Runs in the laboratory and in a browser.
+The texture is homogeneous in the picture ("projected"), so that only blur indicates the slant, or on the plane
+("painted"), so that perspective indicates it as well. Laboratory and browser.
 Run it: focalgradient run slant_from_blur.py --participant 01 --monitor lab
 """
 

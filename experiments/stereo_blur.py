@@ -1,7 +1,8 @@
 """Stereo with blur: perceived depth of a wavy surface seen with two eyes, with consistent, absent or reversed blur.
 
-Red-cyan glasses give each eye its view, or a mirror stereoscope (--stereoscope FILE; laboratory only). Disparity is the
-same in all conditions; blur follows the same depth, none, or the opposite one, as if near and far were exchanged.
+Each eye sees its view through red-cyan glasses, or a mirror stereoscope (--stereoscope FILE; laboratory only).
+Disparity is the same in all conditions; blur follows the same depth, is absent, or follows the opposite depth, as if
+near and far were exchanged.
 Run it: focalgradient run stereo_blur.py --participant 01 --monitor lab
 """
 

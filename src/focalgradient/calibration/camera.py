@@ -20,8 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 SAME_MARK = 0.03
-"""Relative tolerance of an f-number or focus distance to be identified with a mark: about a quarter of a third of a
-stop.
+"""Relative tolerance of an f-number or focus distance to be identified with a mark: about a twelfth of a stop.
 """
 
 

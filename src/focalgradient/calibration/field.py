@@ -56,7 +56,7 @@ LEFT_OUT = 0.045
 """
 
 SCALE_LIMITS = (0.25, 2.0)
-"""Limits of the ratio of residual scatter to the split-band estimate; a sheet is too small to support values beyond."""
+"""Limits of the ratio of residual scatter to the split-band estimate; one sheet cannot support values beyond."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -49,7 +49,7 @@ BLENDS = (0.25, 0.35, 0.45)
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """Aperture with blur in pixels: a radius of one pixel per dioptre in the wider view of a pair."""
+    """Stand-in aperture whose blur radius is one pixel per dioptre in the wider view of a pair."""
 
     aperture_diameter: float
     focus_vergence: float = LARGEST

@@ -33,7 +33,7 @@ __all__ = ["LEAST_SCENE_SHARE", "KnownScene", "SceneFit", "SceneScore", "fit_sce
 FloatArray = NDArray[np.float64]
 
 STRIDE = 8
-"""Spacing of the pixels used: the default window, within which errors are correlated."""
+"""Spacing of the sampled pixels, in pixels: the default window, within which errors are correlated."""
 
 LEAST_SCENE_SHARE = 0.01
 """Minimum fraction of a scene's pixels with a valid depth from blur."""

@@ -1,6 +1,6 @@
 """Simulated observers, which respond to trials; their responses have the same form as a person's.
 
-They process the displayed pictures, and receive no more information on a trial than a person. In the adaptive
+They process the displayed pictures, and receive no more information about a trial than a person does. In the adaptive
 experiment they may instead have a known threshold, to be recovered.
 """
 

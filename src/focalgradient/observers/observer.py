@@ -200,7 +200,7 @@ OBSERVERS: dict[str, Observer] = {
     "lapsing": Observer(lapses=0.15),
     "ordinal": Observer(categories=CATEGORIES),
 }
-"""Observer of the hypothesis, control observers, and one with an ordinal rating scale."""
+"""Default observer (the hypothesis to be tested), control observers, and one with an ordinal rating scale."""
 
 FORMER_NAMES = {"blind": "blur-blind"}
 

@@ -22,4 +22,4 @@ EXPERIMENTS: dict[str, Published] = {
         kruger1993(),
     )
 }
-"""Records by key."""
+"""Published experiments, by key in the bibliography."""

@@ -159,7 +159,7 @@ def _first_thresholds(category: NDArray[np.int_]) -> FloatArray:
 
 
 def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None, bool]:
-    """Return the covariance of the first `wanted` parameters (None: no maximum), and if others are at a boundary."""
+    """Return the covariance of the first `wanted` parameters (None: no maximum), and if the rest is at a boundary."""
     known = information[:wanted, :wanted]
     at_boundary = not _is_positive(information)
     if at_boundary and not _is_positive(known):

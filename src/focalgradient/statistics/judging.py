@@ -63,7 +63,7 @@ class SubjectQuality:
 
 
 EXAMPLES = {"example-flat": -1, "example-deep": 1}
-"""Catch drawings that look clearly flat (-1) or deep (1): side of the scale's middle of a correct answer."""
+"""Side of the scale's middle on which each catch drawing is answered correctly: flat (-1) or deep (1)."""
 
 MIN_ANSWERS = 5
 """Minimum number of answers for the share of the most frequent one."""

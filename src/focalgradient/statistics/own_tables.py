@@ -193,7 +193,7 @@ def renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
 def by_role(
     path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str], one: str = ""
 ) -> pd.DataFrame:
-    """Return the columns in use by role, like `with_participants`; without participants, rows are by `one` if set."""
+    """Name the columns in use by role and clean them; `one`, if set, replaces a missing participant column."""
     notes += unused([str(name) for name in table if name not in theirs.values()])
     table = renamed(table, theirs)
     if one and "participant_id" not in table:
@@ -273,6 +273,6 @@ def numbers(table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: boo
 
 
 def others(cells: pd.Series[str]) -> str:
-    """Return a parenthesis that lists further invalid cells, after a sentence about the first."""
+    """Return a parenthetical list of further invalid cells, to follow a sentence on the first."""
     more = [repr(printable(one)) for one in cells.unique()[1:]]
     return f" (and so are {few(more)}, {len(cells):,} cells)" if more else ""
