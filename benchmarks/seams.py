@@ -44,7 +44,7 @@ FloatArray = NDArray[np.floating]
 
 @dataclass(frozen=True, slots=True)
 class Pupil:
-    """Aperture diameter (m) and vergence in focus (D); with a diameter of 2 `PIXEL`, 1 D of defocus blurs by 1 pixel."""
+    """Aperture diameter (m) and vergence in focus (D); with a diameter of 2 `PIXEL`, 1 D blurs by 1 pixel."""
 
     aperture_diameter: float
     focus_vergence: float
