@@ -1,4 +1,4 @@
-"""Bias of the threshold of an adaptive session for many slopes, lapse rates and numbers of trials, in minutes.
+"""Bias of the threshold of adaptive sessions by slope, lapse rate and number of trials; runs in minutes.
 
     python benchmarks/threshold_bias.py [--sessions 2000] [--seed 5]
 

@@ -47,10 +47,10 @@ TILT_SHARE = 0.3
 was proportional to 1 / distance within a tenth.
 """
 
-GAIN = 0.95
+MAX_ERROR_RATIO = 0.95
 """Maximum ratio of left-out errors at which a more complex polynomial is preferred."""
 
-LEFT_OUT = 0.045
+UNCALIBRATED_ERROR = 0.045
 """Relative error of edge widths at distances that were not calibrated: 4 and 6 % for printed squares at 1 and 2.5 m
 (calibrated at 0.5 and 1.5 m), 9 % for one edge at 2.5 m, 1 % at two others.
 """
@@ -185,7 +185,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
         more = [_Terms(True), _Terms(True, True), *([_Terms(True, True, True)] if several else [])]
         for terms in more:
             now = _spread(_left_out(cells, terms))
-            if now < GAIN * error:
+            if now < MAX_ERROR_RATIO * error:
                 best, error = terms, now
     fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
     _, slants, blur, focus_curve = best.parts(fit, len(places))
@@ -309,7 +309,7 @@ def apply_calibration(
     if method == "edges":
         lens = camera.lens(*settings[0])
         per_dioptre = camera.k * _radius(camera, lens.f_number, lens.focus_vergence)  # width on the sensor
-        law = max(camera.model_error, LEFT_OUT) * np.abs(lens.focus_vergence - vergence)
+        law = max(camera.model_error, UNCALIBRATED_ERROR) * np.abs(lens.focus_vergence - vergence)
         sd = np.hypot(np.hypot(sd, camera.edge_scatter / per_dioptre), law)
         camera = replace(camera, model_error=0.0)  # already included in `sd`
     used = used_blur(depth.details) if psf is None else psf_of(psf)

@@ -23,14 +23,14 @@ EDGE_K = 0.546
 """Ratio sigma / radius of the Gaussian that best fits an edge blurred by a uniform disc (radius of 3 pixels and more).
 """
 
-UNDECIDED = 6.0
+MIN_SIDE_CHI_SQUARE = 6.0
 """Minimum difference of chi-square between the two sides of focus; below it, the target does not determine the side."""
 
 
-ROUGH = 1e-4
+COMPARISON_TOLERANCE = 1e-4
 """Relative tolerance of fits used for comparison only."""
 
-SAME = 0.1
+SIDE_TOLERANCE = 0.1
 """Relative difference of vergence below which a target may lie on either side of a marked focus."""
 
 
@@ -207,11 +207,11 @@ class _Fit:
         marked_sides = self.marked_sides()
         if marked_sides is not None:  # the marks resolve what the views leave undetermined
             agreeing = [one for one in found if (self.sides(one[1]) == marked_sides).all()]
-            if agreeing and agreeing[0][0] < found[0][0] + UNDECIDED:
+            if agreeing and agreeing[0][0] < found[0][0] + MIN_SIDE_CHI_SQUARE:
                 found = agreeing
         chi_square, theta = found[0]
         for other_chi_square, other in found[1:]:
-            if other_chi_square - chi_square < UNDECIDED and (self.sides(other) != self.sides(theta)).any():
+            if other_chi_square - chi_square < MIN_SIDE_CHI_SQUARE and (self.sides(other) != self.sides(theta)).any():
                 raise InputError(
                     "the views fit a target beyond the plane of focus as well as one nearer than it: add a view at "
                     "another distance, or give focus_distance_m as marked on the lens."
@@ -283,7 +283,7 @@ class _Fit:
         offset = self.priors.offset if self.priors.focus_offset is None else self.priors.focus_offset
         marked = np.array([1 / (mark + offset) for mark in self.marks if mark is not None])[focus]
         target = 1 / (self.distances[distance] + self.priors.offset)
-        return None if (np.abs(target - marked) < SAME * marked).any() else marked > target
+        return None if (np.abs(target - marked) < SIDE_TOLERANCE * marked).any() else marked > target
 
     def minima(self, model_error: float) -> list[tuple[float, FloatArray]]:
         """Return chi-square and parameters at the minima reached from start values on all sides of the target."""
@@ -343,7 +343,7 @@ def improbability(readings: Sequence[Reading], focal_length: float, pixel_pitch:
     for reading in readings:
         _check(reading, focal_length)
     fit = _Fit.of(readings, focal_length, pixel_pitch, priors)
-    return replace(fit, tolerance=ROUGH).improbability()
+    return replace(fit, tolerance=COMPARISON_TOLERANCE).improbability()
 
 
 def cross_validate(

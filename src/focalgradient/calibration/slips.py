@@ -39,7 +39,7 @@ UNRESOLVED = 0.5
 NEAREST = 3.0
 """Minimum corrected distance in focal lengths; a nearer target would be imaged at half its size or more."""
 
-CLEARLY = 18.0
+MIN_GAIN = 18.0
 """Minimum decrease in minus twice the log posterior for reporting an error; none of 150 correct (simulated) cameras
 reaches it.
 """
@@ -47,10 +47,10 @@ reaches it.
 IMPOSSIBLE = 1e6
 """Minus twice the log posterior assigned if no camera fits at all."""
 
-SINGLE = 8.0
+SINGLE_VALUE_PENALTY = 8.0
 """Penalty for an error in a single value, of which there are many: a prior of e^-4 (our choice)."""
 
-AS_LIKELY = 6.0
+MAX_GAIN_DIFFERENCE = 6.0
 """Maximum difference to the best explanation for reporting a further error."""
 
 
@@ -115,15 +115,15 @@ def likeliest_slips(
     """
     stated = _Stated(readings, focal_length, pixel_pitch, priors or Priors())
     before = min(stated.improbability(), IMPOSSIBLE)
-    if before < CLEARLY:  # no correction can improve an almost perfect fit by that much
+    if before < MIN_GAIN:  # no correction can improve an almost perfect fit by that much
         return []
     found = []
-    for candidates, cost in ((_candidates(stated), 0.0), (_single_values(stated), SINGLE)):
+    for candidates, cost in ((_candidates(stated), 0.0), (_single_values(stated), SINGLE_VALUE_PENALTY)):
         for text, mended in candidates:
             if min(reading.distance for reading in mended.readings) > NEAREST * mended.focal_length:
                 found.append(Slip(text, before - mended.improbability() - cost))
-    found = sorted((slip for slip in found if slip.gain > CLEARLY), key=lambda slip: -slip.gain)
-    return [slip for slip in found if slip.gain > found[0].gain - AS_LIKELY]
+    found = sorted((slip for slip in found if slip.gain > MIN_GAIN), key=lambda slip: -slip.gain)
+    return [slip for slip in found if slip.gain > found[0].gain - MAX_GAIN_DIFFERENCE]
 
 
 def prediction_errors(

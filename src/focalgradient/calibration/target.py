@@ -16,10 +16,10 @@ __all__ = ["TargetBlur", "measure_target", "read_target"]
 LEAST_POINTS = 8
 """Minimum number of points along edges: half of the band over which one measurement averages."""
 
-STRONG = 0.5
+MIN_RELATIVE_CONTRAST = 0.5
 """Minimum contrast of the target's own edges, relative to its strongest edge."""
 
-STEP_LIKE = 0.25
+MIN_STEP_LIKE = 0.25
 """Minimum fraction of edges that look like blurred steps; below it a warning names the camera as the cause."""
 
 
@@ -66,9 +66,9 @@ def measure_target(view: View) -> TargetBlur:
 
     edges = measure_edges(view.image, mask=view.mask)
     contrast = np.where(np.isfinite(edges.radius), edges.high - edges.low, 0.0)
-    strong = contrast > STRONG * np.quantile(contrast, 0.99) if contrast.size else contrast > 0
+    strong = contrast > MIN_RELATIVE_CONTRAST * np.quantile(contrast, 0.99) if contrast.size else contrast > 0
     use = strong & edges.valid
-    if use.sum() < STEP_LIKE * strong.sum():
+    if use.sum() < MIN_STEP_LIKE * strong.sum():
         # the sheet is known to consist of steps, so that the camera must have altered them
         warnings.warn(
             f"only {use.sum() / strong.sum():.0%} of a target's edges look like blurred steps: the camera's tone curve "

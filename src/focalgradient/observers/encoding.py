@@ -28,7 +28,7 @@ LEAST_SPACING = 16
 SHARP = 10
 """Percentile of the blur of all places that is taken as in focus, for any fixation."""
 
-SKY = 0.25
+MIN_SKY = 0.25
 """Minimum fraction of sky for a place to count as sky. Clouds look soft at any focus, and the layout shows where they
 are: their blur is replaced by that of the nearest place with a surface.
 """
@@ -113,8 +113,8 @@ def encode_light(
     estimated = blur_of(seen, slope, display, pupil, spacing)
     vergence = np.zeros(seen.shape) if distance is None else 1 / np.asarray(distance, float)
     layout, sky = (block_means(full, spacing) for full in (vergence, vergence == 0))
-    if distance is not None and (sky <= SKY).any():
-        estimated.log_sd[sky > SKY] = np.inf
+    if distance is not None and (sky <= MIN_SKY).any():
+        estimated.log_sd[sky > MIN_SKY] = np.inf
     log_blur = continued(estimated).ravel()
     minute = display.arcmin(1.0)
     encoded = []

@@ -27,23 +27,23 @@ its full amplitude with the sign of that component; "layout", the absolute value
 CATEGORIES = 7
 """Number of steps of the ordinal rating scale."""
 
-WEBERS = 0.2
+WEBER_LOG_SD = 0.2
 """SD over people of the log Weber fraction: that of a uniform distribution between log 0.28 and log 0.56, the range of
 thresholds in Mather & Smith (2002).
 """
 
-LAYOUTS = 0.35
+LAYOUT_LOG_SD = 0.35
 """SD over people of the logarithm of the layout's uncertainty, and of the perceived relief of a picture: a factor of
 about 2 between observers (kind of difference: Koenderink, van Doorn, Kappers & Todd 2001; size: our choice).
 """
 
-PRIORS = 0.4
+PRIOR_SD = 0.4
 """SD over people of the prior (our choice; no published value was found)."""
 
-DISCOUNTS = 0.15
+UNDISCOUNTED_SD = 0.15
 """SD of the half-normal fraction of contradicting blur that people do not discount (our choice; no published value)."""
 
-EXPONENTS = 0.25
+EXPONENT_LOG_SD = 0.25
 """SD over people of the logarithm of the exponent from perception to rating (our choice)."""
 
 DURATIONS, DURATION_SPREADS, PREFERENCES = 0.54, 0.17, 0.26
@@ -180,15 +180,15 @@ class Observer:
         scale, pace, weber, spread, gain, prior, discounting, lasting, preference = random.standard_normal(9)
         return replace(
             self,
-            scale=self.scale * math.exp(EXPONENTS * scale),
+            scale=self.scale * math.exp(EXPONENT_LOG_SD * scale),
             dominance=self.dominance * math.exp(DURATIONS * pace),
             duration_spread=self.duration_spread * math.exp(DURATION_SPREADS * lasting),
             preference=self.preference + PREFERENCES * preference,
-            weber=self.weber * math.exp(WEBERS * weber),
-            layout_spread=self.layout_spread * math.exp(LAYOUTS * spread),
-            layout_gain=self.layout_gain * math.exp(LAYOUTS * gain),
-            prior=min(max(self.prior + PRIORS * prior, -1.0), 1.0) if self.prior else 0.0,
-            discounting=max(self.discounting - DISCOUNTS * abs(discounting), 0.0),
+            weber=self.weber * math.exp(WEBER_LOG_SD * weber),
+            layout_spread=self.layout_spread * math.exp(LAYOUT_LOG_SD * spread),
+            layout_gain=self.layout_gain * math.exp(LAYOUT_LOG_SD * gain),
+            prior=min(max(self.prior + PRIOR_SD * prior, -1.0), 1.0) if self.prior else 0.0,
+            discounting=max(self.discounting - UNDISCOUNTED_SD * abs(discounting), 0.0),
         )
 
 

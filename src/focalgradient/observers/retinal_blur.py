@@ -50,7 +50,7 @@ CONTRAST = 0.005
 NOISES = tuple(2.0 ** np.arange(0.0, 6.1, 0.5))
 """Candidate noise levels of the picture itself, such as rendering noise, in units of `CONTRAST`, for each place."""
 
-UNLIKELY = 2.0
+NOISE_PENALTY = 2.0
 """Penalty (twice the negative log likelihood) per factor of e in the picture noise: doubling it halves the likelihood.
 Without it, sharp textures would seem slightly blurred and noisy.
 """
@@ -226,7 +226,7 @@ def _texture(image: FloatArray, spacing: int, law: Law) -> tuple[FloatArray, Flo
         # fit the contrast, each energy weighted by its precision; then compute the goodness of fit
         contrast = (precision * shape * (energy - noise)).sum(1) / (precision * shape**2).sum(1)
         expected = np.maximum(contrast, 0.0)[:, None] * shape + noise
-        costs.append((np.log(energy / expected) ** 2 / variance).sum(1) + UNLIKELY * math.log(times))
+        costs.append((np.log(energy / expected) ** 2 / variance).sum(1) + NOISE_PENALTY * math.log(times))
     cost = np.array(costs)  # noises x blurs x places
     posterior = np.exp(-0.5 * (cost - cost.min((0, 1))))
     posterior /= posterior.sum((0, 1))

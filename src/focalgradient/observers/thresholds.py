@@ -28,7 +28,7 @@ THRESHOLDS = {"D": 0.14, "mm": 1.0}
 (Campbell & Westheimer 1958; Walsh & Charman 1988); for depth, our choice.
 """
 
-SPREAD = 0.4
+THRESHOLD_LOG_SD = 0.4
 """SD over observers of the log threshold (our choice, similar to that of Weber fractions)."""
 
 SLOPE = 3.5
@@ -37,7 +37,7 @@ SLOPE = 3.5
 CRITERION = 0.75
 """Proportion correct at threshold."""
 
-LEAST_S = 0.2
+MIN_RESPONSE_TIME = 0.2
 """Minimum response time, in seconds."""
 
 
@@ -48,7 +48,7 @@ def known_threshold(design: BlurThresholdDesign, participant: str, seed: int) ->
     True
     """
     normal = random_stream(seed, design.task, participant).standard_normal()
-    found = THRESHOLDS[design.unit] * math.exp(SPREAD * normal)
+    found = THRESHOLDS[design.unit] * math.exp(THRESHOLD_LOG_SD * normal)
     return round(float(min(max(found, 2 * design.least_level), design.most_level / 2)), 6)
 
 
@@ -119,7 +119,7 @@ def choose(
         right = bool(random.random() < share)
         if not easy:
             procedure.learn([*procedure.learnt, (level, right)])
-        time = max(DECISION * math.exp(DECISIONS * random.standard_normal()), LEAST_S)
+        time = max(DECISION * math.exp(DECISIONS * random.standard_normal()), MIN_RESPONSE_TIME)
         clock += BREAK * trial.break_before + design.pause_s + design.mark_s
         answer = trial.interval if right else 3 - trial.interval
         given.append(

@@ -16,7 +16,7 @@ from focalgradient.published.record import Finding, Prediction, Published, simul
 __all__ = ["Row", "csv_of", "markdown", "predicted_beside_published"]
 
 
-LEAST_SHOWN = 0.095
+TWO_DIGITS_BELOW = 0.095
 """Absolute value below which numbers are shown with two significant digits instead of two decimals."""
 
 
@@ -61,7 +61,7 @@ def _number(value: float) -> str:
     >>> _number(0.41), _number(-12.3), _number(0.0031)
     ('0.41', '-12.30', '0.0031')
     """
-    return f"{value:.2f}" if abs(value) >= LEAST_SHOWN or value == 0 else f"{value:.2g}"
+    return f"{value:.2f}" if abs(value) >= TWO_DIGITS_BELOW or value == 0 else f"{value:.2g}"
 
 
 def predicted_beside_published(

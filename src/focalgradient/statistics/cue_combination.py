@@ -38,7 +38,7 @@ FloatArray = NDArray[np.float64]
 LAPSES = 0.02
 """Lapse rate, fixed (Wichmann & Hill 2001)."""
 
-FEWEST = 20
+MIN_TRIALS = 20
 """Minimum number of trials per person with each single cue, and with both."""
 
 SAMPLES = 99
@@ -46,7 +46,7 @@ SAMPLES = 99
 person, and less for more people.
 """
 
-BOUND = 6.0
+MAX_PARAMETER_CHANGE = 6.0
 """Maximum change of a log standard deviation or log odds from its start; a penalty keeps the search within it."""
 
 
@@ -244,8 +244,8 @@ class _Person:
         self.unit = unit
 
     def cost(self, free: FloatArray, rule: CueRule) -> float:
-        beyond = float(np.square(np.maximum(np.abs(free - self.whole(rule)) - BOUND, 0)).sum())
-        free = np.clip(free, self.whole(rule) - 2 * BOUND, self.whole(rule) + 2 * BOUND)
+        beyond = float(np.square(np.maximum(np.abs(free - self.whole(rule)) - MAX_PARAMETER_CHANGE, 0)).sum())
+        free = np.clip(free, self.whole(rule) - 2 * MAX_PARAMETER_CHANGE, self.whole(rule) + 2 * MAX_PARAMETER_CHANGE)
         return 100 * beyond - float(np.log(self.probability(free, rule, self.sign)).sum())
 
     def probability(self, free: FloatArray, rule: CueRule, sign: FloatArray) -> FloatArray:
@@ -366,8 +366,8 @@ def fit_cue_combination(
             "both cues": int((own & ~np.isnan(a + b)).sum()),
         }
         for what, count in counts.items():
-            if count < FEWEST:
-                return NotComputed(f"{name} has {count} trials by {what}, and {FEWEST} are needed.")
+            if count < MIN_TRIALS:
+                return NotComputed(f"{name} has {count} trials by {what}, and {MIN_TRIALS} are needed.")
         person = _Person(a[own], b[own], answers[own].astype(bool))
         free_rule = CueRule(_free, (0.0, 0.0) if person.conflict else (0.0,))
         fits = {rule: person.fitted(each) for rule, each in {**CUE_RULES, "free": free_rule}.items()}

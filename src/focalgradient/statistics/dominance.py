@@ -31,7 +31,7 @@ NODES_PER_EFFECT = 5
 ADAPTATIONS = 6
 """Number of times the nodes are moved to each person's posterior mean and covariance."""
 
-BOUND = 4.0
+MAX_PARAMETER = 4.0
 """Maximum absolute value of a free parameter, beyond the plausible range, which keeps the search finite."""
 
 
@@ -130,7 +130,7 @@ LOGARITHMIC = {"median", "median_log_sd", "spread", "spread_log_sd", "preference
 BETWEEN = ("median_log_sd", "spread_log_sd", "preference_sd")
 """Standard deviations over people."""
 
-VANISHED = -3.5
+MIN_LOG_SD = -3.5
 """Log standard deviation over people below which it is set to 0: durations then differ by less than 3 %."""
 
 
@@ -273,18 +273,20 @@ def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel 
     chosen, free = tuple(start), np.array(list(start.values()))
 
     def cost(free: FloatArray) -> float:
-        beyond = float(np.square(np.maximum(np.abs(free) - BOUND, 0.0)).sum())
-        return 100 * beyond - float(likelihood.of_people(_model(np.clip(free, -BOUND, BOUND), chosen)).sum())
+        beyond = float(np.square(np.maximum(np.abs(free) - MAX_PARAMETER, 0.0)).sum())
+        return 100 * beyond - float(
+            likelihood.of_people(_model(np.clip(free, -MAX_PARAMETER, MAX_PARAMETER), chosen)).sum()
+        )
 
     for _ in range(3):  # the nodes are fixed during each search, so that the cost is smooth
-        likelihood.adapt(_model(np.clip(free, -BOUND, BOUND), chosen))
+        likelihood.adapt(_model(np.clip(free, -MAX_PARAMETER, MAX_PARAMETER), chosen))
         found = optimize.minimize(cost, free, method="BFGS", options={"gtol": 0.02})
         free = np.asarray(found.x)
     end = dict(zip(chosen, free.tolist(), strict=True))
-    kept = {name: value for name, value in end.items() if not (name in BETWEEN and value < VANISHED)}
+    kept = {name: value for name, value in end.items() if not (name in BETWEEN and value < MIN_LOG_SD)}
     if len(kept) < len(end):
         return _fitted(likelihood, kept)
-    if not np.isfinite(found.fun) or (np.abs(free) > BOUND).any():
+    if not np.isfinite(found.fun) or (np.abs(free) > MAX_PARAMETER).any():
         return NotComputed(
             "The likelihood of the durations has no maximum: too many are censored, or too few were reported."
         )

@@ -31,7 +31,7 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 
-MANY = 60
+MIN_TRIALS_FOR_3_NODES = 60
 """Number of trials per subject above which 3 quadrature nodes per random effect replace 7: in simulated answers of 200
 subjects, slopes and standard errors then differ by less than 1e-3 of the standard error.
 """
@@ -137,7 +137,7 @@ def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
 
 def nodes_for(subject: NDArray[np.int_]) -> int:
     """Return the number of quadrature nodes per random effect: with many trials the integrand is nearly normal."""
-    return 3 if np.bincount(subject).min() >= MANY else 7
+    return 3 if np.bincount(subject).min() >= MIN_TRIALS_FOR_3_NODES else 7
 
 
 def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | None = None) -> OrdinalResult:

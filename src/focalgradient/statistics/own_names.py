@@ -44,7 +44,7 @@ _SUMMARIES = (
 SUMMARIES = frozenset(unicodedata.normalize("NFKC", one).casefold() for one in _SUMMARIES.split("|"))
 """Names of summary rows (means, sums, standard deviations), in lower case, in several languages."""
 
-MAYBE = frozenset(
+AMBIGUOUS_SUMMARIES = frozenset(
     ("sum", "som", "min", "max", "n", "m", "sd", "se", "sem", "std", "count", "all", "var", "mode", "med")
 )
 """Summary labels that may also be a person's name or initials."""
@@ -105,7 +105,7 @@ def maybe_summary(name: str) -> bool:
     >>> maybe_summary("SD"), maybe_summary("Max"), maybe_summary("Mia")
     (True, True, False)
     """
-    return _bare(name) in MAYBE
+    return _bare(name) in AMBIGUOUS_SUMMARIES
 
 
 def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:

@@ -297,7 +297,7 @@ def _answers(
     return in_seconds(table, "response_time", theirs.get("response_time", ""), LONGEST_RESPONSE_S, notices)
 
 
-RENUMBERED = 0.3
+MIN_REPEATED_NUMBERS = 0.3
 """Fraction of repeated trial numbers above which they count within blocks; below it, trials are duplicates."""
 
 
@@ -311,7 +311,7 @@ def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
         if same.equals(again):
             raise InputError(f"{place(table, same)}: a row above is the same in every cell: leave one of them out.")
         shown = table.duplicated([*by, "trial", "scene", "aperture", "fixation"])
-        if shown.any() and again.mean() < RENUMBERED:
+        if shown.any() and again.mean() < MIN_REPEATED_NUMBERS:
             raise InputError(
                 f"{place(table, shown)}: trial {printable(str(table['trial'][shown].iloc[0]))} of participant "
                 f"{table['participant_id'][shown].iloc[0]} stands in a row above with another answer: leave one of "

@@ -19,16 +19,16 @@ __all__ = ["in_seconds", "without_codes", "without_copies", "without_headers", "
 CODE = re.compile(r"-?9{2,}|-9|-?8{3,}")
 """Codes of missing answers: 99, 999, -9, -99, -999, 888, ..."""
 
-BEYOND = 10.0
+MIN_CODE_RATIO = 10.0
 """Minimum ratio of a positive code to all other answers: 99 among answers up to 98 is an answer."""
 
-ALIKE = 0.7
-"""Maximum fraction of identical answers between different subjects for which identical subjects count as copies."""
+MAX_SHARED_ANSWERS = 0.7
+"""Maximum fraction of answers that other pairs of subjects may share if an identical pair is to count as copies."""
 
 MIN_BLOCK_ROWS = 4
 """Minimum number of rows of a copied block."""
 
-CHANCE = 1e-6
+MAX_CHANCE = 1e-6
 """Maximum probability of identical answers by chance, given a subject's variability, to count as a copy (our choice).
 """
 
@@ -84,7 +84,7 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     values = pd.to_numeric(texts.str.replace(",", ".", regex=False), errors="coerce").abs()
     others = values[~codes & np.isfinite(values)]
     negative = texts.str.startswith("-") & (not signed)
-    missing = codes & (negative | (values > BEYOND * others.max()))
+    missing = codes & (negative | (values > MIN_CODE_RATIO * others.max()))
     if not missing.any():
         return table
     listed = ", ".join(sorted(texts[missing].unique()))
@@ -127,7 +127,7 @@ def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) ->
         half = len(rows) // 2
         if len(rows) % 2 or half < MIN_BLOCK_ROWS or not (cells[rows[:half]] == cells[rows[half:]]).all():
             continue
-        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]]) < CHANCE:
+        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]]) < MAX_CHANCE:
             left_out[rows[half:]] = True
             who = " ".join(str(one) for one in np.atleast_1d(np.array(key, dtype=object))).strip()
             again = pd.Series(np.isin(np.arange(len(table)), rows[half:]))
@@ -177,7 +177,7 @@ def _without_other_names(
             copied = table["participant_id"].isin(whose[1:])
             rows = table[table["participant_id"] == whose[0]]
             pairs = len(values) * (len(values) - 1) / 2
-            if len(others) and agree.max() < ALIKE and pairs * _by_chance(rows) < CHANCE:
+            if len(others) and agree.max() < MAX_SHARED_ANSWERS and pairs * _by_chance(rows) < MAX_CHANCE:
                 notices.append(
                     f"{', '.join(whose)} have the same answer in every row: {rows_named(table, copied)} were left out "
                     f"as copies of {whose[0]}."

@@ -58,15 +58,15 @@ WORDS = {
 UNIT = re.compile(r"(?:[\s_(\[]|^)(dioptres?|diopters?|D|mm|deg|arcmin|arcsec|px|pixels?|%|cpd|ms|s)[\s)\]]*$")
 """Unit at the end of a column name."""
 
-IMPROBABLE = 0.001
+MAX_P_OF_TWO_ALTERNATIVES = 0.001
 """p value (times the number of levels) of so few correct answers with two alternatives, below which a guess rate of one
 half is rejected; 1 in 1,000 tables with two alternatives is rejected wrongly (our choice).
 """
 
-RATE_NEAR = 0.005
+RATE_TOLERANCE = 0.005
 """Tolerance for rounding in a guess rate of 1 / m, such as 0.33 for a third."""
 
-MOST_TRIALS = 1_000_000
+MAX_TRIALS = 1_000_000
 """Maximum number of trials that the counts may represent."""
 
 
@@ -177,7 +177,7 @@ def _guess(path: Path, table: pd.DataFrame, given: float | None, notes: list[str
                 "whole number of 2 or more in all rows: analyse each by itself."
             )
         stated = 1 / float(counts.iloc[0])
-    if given is not None and stated is not None and abs(given - stated) > RATE_NEAR:
+    if given is not None and stated is not None and abs(given - stated) > RATE_TOLERANCE:
         raise InputError(f"guess is {given:g}, but the table's alternatives give {stated:.3g}: leave one of them out.")
     if given is not None:
         return given
@@ -200,7 +200,7 @@ def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
     counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
     p = np.atleast_1d(binom.cdf(counted["sum"].to_numpy(), counted["count"].to_numpy(), 0.5)) * len(counted)
     at = int(np.argmin(p)) if len(p) else 0
-    if not len(p) or p[at] >= IMPROBABLE:
+    if not len(p) or p[at] >= MAX_P_OF_TWO_ALTERNATIVES:
         return None
     return float(counted.index[at]), int(counted["sum"].iloc[at]), int(counted["count"].iloc[at])
 
@@ -291,8 +291,8 @@ def _of_counts(table: pd.DataFrame, cells: pd.Series[str], notes: list[str]) -> 
             f"{place(table, wrong)}: correct is {right[wrong].iloc[0]:g} of {shown[wrong].iloc[0]:g} trials, but must "
             "be a whole number of them."
         )
-    if shown.sum() > MOST_TRIALS:
-        raise InputError(f"There are {shown.sum():,.0f} trials, but may be {MOST_TRIALS:,} at most.")
+    if shown.sum() > MAX_TRIALS:
+        raise InputError(f"There are {shown.sum():,.0f} trials, but may be {MAX_TRIALS:,} at most.")
     notes.append("Each row holds a number of trials, and how many were right.")
     counts = shown.astype(int).to_numpy()
     number = np.concatenate([np.arange(count) for count in counts])

@@ -26,10 +26,10 @@ FIXED = {
     "back": "farthest",
     "background": "farthest",
 }
-FASTEST = 0.5
+MIN_F_NUMBER = 0.5
 """Minimum f-number of a lens in air, by Abbe's sine condition."""
 
-OWN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+USER_FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Name of a user-defined fixation."""
 
 SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
@@ -203,10 +203,10 @@ def _aperture(text: str, given: bool) -> tuple[str | None, str]:
         return PINHOLE, ""
     found = F_NUMBER.fullmatch(text)
     number = float(found[1].replace(",", ".")) if found else 0.0
-    if found and 0 < number < FASTEST:
+    if found and 0 < number < MIN_F_NUMBER:
         return None, (
-            f"no lens has an f-number below {FASTEST:g}: give the f-number, or name the column aperture_mm if these "
-            "are diameters"
+            f"no lens has an f-number below {MIN_F_NUMBER:g}: give the f-number, or name the column aperture_mm if "
+            "these are diameters"
         )
     if not 0 < number < math.inf:
         return None, f"must be a pinhole or an f-number like f/5.6: {conditions_like('f/5.6')}"
@@ -216,7 +216,7 @@ def _aperture(text: str, given: bool) -> tuple[str | None, str]:
 def _fixation(text: str, given: bool) -> tuple[str | None, str]:
     """Return the standard name of a fixation, or None and the expected form."""
     fixed = FIXED.get(_fold(text))
-    if fixed is None and given and OWN.fullmatch(text):
+    if fixed is None and given and USER_FIXATION.fullmatch(text):
         return text, ""
     return fixed, f"must be near or far: {conditions_like('near')}, or its own name for a fixation of your own"
 

@@ -60,13 +60,13 @@ lapses.
 WIDTH = math.log10(math.log(0.05) / math.log(0.95))
 """Width of a Weibull function with slope 1, from 5 to 95 %, in decades."""
 
-STEADY = 1e-4
+NO_OVERDISPERSION = 1e-4
 """Overdispersion, in effect none: single trials carry no information on it."""
 
 GRID = {"threshold": 100, "width": 25, "lambda": 8}
 """Number of grid points per parameter of the posterior."""
 
-LEAST_TRIALS = 20
+MIN_TRIALS = 20
 """Minimum number of trials of a fit: with fewer, the interval would be that of the prior."""
 
 ATTENDING = 0.8
@@ -265,7 +265,7 @@ def fit_threshold(
         about = 0.0 if slope is None else np.log(WIDTH / wide / slope) / SLOPES
         return np.asarray(np.exp(-0.5 * about**2) / wide)
 
-    fixed = {"eta": STEADY, "gamma": guess}
+    fixed = {"eta": NO_OVERDISPERSION, "gamma": guess}
     bounds = {"width": (WIDTH / SLOPE_RANGE[1], WIDTH / SLOPE_RANGE[0])}
     priors: dict[str, Any] = {"width": width_prior}
     if lapse:
@@ -347,9 +347,9 @@ def blur_thresholds(
         caught, catches = int(right[catch].sum()), int(catch.sum())
         counted = int((~catch).sum())
         fit: ThresholdFit | NotComputed = NotComputed(
-            f"There are {counted} trials, but must be {LEAST_TRIALS} for a threshold."
+            f"There are {counted} trials, but must be {MIN_TRIALS} for a threshold."
         )
-        if counted >= LEAST_TRIALS:
+        if counted >= MIN_TRIALS:
             level = rows["level"].to_numpy(float)[~catch]
             fit = fit_threshold(level, right[~catch], least=least, most=most, lapse=lapse, slope=slope, guess=guess)
         kept = not catches or caught >= ATTENDING * catches
