@@ -27,7 +27,7 @@ from focalgradient.depth.equalise.surfaces import APART, JUMP_SDS, LEAST_SD
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.parallel import share_rows
 
-__all__ = ["SmallJumps", "between_surfaces", "find_small_jumps", "small_jumps"]
+__all__ = ["SmallJumps", "between_surfaces", "find_small_jumps"]
 
 DIRECTIONS = 8
 """Number of directions, 22.5 degrees apart, in which jumps are looked for: chosen by hand."""
@@ -145,22 +145,13 @@ def find_small_jumps(
     )
 
 
-def small_jumps(
-    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions
-) -> NDArray[np.bool_]:
-    """Nodes (h x w) at which depth alone shows a jump. Arguments are those of `find_small_jumps`."""
-    reach = equalised.reach(nodes, given.radii)
-    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)
-    return np.asarray(near > far)
-
-
 def between_surfaces(
     equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Nodes at which windows give what lies between two surfaces, and its variance about them in levels squared.
+    """Nodes at which depth alone shows a jump, and the variance of depth about the two surfaces in levels squared.
 
-    h x w each, for views whose outlines are not looked for: depth of neither surface is not a depth, and farther
-    from the jump it may still be part of the rise. Arguments are those of `find_small_jumps`.
+    h x w each. At these nodes windows give a depth between the surfaces, and farther from the jump it may still be part
+    of the rise. Arguments are those of `find_small_jumps`.
     """
     reach = equalised.reach(nodes, given.radii)
     far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)

@@ -24,7 +24,7 @@ from scipy import ndimage, special
 
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_jumps import find_small_jumps, small_jumps
+from focalgradient.depth.equalise.outline_jumps import between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
     CLEAR_REACHES,
     Conditions,
@@ -226,7 +226,7 @@ def _may_jump(
     sd, is_informative = _jump_sd(nodes, given), informative_nodes(nodes)
     planes = surfaces.planes(nodes.level, nodes.sd, is_informative, given.gap)
     jumps = surfaces.pairs(planes, sd, is_informative, given.gap)
-    may_jump = small_jumps(equalised, replace(nodes, sd=sd), is_informative, given)
+    may_jump, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative, given)
     may_jump |= ndimage.binary_opening(
         _share(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
     )
