@@ -125,13 +125,13 @@ class Psf(ABC):
     A subclass may declare:
 
     - ``name``, ``description``: name in results, files and messages (default: the class's), and a one-sentence
-    description;
+      description;
     - ``isotropic``: whether the blur is isotropic; by default if `transfer` is defined;
     - ``symmetric``: whether the shape is point-symmetric, so that its transfer is real; by default if it is isotropic;
     - ``ends_sharply``: whether the shape has a sharp rim, so that the transfer changes sign; frequencies beyond its
-    second zero are then not compared;
+      second zero are then not compared;
     - ``absorbs_pixel``: whether convolution with the pixel aperture gives the same shape, only wider (true of a
-    Gaussian);
+      Gaussian);
     - ``scale_parameter``: the parameter equal to `sd_per_radius`, which calibration along edges estimates.
 
     Examples
