@@ -60,6 +60,20 @@ def test_uncertainty_of_a_peak_is_that_of_its_noise() -> None:
     assert np.allclose(again.vergence - found.vergence, 1e-6 * found.rise[2] * measure[2], rtol=0.25, atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_settings_that_are_off_by_more_than_is_stated_are_seen_and_covered(seed: int) -> None:
+    """As the foci of a phone's stack, which are rounded: error of depth, by peaks of a slant, follows the settings'."""
+    focus, vergence = np.linspace(0.4, 1.2, 7), np.linspace(0.55, 1.05, 2000).reshape(40, 50)
+    off = 0.02 * np.random.default_rng(seed).standard_normal(7)
+    off -= np.polyval(np.polyfit(focus, off, 1), focus)  # what all peaks follow is not seen
+    for error in (0 * off, off):
+        measure = (1 + ((focus + error)[:, None, None] - vergence) ** 2 / 0.1**2) ** -2.0
+        found = peaks(measure, 1e-8 * measure, focus, reach=0.2)
+        assert found.focus_sd == pytest.approx(np.sqrt(error @ error / 5), rel=0.5)
+        within = np.abs(found.vergence - vergence) < 2 * np.hypot(found.sd, found.shape_sd) + 1e-4
+        assert within.mean() > 0.88
+
+
 # --- walls ------------------------------------------------------------------------------------------------------------
 
 

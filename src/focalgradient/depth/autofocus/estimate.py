@@ -130,7 +130,7 @@ def estimate(problem: Problem) -> Estimate:
         depth_sd.astype(np.float32),
         registered.usable & valid & known & (limits == 0),
         noise=(noise * registered.gains).tolist(),
-        details=_stated_limits(limits, lowest, highest),
+        details={"focus_sd_D": peak.focus_sd, **_stated_limits(limits, lowest, highest)},
         searched=(lowest, highest),
         beyond=limits,
     )
