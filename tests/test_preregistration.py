@@ -161,10 +161,10 @@ def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> Non
 
     path = design_of(tmp_path, "ratio", 2)
     said = ran(path, "--preregister", "--ordinal")
-    assert "--ordinal applies to answers in steps, but the design has scale = 'ratio': set scale = 'steps'" in said
+    assert "--ordinal is for answers in steps, but the design has scale = 'ratio': set scale = 'steps'" in said
     assert "--bayes is of an analysis" in ran(path, "--preregister", "--bayes")
     (tmp_path / "cube.toml").write_text('task = "necker"\n')
-    assert "--bound applies to depth ratings" in ran(tmp_path / "cube.toml", "--preregister", "--bound", 1.3)
+    assert "--bound is for depth ratings" in ran(tmp_path / "cube.toml", "--preregister", "--bound", 1.3)
     assert "--effect is of a preregistration" in ran(path, "--effect", 2)
 
 

@@ -128,7 +128,7 @@ def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
         path.write_text(f"{header}\n")
         assert holds_thresholds(path, columns) is expected, header
     path.write_text("subject,level,correct\nA,1,1\n")
-    with pytest.raises(InputError, match=r"bound applies to depth ratings, but .* contains answers at levels"):
+    with pytest.raises(InputError, match=r"bound is for depth ratings, but .* contains answers at levels"):
         make_report(path, bound=1.2)
 
 

@@ -138,14 +138,14 @@ def make_report(
     if bayes:
         check_installed(*NEEDED)
     if guess_rate is not None and not (root.is_file() and other_than_ratings(root, columns) == LEVELS):
-        raise InputError(f"guess_rate applies to answers at levels, but {root.name} contains none: leave it out.")
+        raise InputError(f"guess_rate is for answers at levels, but {root.name} contains none: leave it out.")
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
     elif other := other_than_ratings(root, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
-            raise InputError(f"{given[0]} applies to depth ratings, but {root.name} contains {other}: leave it out.")
+            raise InputError(f"{given[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
         found = _of_table(root, asked, columns, conditions, guess_rate)
     else:
         whole = scale is not None and analysis_named(scale).whole

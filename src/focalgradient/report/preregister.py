@@ -61,7 +61,7 @@ def preregistration(
     given = {"bound": bound is not None, "ordinal": ordinal, "far_effect": far_effect is not None}
     if wrong := [name for name, is_given in given.items() if is_given and name not in task.settings_of_report]:
         raise InputError(
-            f"{wrong[0]} applies to depth ratings, but {design_file} is a design of {design.task}: leave it out."
+            f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
     text = task.preregistered(design, asked)
     blocks = text.blocks()

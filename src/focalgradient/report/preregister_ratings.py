@@ -56,7 +56,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
     analysis = design.response_scale.analysis
     if asked.ordinal and not isinstance(analysis, OrdinalSteps):
         raise InputError(
-            f"ordinal applies to answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps'."
+            f"ordinal is for answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps'."
         )
     settings, deciding_test = design.model_dump(), asked.stated.rules.deciding_test
     plan = plan_of(analysis, design.fixations, len(design.scenes), settings, asked.used_bound, deciding_test)

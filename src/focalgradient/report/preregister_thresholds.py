@@ -21,7 +21,7 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Prere
         If an effect is given, as no hypothesis is tested.
     """
     if asked.effects:
-        raise InputError(f"effect applies to hypothesis tests, but {design.task} has none: leave it out.")
+        raise InputError(f"effect is for hypothesis tests, but {design.task} has none: leave it out.")
     settings = design.model_dump()
     what = "of blur" if design.judged == "blur" else "of depth from blur"
     return Preregistered(
