@@ -217,12 +217,12 @@ made.flow.addRoutine(routine, 0)
 loop = TrialHandler(made, name="trials", conditionsFile="conditions.csv", nReps=1, loopType="sequential")
 made.flow.addLoop(loop, 0, 1)
 picture = kinds["FocalGradientComponent"](
-    made, "trial", name="picture", image="$file", distance="$depth", focus="$0.7 + t", folder="", stopVal=0.6,
+    made, "trial", name="picture", image="$file", distance="$depth", focus="$0.7 + t", folder="", stopVal=2.0,
     pos="(-3, 0)",
 )
 picture.params["image"].updates = picture.params["distance"].updates = "set every repeat"
 picture.params["focus"].updates = "set every frame"
-cube = kinds["NeckerComponent"](made, "trial", name="cube", edgeDeg=3, stopVal=0.6, pos="(5, 0)")
+cube = kinds["NeckerComponent"](made, "trial", name="cube", edgeDeg=3, stopVal=2.0, pos="(5, 0)")
 look = CodeComponent(made, "trial", name="look")
 look.params["Each Frame"].val = (
     "if frameN == 5:\\n"
@@ -315,7 +315,7 @@ def test_a_compiled_experiment_runs(plugin: Headless) -> None:
     rows: list[Any] = [line.split()[1:] for line in said.splitlines() if line.startswith("frame")]
     assert len(rows) == 2
     for focus, phase, _ in rows:
-        assert 0.7 < float(focus) < 1.3
+        assert 0.7 < float(focus) < 2.7
         assert float(phase) == pytest.approx((float(focus) - 0.7) * 0.125, rel=0.2)
     for number in (0, 1):
         seen = Headless.pixels(SimpleNamespace(folder=plugin.folder / f"seen-{number}"))  # type: ignore[arg-type]

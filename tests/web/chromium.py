@@ -157,10 +157,13 @@ def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "
         assert faint == [], f"below 7 to 1: {faint}"
         _look(page, name, len(seen))
     if kind == "slider":
+        slider = page.query_selector("input[type=range]")
         page.keyboard.press("ArrowRight")
         page.keyboard.press("ArrowRight")
         _look(page, name + "-moved", len(seen))
         page.keyboard.press("Enter")
+        if slider is not None:
+            slider.wait_for_element_state("hidden")  # once answered, lest it is moved again
     elif kind == "step":
         page.keyboard.press("ArrowRight")  # chooses one, so that a digit that is none leaves it
         page.keyboard.press("3")

@@ -189,7 +189,7 @@ await jsPsych.run([
   { type: FocalPicture, stimulus: "picture.png", choices: ["a"] },
   { ...blur, focus: 1.2, choices: ["a"] },
   { ...blur, focus_at: (s) => 0.5 + s, trial_duration: 1000, choices: "NO_KEYS" },
-  { type: FocalCube, ...still, trial_duration: 1500 },
+  { type: FocalCube, ...still, trial_duration: 5000 },
 ]);
 """
 
