@@ -93,7 +93,7 @@ def test_a_box_that_is_not_there_is_refused(given: str, message: str) -> None:
 
 
 def test_buttons_must_stand_for_keys() -> None:
-    with pytest.raises(InputError, match="must name buttons with their keys"):
+    with pytest.raises(InputError, match="must assign a key to each button"):
         keys_of("1:left")
-    with pytest.raises(InputError, match="'lefft', which no keyboard has"):
+    with pytest.raises(InputError, match="'lefft', but must name keys of a keyboard"):
         check_keys(argparse.Namespace(box_keys="1=lefft"), {"left"})

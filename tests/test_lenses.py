@@ -98,8 +98,8 @@ def test_a_lens_driver_is_spoken_to_as_its_manual_says() -> None:
 @pytest.mark.parametrize(
     ("ready", "damage", "message"),
     [
-        (b"Hello\r\n", 0, "no lens driver answers Ready, but b'Hello"),
-        (b"Ready\r\n", 1, "needs a lens with a temperature"),
+        (b"Hello\r\n", 0, "answers b'Hello"),
+        (b"Ready\r\n", 1, "connect a lens with a temperature"),
     ],
 )
 def test_another_device_and_a_damaged_answer_are_refused(ready: bytes, damage: int, message: str) -> None:
@@ -116,8 +116,8 @@ def test_another_device_and_a_damaged_answer_are_refused(ready: bytes, damage: i
     [
         ("lens", "but must be simulated, optotune:PORT or planes"),
         ("optotune", "but must be simulated, optotune:PORT or planes"),
-        ("planes:", "must be vergences in dioptres"),
-        ("planes:nan", "must be vergences in dioptres"),
+        ("planes:", "must list vergences in dioptres"),
+        ("planes:nan", "must list vergences in dioptres"),
         ("optotune:/dev/no-such", "port /dev/no-such cannot be opened"),
     ],
 )

@@ -134,7 +134,7 @@ def test_a_reading_that_fails_is_tried_again_and_named_where_it_goes_on_failing(
     assert photometer.measure(shown.append, Failing())["red"][3] == 5.1
     shown.clear()
     Failing.fails = 3
-    with pytest.raises(InputError, match=r"no luminance at red 51"):
+    with pytest.raises(InputError, match=r"at red 51, but must give a luminance"):
         photometer.measure(shown.append, Failing())
 
 

@@ -131,7 +131,7 @@ def test_a_stream_of_lsl_has_the_condition_and_the_time_of_the_event() -> None:
     [
         ("usb", "--triggers is 'usb', but must begin with parallel, serial, lsl, file"),
         ("file:", "names no file: give it"),
-        ("file:here.txt", "here.txt is there and holds no markers: give --triggers another file"),
+        ("file:here.txt", "here.txt exists and is not a marker file: give --triggers another file"),
         ("file:no/such/folder.tsv", "cannot be written"),
         ("file:.", "holds no markers"),
         ("serial", "names no port: give it"),

@@ -48,17 +48,17 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
         ("--participant 0_1", "the participant label is '0_1', but must be letters and digits alone"),
         ("--participant 01 --session a-b", "the session label is 'a-b', but must be letters and digits alone"),
         ("--participant 01 --resume", "there is no such session to resume; begin it"),
-        ("--resume", "--resume needs to know whose session to resume: give --participant"),
+        ("--resume", "--resume is given without the participant whose session is to be resumed: give --participant"),
         ("--participant 01 --screen -1", "--screen is -1, but must be 0 or more"),
         ("--participant", "argument --participant: expected one argument: see --help"),
         ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
         ("--participant 01 --design set", "set is a folder: give the path of a settings file"),
-        ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but 'necker' is to be run"),
+        ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but must be one of 'necker'"),
         (
             "--participant 01 --consent no.txt",
             "no.txt cannot be read (No such file or directory): give the path of a text to agree to",
         ),
-        ("--participant 01 --markers no.py", "--markers no.py gives no function mark(code, name, seconds, trial)"),
+        ("--participant 01 --markers no.py", "--markers no.py does not define a function mark(code, name, seconds, trial)"),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
         ("--participant 01 --data set", "set holds files but is no data set: give a new or an empty folder"),
         ("--participant 01", "there is no display (DISPLAY is not set): run this on a machine with a screen"),
@@ -152,12 +152,12 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
     [
         (
             "",
-            "the screen's size and distance are not known: enter them in PsychoPy's Monitor Center and give --monitor",
+            "the screen's size and viewing distance are unknown: enter them in PsychoPy's Monitor Center and give --monitor",
         ),
-        ("--monitor bare", "'bare' has no width or no distance: enter them in PsychoPy's Monitor Center"),
+        ("--monitor bare", "'bare' has no width or no viewing distance: enter them in PsychoPy's Monitor Center"),
         ("--monitor old", "'old' was calibrated at 1280 x 1024 pixels, but the screen has 1920 x 1080"),
         ("--monitor far", r"the screen has 50\.\d\d: sit at 0\.5\d\d m"),
-        ("--uncalibrated --windowed", "the pictures have 1100 x 100 pixels, but the window only 1024 x 768"),
+        ("--uncalibrated --windowed", "the pictures have 1100 x 100 pixels, but the window has only 1024 x 768"),
     ],
 )
 def test_screens_that_are_not_calibrated_or_too_small_are_refused(tmp_path, given, sentence):
@@ -179,11 +179,11 @@ def test_screens_that_are_calibrated_give_degrees_and_gamma(tmp_path):
     assert (display.gamma, display.white) == ((2.1, 2.2, 2.4), 87.5)
     assert warnings == [
         "the gammas of red, green and blue are 2.10, 2.20 and 2.40: they differ by 0.30, more than 0.1, "
-        "so that greys of pictures made for another gamma are coloured: make them with --gamma 2.10,2.20,2.40."
+        "so that greys of pictures made for another gamma are not neutral: make them with --gamma 2.10,2.20,2.40."
     ]
     display, calibrated, warnings = display_of(tmp_path, "--pilot")
     assert not calibrated
-    assert warnings == ["the screen's gamma has not been measured: light is shown as if its curve were that of sRGB."]
+    assert warnings == ["the screen's gamma has not been measured: light is encoded for the sRGB curve."]
 
 
 def test_every_event_has_a_code_of_its_own():
@@ -283,7 +283,7 @@ def test_pictures_smaller_than_the_field_are_refused(place, capsys, monkeypatch)
     (place / "show.toml").write_text('task = "pinhole"\nforms = ["picture"]\nscenes = ["spheres-01"]\n')
     given = ["--design", "show.toml", "--stimuli", "set", "--uncalibrated"]
     said = refused(capsys, "pinhole", *given)
-    assert "pixels, but the pictures of spheres-01 have 40 x 30, whose border would cut the field" in said
+    assert "pixels, but the pictures of spheres-01 have only 40 x 30 and would cut it off" in said
 
 
 def test_a_tone_is_played_by_what_is_there(tmp_path, monkeypatch):

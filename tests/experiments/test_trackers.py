@@ -96,10 +96,10 @@ def test_pupil_core_starts_is_calibrated_and_its_samples_have_place_time_and_pup
 @pytest.mark.parametrize(
     ("kind", "sentence"),
     [
-        ("gazepoint", "does not answer at 127.0.0.1:4242: start Gazepoint Control on the computer at that address"),
-        ("pupil-core", "does not answer at 127.0.0.1:50020: start Pupil Capture with its plugin Network API"),
-        ("eyelink", "does not answer at 100.1.1.1: switch the Host PC on, connect its cable"),
-        ("tobii", "does not answer: switch it on, connect it, and see that Tobii Pro Eye Tracker Manager finds it"),
+        ("gazepoint", "does not respond at 127.0.0.1:4242: start Gazepoint Control on the computer at that address"),
+        ("pupil-core", "does not respond at 127.0.0.1:50020: start Pupil Capture with its plugin Network API"),
+        ("eyelink", "does not respond at 100.1.1.1: switch the Host PC on, connect its cable"),
+        ("tobii", "does not respond: switch it on, connect it, and see that Tobii Pro Eye Tracker Manager finds it"),
     ],
 )
 def test_without_the_device_one_sentence_has_its_remedy(
@@ -132,5 +132,5 @@ def test_a_name_that_is_none_and_an_address_that_is_none_are_refused(tmp_path: P
     pytest.importorskip("psychopy_eyetracker_gazepoint")
     file = tmp_path / "mine.json"
     file.write_text(json.dumps({TRACKERS["gazepoint"].iohub: {"network_settings": {"port": "x"}}}))
-    with pytest.raises(InputError, match="port 'x': give a text and a number"):
+    with pytest.raises(InputError, match="port 'x', but they must be a text and a whole number"):
         tracker_settings("tracker", file)

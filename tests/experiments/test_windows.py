@@ -344,7 +344,7 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
         elif event == "recorded":
             done += 1
     assert running.end() == 1
-    assert "Stopped; 1 trials are left: go on with --resume." in running.errors
+    assert "Stopped; 1 trial is left: continue with --resume." in running.errors
     found = validate(tmp_path / "data", tmp_path / "set")
     assert len(found.problems) == 1
     assert "1 of 6 trials of the design are missing (the first is 6): resume the session" in found.problems[0]
@@ -366,7 +366,7 @@ def test_the_doctor_tells_what_is_well_and_what_is_not(screen, tmp_path):
     assert run.returncode == 1, run.stderr
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in run.stdout.splitlines()[2:]]
     lines = {name: (word, measured) for word, name, measured, _, _ in rows}
-    assert lines["pixels per degree"] == ("ok", f"{DISPLAY.pixels_per_degree:.2f} (0.300 m wide, seen from 0.570 m)")
+    assert lines["pixels per degree"] == ("ok", f"{DISPLAY.pixels_per_degree:.2f} (0.300 m wide, viewed from 0.570 m)")
     assert lines["gamma"] == ("ok", "1.80")
     assert lines["graphics"][0] == "WRONG"
     assert "llvmpipe" in lines["graphics"][1]
@@ -432,7 +432,7 @@ def test_a_photometer_measures_the_table_that_one_would_write_by_hand(screen, tm
     assert "measured.csv is there already and was not written by 'focalgradient doctor'" in errors
     table.unlink()
     absent = doctor("LS100:nowhere")
-    assert "the photometer LS100:nowhere does not answer: switch it on" in absent.communicate(timeout=120)[1]
+    assert "the photometer LS100:nowhere does not respond: switch it on" in absent.communicate(timeout=120)[1]
     assert absent.returncode == 2
     assert not table.exists()
 

@@ -1,8 +1,9 @@
-"""The experiments with people: windows, keys, questions, sessions. The only room that imports PsychoPy.
+"""Laboratory experiments in a PsychoPy window: stimulus display, responses and sessions.
 
-An `Experiment` says what is particular to one; `run` takes a participant through it. The three of the paper, and
-the adaptive one of a threshold of blur, are `EXPERIMENTS`, by the names that ``focalgradient run`` knows. PsychoPy
-(extra ``lab``) is imported when a window opens.
+An `Experiment` defines what is specific to one experiment; `run` takes a participant through it. `EXPERIMENTS` maps the
+names that ``focalgradient run`` accepts to the experiments of all registered tasks. No other subpackage imports
+PsychoPy
+(extra ``lab``), and it is imported only when a window is opened.
 """
 
 from collections.abc import Iterator, Mapping
@@ -42,7 +43,7 @@ __all__ = [
 
 
 class _Experiments(Mapping[str, Experiment]):
-    """The experiments of all tasks, each made when it is looked up."""
+    """Mapping from names to the experiments of all registered tasks, each constructed on access."""
 
     def __getitem__(self, name: str) -> Experiment:
         return task_named(name).experiment()
@@ -55,4 +56,4 @@ class _Experiments(Mapping[str, Experiment]):
 
 
 EXPERIMENTS: Mapping[str, Experiment] = _Experiments()
-"""By the names that the command line knows."""
+"""Experiments by the names that ``focalgradient run`` accepts."""

@@ -1,4 +1,4 @@
-"""Adjustment: what is shown follows a knob, turned by keys, the mouse wheel or a slider, until it is confirmed."""
+"""Method of adjustment: a stimulus follows a knob (arrow keys, mouse wheel or slider) until Enter confirms it."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 __all__ = ["adjust"]
 
 TURN = 1 / 60
-"""Share of the range that a tap, or a notch of the wheel, turns the knob by: as a tap moves the slider's marker."""
+"""Step of one key press or wheel notch, as a fraction of the range; one key press moves the rating slider as far."""
 
 COARSE = 6
-"""Taps that an up or down arrow key counts as."""
+"""Number of steps per press of the up or down arrow key."""
 
 SWEEP_S = 2.5
-"""Time in which a held key turns the knob from one end to the other (s), as for the slider."""
+"""Time in which a held arrow key turns the knob across its whole range, in s, as for the rating slider."""
 
 HOLD_S = 0.3
-"""Time after which a key counts as held (s)."""
+"""Time in s after which a pressed key counts as held."""
 
 WIDTH, PLACE = 0.6, -0.4
-"""Length of the slider and its height above the middle, as shares of the screen's height."""
+"""Length of the slider, and its height above the screen's centre, as fractions of the screen's height."""
 
 
 def adjust(
@@ -42,43 +42,51 @@ def adjust(
     start: float | None = None,
     event: str = "adjust",
 ) -> Given:
-    """Let the participant set what is shown, and return the value once it is confirmed with the Enter key.
+    """Let the participant adjust a stimulus; return the value that Enter confirms.
 
-    Left and right arrow keys and the mouse wheel turn the knob a little, up and down by more, a held key goes on; the
-    slider at the bottom is dragged with the mouse. No number is shown. Enter counts only after the knob was turned.
-    Question and slider lie on dark bands, the upper and lower eighths of the screen: stimuli belong between them.
+    Left and right arrow keys and the mouse wheel turn the knob by one step, up and down arrow keys by `COARSE` steps,
+    and
+    a held key turns it continuously; the slider at the bottom can be dragged with the mouse. No number is shown. Enter
+    is
+    ignored until the knob has been turned. The question and the slider lie on dark bands, the upper and lower eighths
+    of
+    the screen: draw stimuli between them.
 
     Parameters
     ----------
     screen
-        The window.
+        PsychoPy window.
     draw
-        Draws the stimulus at a value, once a frame, as a `FocusView` whose ``focus`` it sets; several side by side.
+        Function that draws the stimulus for a value, called once per frame; for example, it sets the ``focus`` of a
+        `FocusView` and draws it.
     least, most
-        Ends of the knob.
+        Range of the knob.
     question
-        What is to be set, in the upper part of the screen.
+        Instruction shown in the upper part of the screen.
     ratios
-        Whether equal turns are equal ratios of the value, both ends above 0; else equal differences.
+        Whether equal steps of the knob are equal ratios of the value (both limits must be above 0); otherwise equal
+        differences.
     start
-        Value at the start; None: a random one of the middle four fifths of the knob.
+        Starting value; None: drawn at random from the middle four fifths of the knob's range.
     event
-        Name for the markers.
+        Name of the event in the event markers.
 
     Returns
     -------
     Given
-        Value, seconds from the first frame, and value at the start.
+        Value, response time from the first frame in s, and starting value.
 
     Raises
     ------
     InputError
-        If the range is empty, or has ratios of what is not above 0.
+        If the range is empty, or includes values of 0 or less although `ratios` is true.
     Quit, Again
-        If escape was pressed, by what was answered to the question whether to stop.
+        If the participant pressed Escape, depending on the answer to the question whether to stop.
     """
     if not (least < most and (least > 0 or not ratios)):
-        raise InputError(f"the knob goes from {least:g} to {most:g}, but must rise{', above 0' if ratios else ''}.")
+        raise InputError(
+            f"the range of the knob is {least:g} to {most:g}, but must increase{' and lie above 0' if ratios else ''}."
+        )
     unit, half = screen.size[1], WIDTH * screen.size[1] / 2
     still = [
         *([_band(screen, 0.385, 0.5)] if question else []),  # room for two lines
@@ -117,7 +125,7 @@ def adjust(
             screen.stop_if_asked(found)
             for press in found:
                 if press.key in KEYS and press.down:
-                    turn(KEYS[press.key])  # at once: Enter may come within the same frame
+                    turn(KEYS[press.key])  # apply at once: Enter may arrive within the same frame
                     held[press.key] = press.time
                 elif press.key in KEYS:
                     held.pop(press.key, None)
@@ -138,11 +146,11 @@ def adjust(
 
 
 KEYS = {"left": -1, "right": 1, "down": -COARSE, "up": COARSE}
-"""Taps of each key."""
+"""Signed number of steps per press, by key."""
 
 
 def _band(screen: Screen, low: float, high: float) -> Any:
-    """A part of the plate, over the whole width, between two heights: shares of the screen's, from its middle."""
+    """Return a dark band across the whole width; limits in fractions of the screen's height from its centre."""
     band, (width, unit) = screen.plate(), screen.size
     band.size, band.pos = (width, (high - low) * unit), (0, (low + high) / 2 * unit)
     return band

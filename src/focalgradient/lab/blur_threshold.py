@@ -1,7 +1,8 @@
-"""Adaptive experiment: how much blur is just noticed, or just makes a picture look deeper.
+"""Adaptive blur threshold: the blur increment that is just noticed, or that just makes a picture look deeper.
 
-Each trial shows one scene twice, blurred further in one of two intervals, and asks in which. How much is chosen by
-QUEST+ from all answers so far; the pictures are blurred while the screen is grey. Needs the extra `thresholds`.
+Each trial shows one scene twice, with added blur in one of two intervals (2IFC), and asks in which. QUEST+ chooses the
+blur increment from all answers so far; the pictures are blurred during the grey pause before the trial. Requires the
+extra `thresholds`.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ __all__ = ["BLUR_THRESHOLD", "answers"]
 
 
 def answers(recorded: Sequence[Mapping[str, Any]]) -> list[tuple[float, bool]]:
-    """What the procedure learns from recorded trials: level and whether the answer was right, of those that count."""
+    """Return blur level and correctness of each recorded main trial, without catch trials: the input of QUEST+."""
     return [(one["level"], one["correct"]) for one in recorded if one["phase"] == "main" and not one["catch"]]
 
 
 def _pictures(design: BlurThresholdDesign) -> Sequence[tuple[str, str, str, dict[str, str]]]:
-    """All that the design can show."""
+    """List the pinhole pictures of all scenes of the design."""
     return [(scene, "pinhole", design.fixation, {}) for scene in design.scenes]
 
 
@@ -37,7 +38,7 @@ def _check(design: BlurThresholdDesign, display: Display, room: tuple[int, int])
 
 
 def _before(sitting: Sitting) -> None:
-    """Make the procedure, and blur one picture, for what is compiled once."""
+    """Initialise the adaptive procedure, and blur one picture so that compiled code is ready before the first trial."""
     sitting.screen.text(sitting.words("common.moment")).draw()
     sitting.screen.frame()
     assert sitting.stimuli is not None

@@ -1,6 +1,6 @@
-"""Response boxes whose buttons count as keys: at a serial port, Cedrus (XID), or a gamepad.
+"""Response boxes whose buttons act as keys: serial port, Cedrus (XID protocol) or gamepad.
 
-Bytes of a port are timed as they arrive, by a thread of their own.
+A separate thread time-stamps the bytes of a serial port as they arrive.
 """
 
 from __future__ import annotations
@@ -18,34 +18,34 @@ from focalgradient.errors import InputError, check_installed
 __all__ = ["Box", "Gamepad", "add_boxes", "check_keys", "keys_of", "open_boxes", "open_gamepad", "xid_presses"]
 
 BAUD = 115200
-"""Bits a second of a serial port where none are given; Cedrus's boxes use it, too."""
+"""Default rate of a serial port, in bits per second; Cedrus boxes use this rate."""
 
 AXIS = 0.5
-"""Share of its way beyond which a stick counts as pressed to that side."""
+"""Deflection beyond which a gamepad stick counts as pressed, as a fraction of its full range."""
 
 
 Reader = Callable[[bytes], tuple[list[tuple[str, bool]], bytes]]
-"""Reads what a box has sent: its buttons, each with whether it went down; and what is left."""
+"""Parser of bytes from a box: returns pairs of button and whether it was pressed, and the bytes not yet parsed."""
 
 SIDES = (("x", "left", "right"), ("hat_x", "left", "right"), ("y", "up", "down"), ("hat_y", "down", "up"))
-"""Axes of a gamepad as pyglet names them, each with the keys of its low and high side."""
+"""Axes of a gamepad by pyglet's names, with the keys for negative and positive deflection."""
 
 
 class Box(Protocol):
-    """What has buttons."""
+    """Protocol of a response box."""
 
     def events(self) -> list[Press]:
-        """Return what was pressed and released since the last call; times of the monotonic clock."""
+        """Return presses and releases since the last call; times are on the monotonic clock, in s."""
 
     def close(self) -> None:
-        """Give the box back."""
+        """Close the device."""
 
 
 def xid_presses(content: bytes) -> tuple[list[tuple[str, bool]], bytes]:
-    """Read the packets of a Cedrus box: its buttons, from "1", each with whether it went down; and what is left.
+    """Parse packets of a Cedrus box: pairs of button (from "1") and whether it was pressed, and the bytes left over.
 
-    A packet has six bytes: the letter k; bits 5 to 7 the button, bit 4 whether it went down, bits 0 to 3 the port; and
-    the box's own time (Cedrus, XID protocol).
+    A packet has six bytes: the letter k; a byte with the button (bits 5 to 7), whether it was pressed (bit 4) and the
+    port (bits 0 to 3); and the box's own time in 4 bytes (Cedrus, XID protocol).
 
     >>> xid_presses(b"k" + bytes([0b01010000, 10, 0, 0, 0]) + b"k")
     ([('3', True)], b'k')
@@ -53,20 +53,20 @@ def xid_presses(content: bytes) -> tuple[list[tuple[str, bool]], bytes]:
     found = []
     while (at := content.find(b"k")) >= 0 and len(content) >= at + 6:
         state = content[at + 1]
-        if not state & 0x0F:  # port 0 has the buttons; others are light and sound
+        if not state & 0x0F:  # port 0 has the buttons; other ports are light and sound sensors
             found.append((str((state >> 5) + 1), bool(state & 0x10)))
         content = content[at + 6 :]
     return found, content[at:] if at >= 0 else b""
 
 
 def _letters(content: bytes) -> tuple[list[tuple[str, bool]], bytes]:
-    """Read a box that sends a letter or digit for each press, and nothing for releases."""
+    """Parse bytes of a box that sends one letter or digit per press, and nothing on release."""
     letters = [letter for letter in content.decode("ascii", "replace").lower() if letter.isalnum()]
     return [(letter, down) for letter in letters for down in (True, False)], b""
 
 
 class _Serial:
-    """A box at a serial port."""
+    """Response box at a serial port."""
 
     def __init__(self, port: Any, read: Reader, keys: Mapping[str, str]):
         self._port, self._read, self._keys = port, read, keys
@@ -80,7 +80,7 @@ class _Serial:
         while self._open:
             try:
                 got = self._port.read(1)
-            except (OSError, TypeError):  # it was pulled out, or closed
+            except (OSError, TypeError):  # the device was unplugged or closed
                 return
             at = time.monotonic()
             presses, left = self._read(left + got)
@@ -100,7 +100,7 @@ class _Serial:
 
 
 class Gamepad:
-    """A gamepad, read when frames are drawn: buttons from "1", and its stick and cross as arrow keys."""
+    """Gamepad, polled once per frame: buttons are named from "1", stick and directional pad act as arrow keys."""
 
     def __init__(self, device: Any, keys: Mapping[str, str]):
         self._device, self._keys = device, keys
@@ -115,7 +115,7 @@ class Gamepad:
                 yield low if value < 0 else high
 
     def events(self) -> list[Press]:
-        """Return what was pressed and released since the last call."""
+        """Return presses and releases since the last call."""
         now, at = {*self._now()}, time.monotonic()
         found = [Press(at, self._keys.get(name, name), False) for name in sorted(self._down - now)]
         found += [Press(at, self._keys.get(name, name), True) for name in sorted(now - self._down)]
@@ -123,31 +123,40 @@ class Gamepad:
         return found
 
     def close(self) -> None:
-        """Give the gamepad back."""
+        """Close the gamepad."""
         self._device.close()
 
 
 def add_boxes(add: Callable[..., object]) -> None:
-    """Add --box and --box-keys to a command, whose parser's `add_argument` is given."""
+    """Add the options --box, --pointer and --box-keys with a parser's `add_argument` method."""
     add(
         "--box",
         action="append",
         default=[],
         metavar="PORT",
-        help="response box whose buttons count as keys: serial:PORT[:BAUD] (a letter or digit a press), cedrus:PORT "
+        help="response box whose buttons count as keys: serial:PORT[:BAUD] (one letter or digit per press), "
+        "cedrus:PORT "
         "(XID) or gamepad; may be given more than once",
     )
-    add("--pointer", action="store_true", help="let mouse or touch be enough: pages and questions get buttons")
-    add("--box-keys", metavar="LIST", help="keys that its buttons stand for, as 1=left,2=right,3=space,4=return")
+    add(
+        "--pointer",
+        action="store_true",
+        help="allow responses by mouse or touch alone: pages and questions show buttons",
+    )
+    add(
+        "--box-keys",
+        metavar="LIST",
+        help="keys assigned to the buttons of the box, such as 1=left,2=right,3=space,4=return",
+    )
 
 
 def keys_of(given: str | None) -> dict[str, str]:
-    """Read --box-keys.
+    """Parse the value of --box-keys into keys by button.
 
     Raises
     ------
     InputError
-        Unless it lists buttons with their keys.
+        If an entry is not of the form button=key.
 
     Examples
     --------
@@ -156,17 +165,17 @@ def keys_of(given: str | None) -> dict[str, str]:
     """
     pairs = [one.strip().partition("=") for one in (given or "").split(",") if one.strip()]
     if any(not (button and sign and key) for button, sign, key in pairs):
-        raise InputError(f"--box-keys is {given!r}, but must name buttons with their keys, as 1=left,2=right.")
+        raise InputError(f"--box-keys is {given!r}, but must assign a key to each button, such as 1=left,2=right.")
     return {button: key for button, _, key in pairs}
 
 
 def open_boxes(given: Sequence[str], keys: Mapping[str, str]) -> list[Box]:
-    """Open the boxes at serial ports of the options of `add_boxes`; gamepads need a window (`open_gamepad`).
+    """Open the serial and Cedrus boxes given with --box; `open_gamepad` opens gamepads, which need a window.
 
     Raises
     ------
     InputError
-        If one is of no known kind, or cannot be opened.
+        If the kind of a box is unknown, or it cannot be opened.
     """
     found: list[Box] = []
     try:
@@ -195,7 +204,7 @@ def _open(place: str, keys: Mapping[str, str], *, cedrus: bool) -> Box:
         port = serial.Serial(path, int(baud or BAUD), timeout=0.1, write_timeout=1.0)
         if cedrus:
             port.reset_input_buffer()
-            port.write(b"c10")  # the XID protocol, whatever its switches say
+            port.write(b"c10")  # select the XID protocol, whatever the box's switches select
     except (OSError, ValueError) as error:
         raise InputError(
             f"the response box at {path or place} cannot be opened ({error}): plug it in, join the group dialout on "
@@ -205,12 +214,12 @@ def _open(place: str, keys: Mapping[str, str], *, cedrus: bool) -> Box:
 
 
 def open_gamepad(window: Any, keys: Mapping[str, str]) -> Box:
-    """Open the first gamepad; `window` is PsychoPy's.
+    """Open the first gamepad; `window` is a PsychoPy window.
 
     Raises
     ------
     InputError
-        If there is none.
+        If no gamepad is connected.
     """
     import pyglet.input
 
@@ -222,8 +231,10 @@ def open_gamepad(window: Any, keys: Mapping[str, str]) -> Box:
 
 
 def check_keys(options: argparse.Namespace, known: set[str]) -> dict[str, str]:
-    """Read --box-keys of a command, and refuse keys that keyboards do not have."""
+    """Parse --box-keys of a command; raise `InputError` for keys outside `known`."""
     keys = keys_of(options.box_keys)
     if wrong := [key for key in keys.values() if key not in known]:
-        raise InputError(f"--box-keys has the key {wrong[0]!r}, which no keyboard has: give left, space, return, ...")
+        raise InputError(
+            f"--box-keys has the key {wrong[0]!r}, but must name keys of a keyboard, such as left, space or return."
+        )
     return keys

@@ -1,7 +1,8 @@
-"""Looks at screen and keyboard as the experiments use them, and prints it as JSON, for 'focalgradient doctor'.
+"""Check the screen and keyboard as the experiments use them, and print the results as JSON for 'focalgradient doctor'.
 
-One line on standard output: a list of checks, each with its name, what was measured, whether it is well, and what to do
-where it is not.
+The output is one line: a list of checks, each with its name, the measured value, whether it passed, and the remedy if
+it
+did not.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 STEPS = {"left": -1.0, "right": 1.0, "down": -10.0, "up": 10.0}
-"""Pixels by which a key makes the frame for the card wider."""
+"""Change of the card frame's width per key press, in pixels."""
 
 ENTER = ("return", "num_enter")
 
@@ -39,14 +40,16 @@ IN_MONITOR_CENTER = "in PsychoPy's Monitor Center and give --monitor NAME"
 
 
 CARD_NEAR = 0.01
-"""Share by which the screen's width by the card may differ from that of its calibration: half a millimetre of a card is
-0.6 %."""
+"""Tolerance between the screen width measured with a card and the calibrated width, as a fraction; an error of half a
+millimetre on the card is 0.6 %.
+"""
 
 RATE_NEAR = 0.01
-"""Share by which frames a second, over all of them, may differ from the rate measured at the start."""
+"""Tolerance between the mean frame rate and the rate measured at the start, as a fraction."""
 
 PULSES, PULSE_MS, PULSE_GAP = 20, 2.0, 0.02
-"""Test pulses sent, milliseconds that one may take (an eighth of a frame at 60 Hz), and seconds between them."""
+"""Number of test pulses, their maximum duration in ms (an eighth of a frame at 60 Hz), and the gap between them in s.
+"""
 
 
 def _check(name: str, measured: str, well: bool, remedy: str = "", limit: str = "") -> dict[str, Any]:
@@ -54,7 +57,7 @@ def _check(name: str, measured: str, well: bool, remedy: str = "", limit: str = 
 
 
 def main() -> int:
-    """Print the checks; exit code 2 with a sentence where no window can be opened."""
+    """Run and print the checks; return exit code 2, with one sentence on standard error, if no window can be opened."""
     add = (parser := argparse.ArgumentParser(description=__doc__)).add_argument
     add("--screen", type=int, default=0)
     add("--monitor")
@@ -81,13 +84,13 @@ def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibratio
     size = module.screen_size(options.screen)
     yield _check("screen", f"{size[0]} x {size[1]} px", True)
     if found is None or not (found.width and found.distance):
-        yield _check("pixels per degree", "size or distance not known", False, f"enter them {IN_MONITOR_CENTER}")
+        yield _check("pixels per degree", "size or viewing distance unknown", False, f"enter them {IN_MONITOR_CENTER}")
     elif found.size_px and found.size_px != size:
         measured = f"calibrated at {found.size_px[0]} x {found.size_px[1]} px"
-        yield _check("pixels per degree", measured, False, "set the screen to that resolution, or calibrate it anew")
+        yield _check("pixels per degree", measured, False, "set the screen to that resolution, or calibrate it again")
     else:
         display = Display(size, found.width / size[0], found.distance)
-        text = f"{display.pixels_per_degree:.2f} ({found.width:.3f} m wide, seen from {found.distance:.3f} m)"
+        text = f"{display.pixels_per_degree:.2f} ({found.width:.3f} m wide, viewed from {found.distance:.3f} m)"
         yield _check("pixels per degree", text, True)
     gamma = None if found is None else found.gamma
     remedy = f"measure it with a photometer, enter it {IN_MONITOR_CENTER}"
@@ -96,8 +99,8 @@ def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibratio
         red, green, blue = found.channels
         apart = max(found.channels) - min(found.channels)
         text = f"red {red:.2f}, green {green:.2f}, blue {blue:.2f}"
-        remedy = "greys are coloured: set the screen's colours to their defaults, and measure again"
-        yield _check("gamma of the guns", text, apart <= UNEQUAL, remedy, f"apart by {UNEQUAL:g} at most")
+        remedy = "greys are not neutral: reset the screen's colours to their defaults, and measure again"
+        yield _check("gamma of the guns", text, apart <= UNEQUAL, remedy, f"differ by {UNEQUAL:g} at most")
     if found is not None and found.white is not None:
         yield _check("white", f"{found.white:.1f} cd/m2", True)
 
@@ -115,13 +118,17 @@ def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers)
         renderer = module.versions()["opengl"]
         hardware = not any(word in renderer.lower() for word in SOFTWARE)
         yield _check(
-            "graphics", renderer, hardware, "install the graphics card's driver: this one draws by software", "hardware"
+            "graphics",
+            renderer,
+            hardware,
+            "install the graphics card's driver: the present one renders in software",
+            "hardware",
         )
         yield _check(
             "keyboard",
             f"PsychToolbox, {screen.keys.devices} devices",
             screen.keys.devices > 0,
-            "plug a keyboard in",
+            "connect a keyboard",
             "1",
         )
     finally:
@@ -129,12 +136,12 @@ def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers)
 
 
 def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
-    """Show a mark that moves, and count the frames that came late."""
+    """Show a moving mark, and check the refresh rate, the clocks, dropped frames and the mean frame rate."""
     rate = screen.refresh_hz
-    text = "frames come irregularly: nothing waits for the screen" if rate is None else f"{rate:.2f} Hz"
-    limit = "irregular by a tenth of a frame at most"
+    text = "irregular frames: drawing is not synchronised with the screen" if rate is None else f"{rate:.2f} Hz"
+    limit = "irregular by at most a tenth of a frame"
     yield _check(
-        "refresh rate", text, rate is not None, "switch vertical synchronisation on in the driver's settings", limit
+        "refresh rate", text, rate is not None, "enable vertical synchronisation in the driver's settings", limit
     )
     mark, words = screen.fixation(0, 0), screen.text(f"Checking the screen for {seconds:g} seconds ...", y=-0.3)
 
@@ -147,17 +154,19 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
     screen.play(draw, seconds, "check")
     lasted = time.monotonic() - before[0]
     by = 1e3 * (time.time() - before[1] - lasted)
-    text = f"wall and monotonic clock parted by {by:+.1f} ms in {lasted:.1f} s"
+    text = f"wall clock drifted from the monotonic clock by {by:+.1f} ms in {lasted:.1f} s"
     yield _check(
         "clock",
         text,
         abs(by) < 1e3 * PART,
-        f"stop what sets the computer's clock: over {1e3 * PART:g} ms voids a trial",
+        f"pause clock synchronisation: a drift above {1e3 * PART:g} ms invalidates a trial",
         f"{1e3 * PART:g} ms",
     )
     frames = seconds / screen.frame_s
     text = f"{screen.dropped} of {frames:.0f} in {seconds:g} s"
-    yield _check("dropped frames", text, screen.dropped == 0, "close other programs, and composite no windows", "none")
+    yield _check(
+        "dropped frames", text, screen.dropped == 0, "close other programs, and disable window compositing", "none"
+    )
     if screen.intervals:
         mean = len(screen.intervals) / sum(screen.intervals)
         off = abs(mean * screen.frame_s - 1)
@@ -167,7 +176,7 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
 
 
 def histogram(intervals: Sequence[float]) -> str:
-    """How many frames lasted how long, in milliseconds.
+    """Format a histogram of frame durations, rounded to ms.
 
     >>> histogram([0.0166, 0.0167, 0.0333])
     '17 ms: 2, 33 ms: 1'
@@ -177,31 +186,31 @@ def histogram(intervals: Sequence[float]) -> str:
 
 
 def _device_pixels(screen: Screen) -> dict[str, Any]:
-    """Whether a pixel of the window is one of the screen: where the desktop scales, pictures are interpolated."""
+    """Check that a pixel of the window is a pixel of the screen; desktop scaling would interpolate pictures."""
     real = tuple(int(side) for side in screen.window.winHandle.get_framebuffer_size())
     text = f"{real[0]} x {real[1]} for a window of {screen.size[0]} x {screen.size[1]}"
-    remedy = "set the desktop's scale to 100 %: pictures are shown pixel for pixel"
-    return _check("device pixels", text, real == screen.size, remedy, "the same")
+    remedy = "set the desktop's scale to 100 %, so that pictures are shown pixel for pixel"
+    return _check("device pixels", text, real == screen.size, remedy, "equal")
 
 
 def _pulses(triggers: Triggers, port: Port) -> dict[str, Any]:
-    """Send test pulses to a port, and time them."""
+    """Send test pulses to a port, and check their durations."""
     code, times = triggers.codes.of("test"), []
     for number in range(PULSES):
         before = time.perf_counter()
         try:
             triggers.send(port, "test", time.monotonic(), PULSE_GAP * number, None)
         except Exception as error:
-            return _check("triggers", f"{port.name} failed: {error!r}"[:200], False, "correct it", "no error")
+            return _check("triggers", f"{port.name} failed: {error!r}"[:200], False, "correct the error", "no error")
         times.append(1e3 * (time.perf_counter() - before))
         time.sleep(PULSE_GAP)
-    text = f"{port.name}: {PULSES} pulses of code {code} in {median(times):.2f} ms, at worst {max(times):.2f} ms"
-    remedy = f"let {port.name} return at once: it delays what comes next"
+    text = f"{port.name}: {PULSES} pulses of code {code} in {median(times):.2f} ms, {max(times):.2f} ms at most"
+    remedy = f"make {port.name} return immediately: it delays the following frame"
     return _check("triggers", text, max(times) <= PULSE_MS, remedy, f"{PULSE_MS:g} ms each")
 
 
 def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> dict[str, Any]:
-    """Let a card held to the screen be matched by a frame of its size: the width of the screen."""
+    """Measure the screen's width: the participant matches a frame to the size of a bank card held to the screen."""
     wide = float(round(CARD[0] / ASSUMED_PITCH))
     head = screen.text("Hold a bank card flat to the screen, in the frame.", height=0.035, y=0.42)
     foot = screen.text(
@@ -220,7 +229,10 @@ def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> di
         wide = min(max(wide + sum(STEPS.get(key, 0.0) for key in pressed), 20), screen.size[0])
     if "escape" in pressed:
         return _check(
-            "size by a card", "not measured: stopped by ESC", False, "give --card, and match the frame to a card"
+            "size by a card",
+            "not measured: stopped with ESC",
+            False,
+            "give --card again, and match the frame to a card",
         )
     pixels = module.screen_size(options.screen)[0]
     width = CARD[0] * pixels / wide

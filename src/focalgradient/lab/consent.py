@@ -1,4 +1,4 @@
-"""Consent in the window: the text is read page by page, and agreed to."""
+"""Informed consent in the window: the participant reads the text page by page, and agrees or stops."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["agree"]
 
 
 def agree(window: Screen, consent: Consent) -> str:
-    """Let the participant read, page by page, and agree: when that was (ISO 8601); who does not does not take part."""
+    """Show the consent text page by page; return the time of agreement (ISO 8601), or raise `Quit` if refused."""
     words = window.words
     *first, last = consent.texts
     pages(window, first, "consent")

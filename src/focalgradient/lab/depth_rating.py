@@ -1,7 +1,7 @@
-"""Experiment 1: how three-dimensional a picture looks, by its aperture and by what is fixated.
+"""Experiment 1: rated depth of pictures, by aperture and fixated object.
 
 Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as a
-ratio to the standard, a pinhole picture that counts as 1 and is shown now and then; or on another scale of the design.
+ratio to the standard (a pinhole picture with the value 1, shown at intervals), or on another scale of the design.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Shown = tuple[str, str, str]
 
 
 def show_standard(sitting: Sitting) -> None:
-    """Show the picture that counts as 1."""
+    """Show the standard: the picture whose depth has the value 1."""
     design: DepthRatingDesign = sitting.design
     screen = sitting.screen
     _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
@@ -36,7 +36,7 @@ def show_standard(sitting: Sitting) -> None:
 
 
 class _Part(NamedTuple):
-    """What is drawn in an interval: picture, mark and its place (pixels from the middle), mask; the picture's file."""
+    """Stimuli of one interval: picture, mark and its position (px from the centre), mask; and the picture's file."""
 
     image: Any
     mark: Any
@@ -46,7 +46,7 @@ class _Part(NamedTuple):
 
 
 def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> _Part:
-    """What draws a picture, its mark and mask; a drawing has no file, and the mark of the standard."""
+    """Load a picture with its mark and mask; a drawing has no file, and the standard's mark."""
     scene, aperture, fixation = shown
     if scene in DRAWINGS:
         picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
@@ -59,14 +59,14 @@ def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> _Part:
 
 
 def _noise(sitting: Sitting, shape: tuple[int, int]) -> Any:
-    """A mask: squares of 0.1 degrees, each of another grey."""
+    """Return a mask of random grey squares with sides of 0.1 degrees."""
     side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
     small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
     return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
 
 
 def _interval(sitting: Sitting, part: _Part, seconds: float, event: str) -> float:
-    """Show mark, picture, mask and blank: when the picture appeared (s of the sitting)."""
+    """Show mark, picture, mask and blank; return the picture's onset in s from the start of the sitting."""
     design: DepthRatingDesign = sitting.design
     screen = sitting.screen
 
@@ -86,13 +86,14 @@ def _interval(sitting: Sitting, part: _Part, seconds: float, event: str) -> floa
 
 
 def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None]:
-    """Show what a trial shows, up to the question.
+    """Show the stimuli of a trial, up to the question.
 
     Returns
     -------
     tuple
-        When the picture appeared (of a choice: the first of the two), in seconds of the sitting, and its file; None for
-        a drawing.
+        Onset of the picture (with two intervals, of the first) in s from the start of the sitting, and its file name;
+        None
+        for a drawing.
     """
     design: DepthRatingDesign = sitting.design
     shown = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s)]
@@ -120,14 +121,14 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
 
 
 def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
-    """Ask on the scale of the design how three-dimensional it looked."""
+    """Ask for a rating of depth on the design's scale."""
     scale = sitting.design.response_scale
     given = ask(sitting.screen, scale.control(sitting.words))
     return replace(given, value=scale.answer_in(given.value, trial.interval))
 
 
 def ask_confidence(sitting: Sitting) -> float | None:
-    """Ask how sure the participant is, from 0 to 1, where the design wants to know."""
+    """Ask for confidence from 0 to 1; return None if the design does not ask for it."""
     if not sitting.design.confidence:
         return None
     words = sitting.words
@@ -136,7 +137,7 @@ def ask_confidence(sitting: Sitting) -> float | None:
 
 
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:
-    """Give the fields `gaze_away` (degrees) and `gaze_left` of an answer; none where the gaze was not recorded."""
+    """Return the fields `gaze_away` (degrees) and `gaze_left` of an answer; empty if gaze was not recorded."""
     taken = sitting.taken
     if taken is None:
         return {}

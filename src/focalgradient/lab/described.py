@@ -1,4 +1,4 @@
-"""Trials that a task describes as data, shown in the window: pictures and a question, or what is to be adjusted."""
+"""Display of trials that a task describes as data: pictures with a question, or an adjustment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["show_described"]
 
 
 def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
-    """Show a trial as its task describes it, and return the answer."""
+    """Run one trial as its task describes it; return the answer."""
     trial = task.adapted(sitting.design, trial, sitting.recorded)
     return _adjusted(task, sitting, trial) if task.adjusts else _asked(task, sitting, trial)
 

@@ -1,4 +1,4 @@
-"""What an experiment is made of: its own part (`Experiment`), and what each of its trials has at hand (`Sitting`)."""
+"""Definition of an experiment (`Experiment`), and the state that its trials share (`Sitting`)."""
 
 from __future__ import annotations
 
@@ -24,47 +24,47 @@ __all__ = ["EVENTS", "GREY", "Again", "Experiment", "Quit", "Sitting"]
 
 
 class Quit(Exception):  # noqa: N818  not an error
-    """The participant, or who runs the experiment, wants to stop."""
+    """Raised when the participant or the experimenter stops the session."""
 
 
 class Again(Exception):  # noqa: N818  not an error
-    """What was being shown has been interrupted, and is to be shown again from its start."""
+    """Raised when a trial was interrupted and must be repeated from its start."""
 
 
-GREY = -0.004  # of the screen, as 127 of 255: PsychoPy counts from -1 to 1
+GREY = -0.004  # 8-bit value 127, on PsychoPy's scale from -1 to 1
 
 EVENTS = {name: marker.code for name, marker in MARKERS.items()}
-"""Markers: the code of each event, for eye trackers and EEG."""
+"""Marker code by event name, for eye trackers and EEG."""
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """What is particular to one experiment.
+    """Definition of what is specific to one experiment.
 
     Parameters
     ----------
     task
-        Of its design.
+        Name of the task of its design.
     about
-        What it does, for the help of the command line.
+        Description shown by the command's --help.
     trial
-        Runs one and gives its answer; it is called again for one that was interrupted.
+        Runs one trial and returns its answer; called again for an interrupted trial.
     pictures
-        The pictures that a design needs: scene, aperture, fixation, levels of its factors.
+        Lists the pictures required by a design: scene, aperture, fixation, levels of its factors.
     check
-        Raises InputError where a design cannot be shown on a display, in a window of so many pixels.
+        Raises `InputError` if a design cannot be shown on a display, in a window of the given size in pixels.
     check_pictures
-        Raises InputError where a design cannot be shown with a set of pictures.
+        Raises `InputError` if a design cannot be shown with a set of pictures.
     background
-        Of the screen, from -1, black, to 1, white.
+        Background grey of the screen, from -1 (black) to 1 (white).
     instructions
-        Pages to read instead of the task's own, the first line of each its title.
+        Pages that replace the task's own instructions; the first line of each is its title.
     before
-        Is done at the start of a sitting, after the instructions.
+        Called at the start of a sitting, after the instructions.
     standard
-        Shows the standard, after its page.
+        Shows the standard, after its introductory page.
     right
-        Whether an answer in practice is right, of a trial and its answer; None where none can be.
+        Returns whether a practice answer is correct, given trial and answer; None if it has no correct answer.
     """
 
     task: str
@@ -82,43 +82,42 @@ class Experiment:
 
 @dataclass
 class Sitting:
-    """What a trial has at hand.
+    """State that the trials of one sitting share.
 
     Parameters
     ----------
     screen
         Window, keys and clock.
     design, participant
-        What is run, and for whom (empty until it has been asked).
+        Design, and label of the participant (empty until entered).
     stimuli
-        The set of pictures, where there is one.
+        Set of pictures, if the experiment uses one.
     start
-        When the sitting began, on the screen's clock.
+        Start of the sitting, in s on the screen's clock.
     next
-        The trial that comes next.
+        Next trial.
     events
-        Of what has happened since the last trial was recorded: its name, its time on the sitting's clock, and the wall
-        clock's time then.
+        Events since the last trial was recorded: name, time in s from the start of the sitting, and wall-clock time.
     shown
-        The condition of the trial that is shown, by name, with its "phase" and "trial"; None outside trials.
+        Condition of the current trial by name, with its "phase" and "trial"; None between trials.
     first
-        Number of the event in `events` with which that trial began.
+        Index in `events` of the current trial's first event.
     failures
-        What has gone wrong in a laboratory's own code since then: what, and the error.
+        Errors since then in code supplied by the laboratory: where, and the error.
     levels
-        Of the factors in blocks, those of the block that is shown.
+        Levels of the blocked factors in the current block.
     recorded
-        The trials recorded so far with their answers, those of earlier sittings included.
+        Trials recorded so far with their answers, including those of earlier sittings.
     procedure
-        Of an adaptive experiment, what chooses the level of the next trial.
+        Adaptive procedure that chooses the level of the next trial, if the experiment is adaptive.
     recorder
-        Of the gaze, where the design wants it.
+        Gaze recorder, if the design records gaze.
     taken
-        The gaze of the last trial.
+        Gaze of the last trial.
     noted
-        Values noted beside the answer of this trial, by name.
+        Values noted with the current trial's answer, by name.
     unchanged
-        SHA-256 of the pixels of pictures of the set, as they were loaded.
+        SHA-256 of the pixels of pictures of the set, as loaded.
     """
 
     screen: Screen
@@ -141,71 +140,71 @@ class Sitting:
 
     @property
     def words(self) -> Words:
-        """What is said on the screen."""
+        """Texts shown on the screen."""
         return self.screen.words
 
     def begin(self, trial: Any) -> None:
-        """Begin a trial: events from now on are marked with its condition."""
+        """Begin a trial: label the events that follow with its condition."""
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
 
     def event(self, name: str) -> None:
-        """Send a marker of one's own now; its name has a code in the file that ``--codes`` gives."""
+        """Send a custom event marker now; its code is looked up in the file given with ``--codes``."""
         self.screen.on_event(name, self.screen.now())
 
     def note(self, name: str, value: Any, *, unit: str | None = None, description: str = "") -> None:
-        """Note a value beside the answer of this trial: it becomes a column of the table, described in its sidecar.
+        """Record a value with the answer of this trial, as a column of the table that its sidecar describes.
 
         Parameters
         ----------
         name
-            Of the column: letters, digits and _, a letter first.
+            Column name: letters, digits and _, starting with a letter.
         value
-            A number, a text, true or false; or what `ask` gave, of which the value is noted.
+            A number, a text or a boolean; or the result of `ask`, whose value is recorded.
         unit
-            As BIDS writes it, like "s".
+            Unit in BIDS notation, such as "s".
         description
             Meaning of the column.
 
         Raises
         ------
         InputError
-            If the value is of another kind. A name that the table has already is refused when the answer is recorded.
+            If the value is of another type. A name that is already a column is rejected when the answer is recorded.
         """
         from focalgradient.lab.questions import Given
 
         self.noted[name] = Noted(value.value if isinstance(value, Given) else value, unit, description)
 
     def since_start(self, time: float) -> float:
-        """A time of the screen's clock, on that of the sitting."""
+        """Convert a time on the screen's clock to s from the start of the sitting."""
         return time - self.start
 
     def picture(
         self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None
     ) -> tuple[Picture, Any]:
-        """A picture of the set, with the levels of the design's factors, and what draws it."""
+        """Return a picture of the set, at the given levels of the design's factors, and its drawable image."""
         assert self.stimuli is not None
         found = self.stimuli.picture(scene, aperture, fixation, levels)
         return found, self.screen.picture(self.pixels(found))
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
-        """The 8-bit values of a picture, H x W x 3."""
+        """Return the 8-bit pixel values of a picture, H x W x 3."""
         assert self.stimuli is not None
         pixels = self.stimuli.pixels(picture)
         self.unchanged.add(hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest())
         return pixels
 
     def fixated(self, picture: Picture) -> tuple[float, float]:
-        """Where the object is that is fixated in a picture, in its pixels from the upper left corner."""
+        """Return the position of a picture's fixated object, in its pixels from the upper left corner."""
         assert self.stimuli is not None
         return self.stimuli.scene(picture.scene).target(picture.fixation).position_px
 
     def place(self, picture: Picture) -> tuple[float, float]:
-        """Where the fixated object of a picture is on the screen: pixels from the middle, x right and y up."""
+        """Return the position of a picture's fixated object on the screen, in px from the centre, x right and y up."""
         height, width = self.pixels(picture).shape[:2]
         x, y = self.fixated(picture)
         return x - width / 2, height / 2 - y
 
     def mark(self, picture: Picture) -> Any:
-        """The mark on the object that is fixated in a picture."""
+        """Return the fixation mark at a picture's fixated object."""
         return self.screen.fixation(*self.place(picture))

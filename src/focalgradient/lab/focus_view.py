@@ -1,4 +1,4 @@
-"""A focus series in a PsychoPy window: a shader mixes the two planes next to the focus, one draw a frame."""
+"""Display of a focus series in a PsychoPy window: a shader interpolates between the two planes nearest in focus."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ FORMATS = {
     np.dtype(np.uint8): (gl.GL_SRGB8_ALPHA8, gl.GL_UNSIGNED_BYTE),
     np.dtype(np.float16): (gl.GL_RGBA16F_ARB, gl.GL_HALF_FLOAT_ARB),
 }
-"""OpenGL's names of the textures: the first is decoded to linear light by the graphics card."""
+"""OpenGL formats of the textures by pixel type; the graphics card decodes the first to linear light."""
 
 
 COVERING = (0.0, 0.0, 1.0, 1.0)
-"""Left, top, width and height, in shares of the picture, of a map that covers it."""
+"""Left, top, width and height, as fractions of the picture, of a map that covers it."""
 
 
 class _Program:
-    """The shader, compiled, and where its uniforms are."""
+    """Compiled shader program with the locations of its uniforms."""
 
     def __init__(self, *, srgb: bool, varies: bool):
         self.number = shaders.compileProgram(CORNERS, fragment_shader(Dialect.WINDOW, srgb=srgb, varies=varies))
@@ -47,35 +47,35 @@ class _Program:
 
 
 class FocusView:
-    """A picture that is focused anew at every frame, in a window of PsychoPy.
+    """Picture that can be refocused at every frame, in a PsychoPy window.
 
     Parameters
     ----------
     window
-        The window; its colours must be shown as they are, without a gamma table of PsychoPy's.
+        PsychoPy window, without a gamma table of its own.
     series
-        The planes of focus, which become textures.
+        Focus series, whose planes become textures.
     display
-        How the display encodes light.
+        Encoding of light by the display.
     pos
-        Middle of the picture in pixels from the middle of the window, x right and y up; rounded to the grid of pixels.
+        Picture centre in pixels from the window's centre, x right and y up; rounded to whole pixels.
 
     Raises
     ------
     InputError
-        If the picture or the number of planes exceeds what the graphics card holds, or the display dithers.
+        If the picture or the number of planes exceeds the graphics card's limits, or the display dithers.
 
     Notes
     -----
-    `focus` is in dioptres: a number, or a map of any size, which covers the picture (interpolated where coarser)
-    or lies where `place_map` puts it, so that a map about the gaze follows it without being sent again.
+    `focus` is in dioptres: a number, or a map of any size. A map covers the picture (a coarser map is interpolated), or
+    lies where `place_map` positions it; a map around the gaze can thus be moved without uploading it again.
     """
 
     def __init__(self, window: Any, series: FocusSeries, display: Display, pos: tuple[float, float] = (0.0, 0.0)):
         self.window, self.series = window, series
         self.display = display
         self.mirrored = False
-        """Whether left and right are exchanged about the middle of the window, as through one mirror."""
+        """Whether left and right are exchanged about the window's centre, as in a single mirror."""
         window.backend.setCurrent()
         height, width = series.distance.shape
         self._check(len(series.planes), max(height, width))
@@ -94,7 +94,7 @@ class FocusView:
 
     @property
     def display(self) -> Display:
-        """How the display encodes light; another one must have a gamma where this one has, or none."""
+        """Encoding of light by the display; its replacement must have a gamma if and only if the present one has."""
         return self._display
 
     @display.setter
@@ -103,14 +103,14 @@ class FocusView:
 
     @property
     def focus(self) -> float | NDArray[np.float64]:
-        """Focus in dioptres: one, or a map."""
+        """Focus in dioptres: a number or a map."""
         return self._focus
 
     @focus.setter
     def focus(self, focus: float | NDArray[np.float64]) -> None:
         place = self.series.place_of(focus)
         if place.ndim not in (0, 2) or not np.isfinite(place).all():
-            raise InputError(f"focus has shape {place.shape}, but must be finite: one number, or a map of rows.")
+            raise InputError(f"focus has shape {place.shape}, but must be one finite number, or a 2-D map of them.")
         self._focus, self._varies = focus, place.ndim == 2
         if self._varies:
             self._map_size = (place.shape[1], place.shape[0])
@@ -119,22 +119,22 @@ class FocusView:
             self._place = float(place)
 
     def place_map(self, x: float, y: float) -> None:
-        """Put the middle of the map of focus at a place of the picture, pixel on pixel.
+        """Centre the focus map at a position in the picture, without interpolation.
 
-        `x` and `y` are in pixels from the upper left corner of the picture, and are rounded. Beyond its rim the map
-        goes on evenly.
+        `x` and `y` are in pixels from the picture's upper left corner, and are rounded. Outside the map, focus is that
+        of its nearest edge.
         """
         (wide, tall), (height, width) = self._map_size, self.series.distance.shape
         self._frame = (round(x - wide / 2) / width, round(y - tall / 2) / height, wide / width, tall / height)
         self._sample(gl.GL_TEXTURE_2D, self._places, gl.GL_NEAREST)
 
     def move(self, pos: tuple[float, float]) -> None:
-        """Put the middle of the picture at a place of the window, as `pos` when it was made."""
+        """Move the picture's centre, in the coordinates of `pos`."""
         height, width = self.series.distance.shape
         self._corners = self._corners_of(pos, width, height)
 
     def draw(self) -> None:
-        """Draw the picture at its focus."""
+        """Draw the picture at the current focus."""
         program = self._programs[self._varies]
         gl.glUseProgram(program.number)
         for unit, (kind, texture) in enumerate(
@@ -159,12 +159,12 @@ class FocusView:
             gl.glVertex2f(-x if self.mirrored else x, y)
         gl.glEnd()
         gl.glUseProgram(0)
-        for unit, kind in ((1, gl.GL_TEXTURE_2D), (0, gl.GL_TEXTURE_2D_ARRAY)):  # as PsychoPy expects to find them
+        for unit, kind in ((1, gl.GL_TEXTURE_2D), (0, gl.GL_TEXTURE_2D_ARRAY)):  # the state that PsychoPy expects
             gl.glActiveTexture(gl.GL_TEXTURE0 + unit)
             gl.glBindTexture(kind, 0)
 
     def close(self) -> None:
-        """Free the textures."""
+        """Delete the textures."""
         for texture in (self._planes, self._places):
             gl.glDeleteTextures(1, ctypes.byref(gl.GLuint(texture)))
 
@@ -177,7 +177,8 @@ class FocusView:
             gl.glGetIntegerv(name, ctypes.byref(most))
             if wanted > most.value:
                 raise InputError(
-                    f"the series has {wanted} {what}, but this graphics card holds {most.value}: make it with a "
+                    f"the series has {wanted} {what}, but this graphics card supports at most {most.value}: make it "
+                    "with a "
                     "larger error or a smaller range of focus, or of a smaller picture."
                 )
 
@@ -201,7 +202,7 @@ class FocusView:
         gl.glBindTexture(target, self._places)
         gl.glPixelStorei(gl.GL_UNPACK_ALIGNMENT, 1)
         gl.glTexImage2D(target, 0, gl.GL_R32F, width, height, 0, gl.GL_RED, gl.GL_FLOAT, places.ctypes.data)
-        # Graphics cards interpolate by 256ths: a map of pixels is not to be interpolated.
+        # Graphics cards interpolate in steps of 1/256: a map at pixel resolution must not be interpolated.
         coarse = self._frame == COVERING and places.shape != self.series.distance.shape
         self._sample(target, self._places, gl.GL_LINEAR if coarse else gl.GL_NEAREST)
 
@@ -214,9 +215,9 @@ class FocusView:
         gl.glBindTexture(target, 0)
 
     def _corners_of(self, pos: tuple[float, float], width: int, height: int) -> list[Any]:
-        """Texture coordinates and places of the corners, the window being -1 to 1 each way."""
+        """Return texture coordinates and positions of the corners; the window spans -1 to 1 in both directions."""
         across, up = (int(side) for side in self.window.size)
-        left = round((across - width) / 2 + pos[0] + 1e-6)  # where the middle lies between pixels: to the right, up
+        left = round((across - width) / 2 + pos[0] + 1e-6)  # a centre between two pixels is rounded right and up
         below = round((up - height) / 2 + pos[1] + 1e-6)
         x0, x1 = (2 * edge / across - 1 for edge in (left, left + width))
         y0, y1 = (2 * edge / up - 1 for edge in (below, below + height))

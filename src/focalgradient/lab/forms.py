@@ -1,4 +1,4 @@
-"""Pages to read, and a form for who takes part."""
+"""Pages of text, and a form for the participant's data."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 __all__ = ["DIGITS", "WARN", "edited", "form", "pages", "rest"]
 
-WARN = (1.0, 0.9, -0.3)  # yellow: to be read on dark grey and on black
-COLUMN = 1.05  # width of a page's text, in screen's heights
+WARN = (1.0, 0.9, -0.3)  # yellow: legible on dark grey and on black
+COLUMN = 1.05  # width of a page's text, in screen heights
 DIGITS = {**{f"num_{digit}": str(digit) for digit in range(10)}, "period": ".", "comma": ".", "num_decimal": "."}
 
 
 def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[str] = ("space",), foot: str = "") -> str:
-    """Show pages of text one after the other, the first line of each as its title: the key that ended the last."""
+    """Show pages of text in turn, with the first line of each as its title; return the key that ended the last."""
     key = ""
     for text in texts:
         title, _, body = text.strip().partition("\n")
@@ -35,7 +35,7 @@ def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[st
 
 
 def rest(screen: Screen, text: str, least_s: float) -> None:
-    """Show a page that can be left after `least_s` seconds at the soonest; it counts them down."""
+    """Show a page for at least `least_s` seconds with a countdown, then wait until the participant continues."""
     title, _, body = text.strip().partition("\n")
     parts = [
         screen.plate(),
@@ -59,12 +59,12 @@ def _draw(parts: Sequence[Any]) -> None:
 
 
 def _side(body: str) -> str:
-    """Short lines stand in the middle; what is wrapped begins at the left."""
+    """Return the alignment of a text: centred if all lines are short, otherwise left."""
     return "left" if max(map(len, body.splitlines()), default=0) > 60 else "center"
 
 
 def edited(text: str, key: str, letters: str, longest: int) -> str:
-    """Give a typed text after one more key.
+    """Return a typed text after one more key.
 
     >>> edited("1", "2", "0123456789", 8), edited("12", "backspace", "0123456789", 8)
     ('12', '1')
@@ -80,18 +80,18 @@ def form(
     fields: Mapping[str, tuple[str, str]],
     check: Callable[[dict[str, str]], None],
 ) -> dict[str, str]:
-    """Ask for words of letters and digits; what `check` says against them is shown, and they can be mended.
+    """Show a form of short text fields; the message of a failed `check` is shown until the entries are corrected.
 
     Parameters
     ----------
     screen
-        Where.
+        Window in which the form is shown.
     title
-        Of the form.
+        Title of the form.
     fields
-        By name, what it is called on the screen, and what to say of it.
+        Label and hint of each field, by name.
     check
-        Raises InputError if what was typed cannot be.
+        Raises `InputError` if an entry is invalid; the message is shown.
     """
     names, typed, at = list(fields), dict.fromkeys(fields, ""), 0
     heads = [screen.plate(), screen.text(title, height=0.05, y=0.4, bold=True)]

@@ -1,4 +1,4 @@
-"""Where somebody looks, by an eye tracker that ioHub knows or the mouse's pointer in its place, and what is kept."""
+"""Gaze from an eye tracker supported by ioHub, or from the mouse pointer instead, and its recording by trial."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ __all__ = ["Gaze", "Recorder", "Sample", "Taken", "open_gaze"]
 
 
 class Sample(NamedTuple):
-    """Where somebody looked: pixels from the middle of the window, x right and y up; when, on the screen's clock.
+    """One gaze sample: position in px from the window's centre (x right, y up), time in s on the screen's clock.
 
-    `x` is NaN where no eye was found; `pupil` as the tracker gives it.
+    `x` is NaN if no eye was found; `pupil` is in the tracker's units.
     """
 
     x: float
@@ -33,28 +33,28 @@ class Sample(NamedTuple):
 
 
 class Gaze(Protocol):
-    """What gives the place that somebody looks at."""
+    """Protocol of a gaze source."""
 
     name: str
 
     def sample(self) -> Sample | None:
-        """The newest sample; None where the eyes are not found."""
+        """Return the newest sample; None if the eyes were not found."""
 
     def samples(self) -> list[Sample]:
-        """All samples since the last call, in order of time."""
+        """Return all samples since the last call, in order of time."""
 
     def about(self) -> dict[str, Any]:
-        """What the recording is made with: sampling rate, eye, software."""
+        """Return metadata of the recording: sampling rate, eye, software."""
 
     def calibrate(self) -> None:
-        """Let the tracker find the eyes, by its own procedure."""
+        """Run the tracker's own calibration procedure."""
 
     def close(self) -> None:
-        """Stop."""
+        """Stop recording and close the device."""
 
 
 class _Mouse:
-    """The pointer, as if it were the gaze; read when a frame is drawn."""
+    """Mouse pointer as a substitute for gaze, sampled once per frame."""
 
     name = "mouse"
 
@@ -82,7 +82,7 @@ class _Mouse:
 
 
 class _Tracker:
-    """An eye tracker that ioHub knows, with its own time of each sample."""
+    """Eye tracker supported by ioHub, with its own time stamp of each sample."""
 
     def __init__(self, screen: Screen, kind: str, settings: dict[str, Any]):
         from psychopy.iohub import launchHubServer
@@ -92,7 +92,7 @@ class _Tracker:
         where = {
             "physical_dimensions": {"width": width, "height": height, "unit_type": "mm"},
             "default_eye_distance": {"surface_center": 1e3 * screen.display.distance, "unit_type": "mm"},
-            # Without a unit ioHub gives every place as 0.
+            # Without a unit, ioHub reports every position as 0.
             "reporting_unit_type": "pix",
             "device_number": screen.window.screen,
         }
@@ -125,18 +125,18 @@ class _Tracker:
         self._tracker.setRecordingState(True)
 
     def _here(self, time: float) -> float:
-        """A time of ioHub's clock, on the screen's."""
+        """Convert a time on ioHub's clock to the screen's clock."""
         return self._screen.now() - (float(self._hub.getTime()) - time)
 
     def sample(self) -> Sample | None:
         sample, place = self._tracker.getLastSample(), self._tracker.getLastGazePosition()
-        # Some trackers give a number while they have no sample.
+        # Some trackers return a number while they have no sample.
         if not isinstance(sample, list | tuple) or not isinstance(place, list | tuple):
             return None
         return Sample(float(place[0]), float(place[1]), self._here(sample[7]))  # the header's field "time"
 
     def samples(self) -> list[Sample]:
-        # Fixations and saccades that a tracker finds by itself have a place and a status, too.
+        # Fixations and saccades detected by the tracker also have a position and a status.
         found = [_averaged(event) for event in self._tracker.getEvents() if "Sample" in type(event).__name__]
         kept = [Sample(x, y, self._here(time), pupil) for time, x, y, pupil in found]
         return sorted(kept, key=lambda one: one.time)
@@ -161,7 +161,7 @@ def _free_port() -> int:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep what ioHub and its process print, tracebacks among it, off the terminal: one sentence is to stand there."""
+    """Suppress output of ioHub and its process, including tracebacks, so that only our own message is printed."""
     sys.stdout.flush()
     sys.stderr.flush()
     with open(os.devnull, "wb") as nowhere:
@@ -177,9 +177,11 @@ def _quiet() -> Iterator[None]:
 
 
 def _averaged(event: Any) -> tuple[float, float, float, float | None]:
-    """Time, place and pupil of an event of ioHub that is a sample: of one eye, or the mean of those found of two.
+    """Return time, position and pupil size of an ioHub sample, averaged over the eyes that were found.
 
-    ioHub's status of one eye is 2 where it is lost; of two, 20 stands for the left and 2 for the right.
+    The status of a monocular sample is 2 if the eye was lost; of a binocular one, the tens digit is 2 if the left eye
+    was
+    lost, and the units digit is 2 if the right eye was.
     """
     nan = float("nan")
     if hasattr(event, "gaze_x"):
@@ -200,35 +202,35 @@ def _size(pupil: float) -> float | None:
 
 
 def open_gaze(screen: Screen, tracker: tuple[str, dict[str, Any]]) -> Gaze:
-    """Begin to listen to the mouse or to an eye tracker.
+    """Start recording gaze from the mouse or an eye tracker.
 
     Raises
     ------
     InputError
-        If the eye tracker does not answer.
+        If the eye tracker does not respond.
     """
     kind, settings = tracker
     return _Mouse(screen) if kind == "mouse" else _Tracker(screen, kind, settings)
 
 
 class Taken(NamedTuple):
-    """The gaze of one trial: samples as a data set keeps them, and how far it was from the object (degrees)."""
+    """Gaze of one trial: samples in the format of the data set, and distance from the object in degrees."""
 
     samples: Sequence[Kept]
     away: float | None
 
 
 class Recorder:
-    """The gaze during trials, sample by sample.
+    """Recorder of gaze samples during trials.
 
     Parameters
     ----------
     screen
-        At whose frames samples are fetched.
+        Window; samples are fetched after each of its frames.
     gaze
-        Where they come from.
+        Source of the samples.
     start
-        When the sitting began, on the screen's clock.
+        Start of the sitting, in s on the screen's clock.
     """
 
     def __init__(self, screen: Screen, gaze: Gaze, start: float):
@@ -238,7 +240,7 @@ class Recorder:
         self._shown: list[Shown] = []
 
     def begin(self) -> None:
-        """Begin a trial: what came before is forgotten."""
+        """Begin a trial, and discard earlier samples."""
         self.gaze.samples()
         self._samples, self._shown = [], []
         self._screen.after_frame = self._fetch
@@ -253,12 +255,12 @@ class Recorder:
                 self._samples.append(Kept(at, round(width / 2 + x, 2), round(height / 2 - y, 2), pupil))
 
     def shown(self, start: float, end: float, place: tuple[float, float]) -> None:
-        """Keep when a picture was shown, on the screen's clock, and where its object: pixels from the middle, y up."""
+        """Record a picture's display interval (s) and its object's position (px from the centre, y up)."""
         width, height = self._screen.size
         self._shown.append(Shown(start - self._start, end - self._start, width / 2 + place[0], height / 2 - place[1]))
 
     def end(self) -> Taken:
-        """End a trial: its samples."""
+        """End a trial; return its gaze."""
         self._fetch()
         self._screen.after_frame = lambda: None
         samples = sorted(self._samples, key=lambda one: one.time)

@@ -1,8 +1,8 @@
-"""Focus where one looks: a focus series, shown in focus at the distance of the place looked at.
+"""Gaze-contingent focus: a focus series, focused at the distance of the fixated point.
 
-The gaze is that of an eye tracker (ioHub, extra gaze), or the mouse's pointer. The distance of what is shown there
-chooses the focus of the series. From each gaze sample that changed the focus to the first frame that shows it the time
-is measured; the square of --photodiode turns over with that frame.
+Gaze is recorded with an eye tracker (ioHub, extra gaze), or replaced by the mouse pointer. The distance at the gaze
+position determines the focus of the series. The latency is measured from each gaze sample that changes the focus to the
+first frame that shows it; the square of --photodiode is inverted at that frame.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ if TYPE_CHECKING:
 __all__ = ["run"]
 
 AROUND_DEG = 0.25
-"""Degrees each way about the gaze over which depth is the median: about the error of a good eye tracker."""
+"""Half-width in degrees of the region around the gaze over which the median depth is taken: about the error of a good
+eye tracker.
+"""
 
 
 def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Namespace:
@@ -55,54 +57,79 @@ def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Nam
         type=Path,
         required=True,
         metavar="DIR",
-        help="folder that 'focalgradient focus-series' made, or 'focalgradient blur' of two foci up",
+        help="folder written by 'focalgradient focus-series', or by 'focalgradient blur' with at least two foci",
     )
-    add("--gaze", choices=("mouse", "tracker"), default="mouse", help="what gives the place looked at (default: mouse)")
+    add("--gaze", choices=("mouse", "tracker"), default="mouse", help="source of the gaze position (default: mouse)")
     add_tracker(parser)
-    add("--transition", choices=("eye", "immediate"), default="eye", help="how focus changes (default: eye, 0.3 s)")
-    add("--seconds", type=float, default=60.0, metavar="S", help="how long (default: 60)")
-    add("--participant", default="pilot", metavar="LABEL", help="letters and digits (default: pilot)")
-    add("--session", metavar="LABEL", help="for participants who come more than once")
+    add(
+        "--transition",
+        choices=("eye", "immediate"),
+        default="eye",
+        help="how focus changes: with the eye's time constant of 0.3 s, or at once (default: eye)",
+    )
+    add("--seconds", type=float, default=60.0, metavar="S", help="duration in s (default: 60)")
+    add(
+        "--participant",
+        default="pilot",
+        metavar="LABEL",
+        help="label of the participant: letters and digits (default: pilot)",
+    )
+    add("--session", metavar="LABEL", help="label of the session, for participants with more than one")
     add("--data", type=Path, default=Path("data"), metavar="DIR", help="folder of the data set (default: data)")
-    add("--windowed", action="store_true", help=f"a window of {WINDOW[0]} x {WINDOW[1]} pixels, not the whole screen")
+    add(
+        "--windowed",
+        action="store_true",
+        help=f"show a window of {WINDOW[0]} x {WINDOW[1]} pixels instead of the whole screen",
+    )
     add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
-    add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center: size, distance, gamma")
-    add("--photodiode", choices=("left", "right"), help="lower corner for a square that turns over when focus changes")
-    add("--language", default="en", metavar="NAME", help="of the texts: en, de, or a TOML file (default: en)")
+    add(
+        "--monitor",
+        metavar="NAME",
+        help="name of the screen in PsychoPy's Monitor Center, for its size, viewing distance and gamma",
+    )
+    add(
+        "--photodiode",
+        choices=("left", "right"),
+        help="show a square in this lower corner that is inverted when focus changes",
+    )
+    add("--language", default="en", metavar="NAME", help="language of the texts: en, de, or a TOML file (default: en)")
     add_triggers(add)
     options = parser.parse_args(given)
     if not 0 < options.seconds <= 3600:
-        raise InputError(f"--seconds is {options.seconds:g}, but must be above 0 and up to 3600.")
+        raise InputError(f"--seconds is {options.seconds:g}, but must be above 0 and at most 3600.")
     if options.tracker is not None and options.gaze != "tracker":
         raise InputError("--tracker is given, but --gaze is mouse: give --gaze tracker too.")
     if options.windowed and options.gaze == "tracker":
-        raise InputError("--gaze tracker counts from the middle of the whole screen: leave out --windowed.")
+        raise InputError(
+            "--gaze tracker reports positions on the whole screen, which --windowed does not use: leave out --windowed."
+        )
     return options
 
 
 def run(given: Sequence[str] | None = None, *, program: str | None = None) -> int:
-    """Show a series by the gaze, with one participant.
+    """Show a focus series contingent on one participant's gaze.
 
     Parameters are as for `focalgradient.lab.run`.
 
     Returns
     -------
     int
-        Exit code: 0 at the end, 1 when it was stopped before, 2 where it cannot run, which one sentence then says.
+        Exit code: 0 at the end, 1 if stopped earlier, 2 with one sentence on standard error if it cannot run.
     """
     try:
         options = _arguments(given, program)
         series = read_series(options.series)
         files = Files(options.data, "gazefocus", options.participant, options.session)
         kind, settings = tracker_settings(options.gaze, options.tracker)
-        load_words(options.language)  # refused before a window opens
+        load_words(options.language)  # checked before a window opens
         module = import_screen()
         display = _display(options, module)
         size = WINDOW if options.windowed else display.size_px
         height, width = series.distance.shape
         if width > size[0] or height > size[1]:
             raise InputError(
-                f"the series has {width} x {height} pixels, but the window {size[0]} x {size[1]}: make it smaller, or "
+                f"the series has {width} x {height} pixels, but the window has {size[0]} x {size[1]}: make it "
+                "smaller, or "
                 "leave out --windowed."
             )
         about = _about(options, series, kind)
@@ -122,12 +149,15 @@ def _display(options: argparse.Namespace, module: Any) -> Display:
         return Display(size, ASSUMED_PITCH, ASSUMED_DISTANCE)
     found = module.calibration_of(options.monitor)
     if not (found.width and found.distance):
-        raise InputError(f"the monitor {options.monitor!r} has no width or no distance: enter them in PsychoPy.")
+        raise InputError(
+            f"the monitor {options.monitor!r} has no width or no viewing distance: enter them in PsychoPy's Monitor "
+            "Center."
+        )
     return Display(size, found.width / size[0], found.distance, gamma_shown(found) or "sRGB")
 
 
 def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[str, Any]:
-    """What the session is run with."""
+    """Return the settings and software versions of the session."""
     return {
         "task": "gazefocus",
         "participant": options.participant,
@@ -143,12 +173,12 @@ def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[
 
 
 def _begin(files: Files, options: argparse.Namespace, about: dict[str, Any]) -> Journal:
-    """The data set, and the journal of this session."""
+    """Create the data set if necessary, and the journal of this session."""
     begin_dataset(options.data, "human")
     path = files.journal.with_name(files.journal.name.replace("_beh.", "_events."))
     head = {"event": "begun", **about}
     try:
-        journal = Journal.begin(path, head, durable=False)  # a wait for the disk would cost frames
+        journal = Journal.begin(path, head, durable=False)  # waiting for the disk would drop frames
     except FileExistsError as error:
         raise InputError(f"{printable(path)} is there already: give another --participant or --session.") from error
     add_participant(options.data, options.participant, {"kind": "human"})
@@ -166,7 +196,7 @@ def _window(
 ) -> int:
     size, words = WINDOW if options.windowed else None, load_words(options.language)
     screen = module.Screen(options.screen, size, display, patch=options.photodiode, words=words)
-    screen.stop_question = "gaze_focus.stop"  # it is not resumed
+    screen.stop_question = "gaze_focus.stop"  # the session cannot be resumed
     start = screen.now()
     gaze: Gaze | None = None
 
@@ -200,7 +230,7 @@ def _window(
 
 
 def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries, *, calibrated: bool) -> None:
-    """Write down what the gaze is recorded with, and where the picture is: a kill leaves nothing else that says it."""
+    """Write the gaze source and the picture's position to the journal first, so that they survive a crash."""
     height, width = series.distance.shape
     display = screen.display
     journal.write(
@@ -222,7 +252,7 @@ def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries
 
 
 def _instruct(screen: Screen) -> None:
-    """Say what there is to do, and wait for the space bar."""
+    """Show the instructions, and wait for the space bar."""
     first, _, rest = screen.words("gaze_focus.instructions").partition("\n")
     title = screen.text(first, height=0.05, y=0.1, bold=True)
     about = screen.text(rest, y=0.0)
@@ -244,9 +274,9 @@ def _follow(
     journal: Journal,
     start: float,
 ) -> None:
-    """Show frames, each in the focus that the gaze asks for, until the time is over."""
+    """Show frames for the set duration, each at the focus that the gaze requires."""
     height, width = series.distance.shape
-    # The picture's middle, in the window: half a pixel off where one side is odd and the other even.
+    # Picture centre in the window: offset by half a pixel where one side is odd and the other even.
     middle = [(side - own) % 2 / 2 for side, own in zip(screen.size, (width, height), strict=True)]
     around = AROUND_DEG * screen.display.pixels_per_degree
     focusing = Focusing(series.vergences, options.transition)
@@ -296,7 +326,7 @@ def _follow(
 
 
 class _Samples:
-    """Gaze samples on their way to the journal, a second of them at a time: time (s), x and y in the picture (px)."""
+    """Buffer of gaze samples, written to the journal about once per second: time (s), x and y in the picture (px)."""
 
     def __init__(self, journal: Journal):
         self._journal = journal

@@ -1,7 +1,8 @@
-"""What sets the distance at which a display appears: a focus-tunable lens, planes at several distances, a simulation.
+"""Devices that set the optical distance of a display: focus-tunable lens, multiple focal planes, and a simulation.
 
-Each has `set_focus(D)` and `settled()`. The serial one speaks the protocol of Optotune's Lens Driver 4 and 4i (Lens
-Driver Manual, 28.06.2019, section 5): commands end in a CRC-16 (polynomial 0xA001, from 0), low byte first.
+Each has `set_focus(D)` and `settled()`. `Optotune` implements the protocol of Optotune's Lens Driver 4 and 4i (Lens
+Driver Manual, 28.06.2019, section 5): commands end in a CRC-16 (polynomial 0xA001, initial value 0), low byte first.
+
 """
 
 from __future__ import annotations
@@ -17,39 +18,41 @@ from focalgradient.errors import InputError, check_installed, check_number
 __all__ = ["FocusDevice", "Optotune", "Planes", "SimulatedLens", "crc16", "open_lens"]
 
 SETTLED_D = 0.05
-"""Dioptres within which a simulated lens counts as settled: a fifth of the eye's depth of focus (0.25 D)."""
+"""Distance from the target in dioptres below which a simulated lens counts as settled: a fifth of the eye's depth of
+focus (0.25 D).
+"""
 
 SETTLE_S = 0.025
-"""Seconds in which an electrically tunable lens settles after a step (Optotune, data sheet of the EL-16-40-TC)."""
+"""Settling time in s of an electrically tunable lens after a step (Optotune, data sheet of the EL-16-40-TC)."""
 
 BAUD = 115200
-"""Bits a second of the Lens Driver 4, by its manual."""
+"""Serial rate of the Lens Driver 4 in bits per second, from its manual."""
 
 ANSWER_S = 1.0
-"""Seconds within which a lens driver answers; it takes some milliseconds."""
+"""Time limit in s for a response of the lens driver, which takes a few milliseconds."""
 
 
 class FocusDevice(Protocol):
-    """What sets the vergence at which a display appears."""
+    """Protocol of a device that sets the vergence at which a display appears."""
 
     name: str
     range_d: tuple[float, float]
-    """Least and greatest focus, in dioptres."""
+    """Smallest and largest focus, in dioptres."""
 
     def set_focus(self, focus_d: float) -> None:
-        """Go to a focus, in dioptres, and return at once.
+        """Set the focus in dioptres, and return immediately.
 
         Raises
         ------
         InputError
-            If the focus is out of range.
+            If the focus is outside `range_d`.
         """
 
     def settled(self) -> bool:
-        """Whether the focus has been reached."""
+        """Return whether the focus has been reached."""
 
     def close(self) -> None:
-        """Give the device back."""
+        """Close the device."""
 
 
 def _checked(device: FocusDevice, focus_d: float) -> float:
@@ -61,14 +64,14 @@ def _checked(device: FocusDevice, focus_d: float) -> float:
 
 
 class SimulatedLens:
-    """A lens that follows its target as a first-order response.
+    """Simulated tunable lens with a first-order step response.
 
     Parameters
     ----------
     time_constant
-        Of its response, in seconds.
+        Time constant of the response, in s.
     clock
-        Gives the time in seconds.
+        Function that returns the time in s.
 
     Examples
     --------
@@ -89,16 +92,16 @@ class SimulatedLens:
 
     @property
     def focus_d(self) -> float:
-        """The focus now, in dioptres."""
+        """Current focus, in dioptres."""
         return self._target + (self._from - self._target) * math.exp((self._began - self._clock()) / self._constant)
 
     def set_focus(self, focus_d: float) -> None:
-        """Go to a focus, in dioptres."""
+        """Set the target focus, in dioptres."""
         target = _checked(self, focus_d)
         self._from, self._target, self._began = self.focus_d, target, self._clock()
 
     def settled(self) -> bool:
-        """Whether the focus is within 0.05 dioptres of its target."""
+        """Return whether the focus is within 0.05 dioptres of its target."""
         return abs(self.focus_d - self._target) <= SETTLED_D
 
     def close(self) -> None:
@@ -106,12 +109,12 @@ class SimulatedLens:
 
 
 class Planes:
-    """Planes or screens at several distances, of which the nearest to a focus is shown.
+    """Multiplane display: planes or screens at several distances, of which the one nearest to the focus is shown.
 
     Parameters
     ----------
     vergences
-        Of the planes, in dioptres.
+        Vergences of the planes, in dioptres.
 
     Examples
     --------
@@ -127,18 +130,18 @@ class Planes:
         for one in vergences:
             check_number("a plane", one, "dioptres")
         if not vergences:
-            raise InputError("planes must have at least one vergence, in dioptres, got none: give one.")
+            raise InputError("vergences is empty, but must have at least one vergence in dioptres: give one.")
         self.vergences = tuple(float(one) for one in vergences)
         self.range_d = (min(self.vergences), max(self.vergences))
         self.plane = 0
 
     def set_focus(self, focus_d: float) -> None:
-        """Choose the plane nearest to a focus, in dioptres."""
+        """Select the plane nearest to a focus in dioptres."""
         focus_d = _checked(self, focus_d)
         self.plane = min(range(len(self.vergences)), key=lambda number: abs(self.vergences[number] - focus_d))
 
     def settled(self) -> bool:
-        """Return True: the plane is chosen at once."""
+        """Return True: planes are switched instantly."""
         return True
 
     def close(self) -> None:
@@ -146,7 +149,7 @@ class Planes:
 
 
 def crc16(content: bytes) -> int:
-    """Return the CRC-16 of a command (polynomial 0xA001, from 0), as the Lens Driver 4's manual has it.
+    """Return the CRC-16 of a command (polynomial 0xA001, initial value 0; manual of the Lens Driver 4).
 
     >>> hex(crc16(bytes([0x50, 0x77, 0x44, 0x41, 0x07, 0xD0, 0x00, 0x00])))  # the manual's example: 5 dioptres
     '0xfd31'
@@ -160,17 +163,17 @@ def crc16(content: bytes) -> int:
 
 
 class Optotune:
-    """A lens at an Optotune Lens Driver 4 or 4i, in its mode of controlled focal power.
+    """Lens on an Optotune Lens Driver 4 or 4i, in controlled focal power mode.
 
     Parameters
     ----------
     port
-        Serial port, as "/dev/ttyACM0" or "COM4".
+        Serial port, such as "/dev/ttyACM0" or "COM4".
 
     Raises
     ------
     InputError
-        If the port cannot be opened, or no lens driver answers as its manual says.
+        If the port cannot be opened, or no lens driver responds as specified in its manual.
     """
 
     name = "the Optotune lens"
@@ -179,7 +182,7 @@ class Optotune:
         check_installed("a lens driver at a serial port", "devices", "serial")
         import serial
 
-        remedy = "see that it is the lens driver's port, that it has power, and that no other program uses it"
+        remedy = "check that this is the lens driver's port, that it has power, and that no other program uses it"
         try:
             self._port: Any = serial.Serial(port, BAUD, timeout=ANSWER_S, write_timeout=ANSWER_S)
         except (OSError, ValueError) as error:
@@ -188,11 +191,13 @@ class Optotune:
             self._port.reset_input_buffer()
             self._port.write(b"Start")
             if (said := self._port.readline()) != b"Ready\r\n":
-                raise InputError(f"at {port} no lens driver answers Ready, but {said[:20]!r}: {remedy}.")
+                raise InputError(
+                    f"the device at {port} answers {said[:20]!r}, but a lens driver answers Ready: {remedy}."
+                )
             self.range_d = self._controlled(port)
         except OSError as error:
             self._port.close()
-            raise InputError(f"the lens driver at {port} does not answer ({error}): {remedy}.") from error
+            raise InputError(f"the lens driver at {port} does not respond ({error}): {remedy}.") from error
         except InputError:
             self._port.close()
             raise
@@ -202,42 +207,42 @@ class Optotune:
         self._port.write(command + struct.pack("<H", crc16(command)))
 
     def _controlled(self, port: str) -> tuple[float, float]:
-        """Go over to controlled focal power: its range in dioptres."""
+        """Switch to controlled focal power mode; return its range in dioptres."""
         self._send(b"MwCA")
         said = self._port.read(12)  # "MCA", status, two limits, CRC, line end
         if len(said) != 12 or said[:3] != b"MCA" or struct.unpack("<H", said[8:10])[0] != crc16(said[:8]):
             raise InputError(
-                f"the lens driver at {port} does not go over to controlled focal power ({said!r}): it needs a lens "
-                "with a temperature sensor and its calibration."
+                f"the lens driver at {port} does not switch to controlled focal power mode ({said!r}): connect a lens "
+                "with a temperature sensor and stored calibration."
             )
         least, most = sorted(value / 200 - 5 for value in struct.unpack(">hh", said[4:8]))
         return least, most
 
     def set_focus(self, focus_d: float) -> None:
-        """Go to a focal power, in dioptres."""
+        """Set the focal power, in dioptres."""
         coded = round((_checked(self, focus_d) + 5) * 200)
         try:
             self._send(b"PwDA" + struct.pack(">hxx", coded))
         except OSError as error:
-            raise InputError(f"the lens driver does not take commands any more ({error}): see its cable.") from error
+            raise InputError(f"the lens driver no longer accepts commands ({error}): check its cable.") from error
         self._until = time.monotonic() + SETTLE_S
 
     def settled(self) -> bool:
-        """Whether the time in which such a lens settles is over; the driver does not measure it."""
+        """Return whether the nominal settling time has passed; the driver does not measure settling."""
         return time.monotonic() >= self._until
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         self._port.close()
 
 
 def open_lens(given: str) -> FocusDevice:
-    """Open a device by its name: ``simulated``, ``optotune:PORT``, or ``planes:D,D,...``.
+    """Open a focus device by its specification: ``simulated``, ``optotune:PORT`` or ``planes:D,D,...``.
 
     Raises
     ------
     InputError
-        If there is no such device, or it does not answer.
+        If the specification is invalid, or the device does not respond.
 
     Examples
     --------
@@ -253,7 +258,9 @@ def open_lens(given: str) -> FocusDevice:
         try:
             return Planes([float(one) for one in place.split(",")])
         except ValueError as error:
-            raise InputError(f"planes are {place!r}, but must be vergences in dioptres, as planes:0.5,1,2.") from error
+            raise InputError(
+                f"planes is {place!r}, but must list vergences in dioptres, such as planes:0.5,1,2."
+            ) from error
     raise InputError(
         f"the lens is {given!r}, but must be simulated, optotune:PORT or planes:D,D,...: give one of them."
     )

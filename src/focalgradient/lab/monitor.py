@@ -1,4 +1,4 @@
-"""What PsychoPy's Monitor Center knows of a monitor: read, and a photometer's table stored with it."""
+"""Calibrations in PsychoPy's Monitor Center: read them, and store photometer measurements with them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ __all__ = ["Calibration", "calibration_of", "store_luminance"]
 
 
 class Calibration(NamedTuple):
-    """What PsychoPy's Monitor Center knows of a monitor: lengths in metres, None where it does not know."""
+    """Calibration of a monitor in PsychoPy's Monitor Center: lengths in m, None where unknown."""
 
     width: float | None
     distance: float | None
     size_px: tuple[int, int] | None
     gamma: float | None
-    """Of grey, or the mean of the guns'."""
+    """Gamma of grey, or the mean of the channels' gammas."""
     channels: tuple[float, float, float] | None = None
-    """Of red, green and blue, where they were measured each by itself."""
+    """Gammas of red, green and blue, if they were measured separately."""
     white: float | None = None
-    """Luminance of white in cd/m2, where a photometer's table was stored."""
+    """Luminance of white in cd/m2, if photometer measurements were stored."""
 
 
 def calibration_of(name: str) -> Calibration:
@@ -33,13 +33,13 @@ def calibration_of(name: str) -> Calibration:
     Raises
     ------
     InputError
-        If there is no monitor of that name.
+        If PsychoPy has no monitor of that name.
     """
     known = monitors.getAllMonitors()
     if name not in known:
         listed = ", ".join(sorted(known))
         raise InputError(
-            f"the monitor {name!r} is not known to PsychoPy, which knows {listed}: make it in its Monitor Center."
+            f"the monitor {name!r} is unknown to PsychoPy, which knows {listed}: create it in the Monitor Center."
         )
     monitor = monitors.Monitor(name, autoLog=False)
     width, distance, size = monitor.getWidth(), monitor.getDistance(), monitor.getSizePix()
@@ -55,7 +55,7 @@ def calibration_of(name: str) -> Calibration:
 
 
 def _light_of(monitor: Any) -> tuple[float | None, tuple[float, float, float] | None, float | None]:
-    """Gamma, that of each gun, and white; a gamma of 1 counts where it was measured, and is PsychoPy's default else."""
+    """Return gamma, the gamma of each channel, and white; an unmeasured gamma of 1 is PsychoPy's default, not data."""
     lums = monitor.getLumsPre()
     measured = lums is not None and len(lums) > 0
     if monitor.gammaIsDefault() and not measured:
@@ -70,12 +70,12 @@ def _light_of(monitor: Any) -> tuple[float | None, tuple[float, float, float] | 
 
 
 def store_luminance(name: str, found: Luminance) -> None:
-    """Keep a photometer's table and its curves with a monitor, in PsychoPy's Monitor Center.
+    """Store photometer measurements and the fitted curves with a monitor in PsychoPy's Monitor Center.
 
     Raises
     ------
     InputError
-        If there is no monitor of that name.
+        If PsychoPy has no monitor of that name.
     """
     calibration_of(name)
     monitor = monitors.Monitor(name, autoLog=False)

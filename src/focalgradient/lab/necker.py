@@ -1,7 +1,7 @@
-"""Experiment 2: the turning Necker cube, watched; one key is held while it looks rigid, another while it wobbles.
+"""Experiment 2: a rotating Necker cube; one key is held while it looks rigid, another while it looks nonrigid.
 
-Every press and release is kept with its time on the clock of the display. Where neither key is held, or both are, that
-is what the table says.
+Each press and release is recorded with its time on the display's clock. The table has separate entries for times in
+which neither key, or both keys, were held.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from focalgradient.stimuli.cube_frames import frame_count, frames_of, shape_of, 
 
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
-SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
+SHARE = 0.88  # maximum height of the cube as a fraction of the window's; the key labels are below it
 
 
 def _check(design: NeckerDesign, display: Display, room: tuple[int, int]) -> None:
-    """Refuse what cannot be shown on this display, in a window of `room` pixels, or pressed."""
+    """Raise `InputError` if the cube does not fit in a window of `room` px, or if a key of the design is unknown."""
     from focalgradient.lab.screen import key_names
 
     for key in design.keys:
         if key not in key_names():
-            raise InputError(f"keys names {key!r}, which no keyboard has: name keys like 'f', 'left' or 'space'.")
+            raise InputError(f"keys has {key!r}, but must name keys of a keyboard, such as 'f', 'left' or 'space'.")
     height, width = shape_of(design, _pixel_angle(display))
     if width > room[0] or height > SHARE * room[1]:
         raise InputError(
-            f"the cube takes {width} x {height} pixels, but beside the keys the window has only {room[0]} x "
+            f"the cube takes {width} x {height} pixels, but the space above the key labels has only {room[0]} x "
             f"{SHARE * room[1]:.0f}: leave out --windowed, lower size_deg or strengths_mm, or sit farther away."
         )
-    # Lines that are too thin for the pixels are refused here.
+    # Raises `InputError` for lines that are too thin for the pixels.
     cube = next(trial for trial in design.trials("01") if trial.shape == "ambiguous")
     next(frames_of(cube, design, 3, _pixel_angle(display)))
 
@@ -47,7 +47,7 @@ def _pixel_angle(display: Display) -> float:
 
 
 def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
-    """The pictures of a quarter turn, on the graphics card."""
+    """Upload the pictures of a quarter turn to the graphics card."""
     screen, display = sitting.screen, sitting.screen.display
     frames = frame_count(sitting.design, 1 / screen.frame_s)
     said = screen.text(screen.words("common.moment"), height=0.026, y=-0.42)
@@ -63,7 +63,7 @@ def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
 
 
 def _reminder(sitting: Sitting) -> list[Any]:
-    """Which key is for what, each on the side where it lies."""
+    """Return labels of the response keys, each on the side of its key."""
     design: NeckerDesign = sitting.design
     of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
     return [
@@ -79,7 +79,7 @@ def _pages(sitting: Sitting) -> CubePages:
 
 
 def ready(sitting: Sitting, trial: NeckerTrial) -> None:
-    """Say which key is for what, and wait for the space bar."""
+    """Show which key reports which percept, and wait for the space bar."""
     screen = sitting.screen
     title, hold, start = _pages(sitting).ready(trial)
     parts = [
@@ -92,7 +92,7 @@ def ready(sitting: Sitting, trial: NeckerTrial) -> None:
 
 
 def show_cube(sitting: Sitting, trial: NeckerTrial, before: Callable[[], object]) -> Watched:
-    """Draw the cube of a trial, do what comes `before` it, show it, and keep what is pressed meanwhile."""
+    """Show the cube of a trial after calling `before`; return the key presses and releases during the trial."""
     screen = sitting.screen
     loop, reminder = _loop(sitting, trial), _reminder(sitting)
     keys = sitting.design.keys_of(sitting.participant)
@@ -114,7 +114,7 @@ def show_cube(sitting: Sitting, trial: NeckerTrial, before: Callable[[], object]
 
 
 def feedback(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> None:
-    """After practice: how long the right key was held."""
+    """After a practice trial, show the proportion of time for which the correct key was held."""
     for page in _pages(sitting).after(trial):
         text = page.text.replace("{share}", f"{100 * _share(sitting, trial, watched):.0f}")
         pages(sitting.screen, [text], page.event)
@@ -128,13 +128,13 @@ def _trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
 
 
 def _share(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> float:
-    """Share of the time for which the key for the shape was held, alone."""
+    """Return the proportion of time for which only the key of the trial's shape was held."""
     held = percepts(watched.presses, sitting.design.keys_of(sitting.participant), watched.trial_duration)
     return sum(one.end - one.onset for one in held if one.percept == trial.shape) / watched.trial_duration
 
 
 def _right(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> bool | None:
-    """Whether the key for a shape that can be seen in one way only was held for at least half of the time."""
+    """Return whether the key of an unambiguous shape was held for at least half of the time; None if ambiguous."""
     return None if trial.shape == "ambiguous" else _share(sitting, trial, watched) >= HELD
 
 

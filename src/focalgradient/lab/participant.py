@@ -1,4 +1,4 @@
-"""Who takes part: what the command line does not say is asked for on the screen, as the design says."""
+"""Participant's data: what the command line does not give is asked for on the screen, as the design requires."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from focalgradient.lab.preparation import check_session
 __all__ = ["ask_participant"]
 
 USUAL = ("age", "sex", "handedness")
-"""What designs ask where they say nothing else; not asked where the label stands on the command line."""
+"""Questions that a design asks by default; skipped if the command line gives the participant's label."""
 
 GIVEN = (*USUAL, "eye")
-"""What the command line can say."""
+"""Participant data that the command line accepts."""
 
 
 def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[str, str]:
-    """Ask for what is not known yet, until it is someone who can take part: what is to be recorded of them."""
+    """Ask for missing data until they are valid; return the data to be recorded about the participant."""
     words = sitting.words
     given = {name: getattr(options, name) for name in GIVEN if getattr(options, name)}
     asked = [name for name in sitting.design.ask if name not in given]
     if sitting.participant:
-        # With a label on the command line, what it can say too is asked only where the design was changed to ask more.
+        # If the command line gives the label, the usual questions are asked only if the design changed its default.
         asks = tuple(sitting.design.ask)
         if options.resume:
             asked = []

@@ -1,6 +1,6 @@
-"""Measures the luminance of the screen with a photometer, for 'focalgradient doctor --photometer'.
+"""Measure the luminance of the screen with a photometer, for 'focalgradient doctor --photometer'.
 
-The photometer is driven by PsychoPy's package of it. The table goes to standard output, as one would write it by hand.
+PsychoPy's package for the photometer controls it. The table of luminances is printed as CSV on standard output.
 """
 
 from __future__ import annotations
@@ -34,21 +34,24 @@ PHOTOMETERS: Mapping[str, tuple[str, str]] = {
     "ColorCAL": ("psychopy_crs.colorcal", "psychopy-crs"),
     "S470": ("psychopy_gammasci.gammasci", "psychopy-gammasci"),
 }
-"""Module and package of each class of PsychoPy's, all of which take a port and have `getLum()` in cd/m2. PsychoPy 2026
-finds only those of the first package by itself: the other packages declare no entry points."""
+"""Module and package of PsychoPy's class for each photometer; the classes take a port, and `getLum()` returns cd/m2.
+PsychoPy 2026 finds only the classes of the first package itself: the other packages declare no entry points.
+"""
 
 LEVELS: NDArray[np.float64] = np.linspace(0.0, 255.0, 16)
-"""Levels that are measured: 16, both ends among them."""
+"""Measured levels: 16 from black to white."""
 
 SIDE = 1 / 3
-"""Side of the square that is measured, as a share of the screen's height: 10 cm on a screen 30 cm high, wider than the
-spot of 1 degree of a spectrometer at 1 m (1.7 cm)."""
+"""Side of the measured square as a fraction of the screen's height: 10 cm on a screen 30 cm high, wider than the
+1-degree
+spot of a spectroradiometer at 1 m (1.7 cm).
+"""
 
 SETTLE_S = 0.2
-"""Seconds before each reading: ten times what an LCD takes from one grey to another."""
+"""Delay in s before each reading: ten times the response time of an LCD between greys."""
 
 TRIES = 3
-"""Readings that may fail at one level, before the measurement is given up."""
+"""Number of failed readings at one level after which the measurement is aborted."""
 
 GUN = {"red": (1, 0, 0), "green": (0, 1, 0), "blue": (0, 0, 1), "grey": (1, 1, 1)}
 
@@ -59,57 +62,57 @@ def open_photometer(device: str) -> Any:
     Parameters
     ----------
     device
-        Name of its class and serial port, as in "LS100:/dev/ttyUSB0".
+        Class name and serial port, such as "LS100:/dev/ttyUSB0".
 
     Returns
     -------
     Any
-        PsychoPy's object, whose `getLum()` gives the luminance in cd/m2.
+        PsychoPy's photometer object, whose `getLum()` returns the luminance in cd/m2.
 
     Raises
     ------
     InputError
-        If the name is not known, its package is missing, or it does not answer.
+        If the name is unknown, its package is missing, or the photometer does not respond.
     """
     name, _, port = device.partition(":")
     if name not in PHOTOMETERS or not port:
         raise InputError(
-            f"--photometer is {device!r}, but must be one of {', '.join(PHOTOMETERS)} with its port, such as "
+            f"--photometer is {device!r}, but must be one of {', '.join(PHOTOMETERS)}, with its port, such as "
             "LS100:/dev/ttyUSB0."
         )
     module, package = PHOTOMETERS[name]
     if importlib.util.find_spec(module.partition(".")[0]) is None:
-        raise InputError(f"--photometer {name} needs PsychoPy's package of it: pip install {package}.")
-    remedy = "switch it on, set it to remote control, close other programs that use it, and see that the port is right"
+        raise InputError(f"--photometer {name} needs PsychoPy's package for it: pip install {package}.")
+    remedy = "switch it on, set it to remote control, close other programs that use it, and check the port"
     try:
         found = getattr(importlib.import_module(module), name)(port)
     except Exception as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"the photometer {device} did not start ({why}): {remedy}.") from error
     if not getattr(found, "OK", True):
-        raise InputError(f"the photometer {device} does not answer: {remedy}.")
+        raise InputError(f"the photometer {device} does not respond: {remedy}.")
     return found
 
 
 def measure(show: Callable[[tuple[int, int, int]], object], photometer: Any) -> dict[str, NDArray[np.float64]]:
-    """Measure each gun and grey at each level.
+    """Measure the luminance of each channel and of grey, at each level.
 
     Parameters
     ----------
     show
-        Shows a colour, given red, green and blue from 0 to 255, until it has settled.
+        Function that shows a colour (red, green, blue from 0 to 255) until the display has settled.
     photometer
-        Has `getLum()`, in cd/m2.
+        Photometer, whose `getLum()` returns cd/m2.
 
     Returns
     -------
     dict[str, NDArray[np.float64]]
-        Luminance in cd/m2 by gun, at each of `LEVELS`.
+        Luminance in cd/m2 at each of `LEVELS`, by channel.
 
     Raises
     ------
     InputError
-        If a level cannot be read.
+        If no valid reading is obtained at a level.
 
     Examples
     --------
@@ -133,7 +136,7 @@ def measure(show: Callable[[tuple[int, int, int]], object], photometer: Any) -> 
 
 
 def _read(photometer: Any, where: str) -> float:
-    """One reading; PsychoPy's classes say -1 or None where there was none."""
+    """Return one valid reading; PsychoPy's classes return -1 or None if a reading failed."""
     given: object = None
     for _ in range(TRIES):
         try:
@@ -145,13 +148,13 @@ def _read(photometer: Any, where: str) -> float:
         if math.isfinite(value) and value >= 0:
             return value
     raise InputError(
-        f"the photometer gave no luminance at {where} ({given!r}), but must give a number of 0 or more: see that its "
-        "range and its battery are right, and measure again."
+        f"the photometer gave {given!r} at {where}, but must give a luminance of 0 or more: check its "
+        "range and its battery, and measure again."
     )
 
 
 def main() -> int:
-    """Print the table; exit code 2 with a sentence where it cannot be measured."""
+    """Print the table; return exit code 2, with one sentence on standard error, if the measurement fails."""
     add = (parser := argparse.ArgumentParser(description=__doc__)).add_argument
     add("--screen", type=int, default=0)
     add("--windowed", action="store_true")
@@ -170,7 +173,8 @@ def main() -> int:
             fit_luminance(LEVELS, measured)
         except InputError as error:
             raise InputError(
-                f"what the photometer measured is no screen's curve ({str(error).partition(':')[0]}): point it at the "
+                f"the measured luminances are not those of a screen ({str(error).partition(':')[0]}): point the "
+                "photometer at the "
                 "square, and measure again."
             ) from error
     except InputError as error:
@@ -183,11 +187,11 @@ def main() -> int:
 
 
 def _measure_on(screen: Screen, photometer: Any) -> dict[str, NDArray[np.float64]]:
-    """Show white until ENTER is pressed, then each level; ESC stops."""
+    """Show white until ENTER is pressed, then measure each level; ESC aborts."""
     side = round(SIDE * screen.size[1])
     head = screen.text("Point the photometer at the square, and focus it.", height=0.035, y=0.42)
     foot = screen.text(
-        "ENTER: measure. It takes some minutes: darken the room, and touch nothing.", height=0.03, y=-0.42
+        "ENTER: start. The measurement takes some minutes: darken the room, and touch nothing.", height=0.03, y=-0.42
     )
 
     def square(colour: tuple[int, int, int]) -> Any:
@@ -196,7 +200,7 @@ def _measure_on(screen: Screen, photometer: Any) -> dict[str, NDArray[np.float64
     def pressed() -> set[str]:
         keys = {press.key for press in screen.keys.events() if press.down}
         if "escape" in keys:
-            raise InputError("the measurement was stopped by ESC: nothing was written.")
+            raise InputError("the measurement was stopped with ESC, and nothing was written: start it again.")
         return keys
 
     def show(colour: tuple[int, int, int]) -> None:

@@ -1,4 +1,4 @@
-"""A picture on the screen that keeps a record of the pixels that were drawn."""
+"""Picture stimulus that records which pixels were drawn."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from psychopy import visual
 __all__ = ["ShownPicture"]
 
 ALTERING = ("contrast", "opacity", "size", "pos", "ori")
-"""Settings of a picture that change what is shown of its pixels."""
+"""Properties of a picture that change how its pixels are displayed."""
 
 
 class ShownPicture(visual.ImageStim):  # type: ignore[misc]  # PsychoPy has no types
-    """A picture in the middle of a window, one pixel on one of the window's.
+    """Picture in a window, shown pixel for pixel.
 
     Parameters
     ----------
     window
-        Of PsychoPy.
+        PsychoPy window.
     pixels
-        H x W (grey) or H x W x 3, 8-bit.
+        8-bit values, H x W (grey) or H x W x 3.
     pos
-        Of its middle, in pixels from the middle of the window.
+        Centre of the picture, in pixels from the window's centre.
     drawn
-        Takes a line for each picture that is drawn, in order: the SHA-256 of its pixels (row by row), and what was
-        changed of the picture since, as ``contrast=0.5``; None: it is not recorded.
+        Receives an entry for each picture drawn, in order: the SHA-256 of its pixels (row by row), and properties that
+        were changed since it was made, such as ``contrast=0.5``; None: draws are not recorded.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ShownPicture(visual.ImageStim):  # type: ignore[misc]  # PsychoPy has no t
         return {name: f"{np.round(getattr(self, name), 6).tolist()}".replace(" ", "") for name in ALTERING}
 
     def draw(self, win: Any = None) -> None:
-        """Draw it, and record that."""
+        """Draw the picture, and record it."""
         if self._drawn is not None:
             changed = [f"{name}={now}" for name, now in self._settings().items() if now != self._made[name]]
             self._drawn.setdefault(",".join([self._sha256, *changed]))

@@ -1,9 +1,9 @@
-"""The demonstration: depth with one eye through a pinhole, without it, and through a tube of the same field.
+"""Demonstration of the pinhole effect: monocular depth through a pinhole, without it, and through a tube.
 
-In the real world the participant is guided: which eye, what is held before it, for how long. In pictures, the pinhole
-and the tube show the same round field, whole, with the object that is marked before in it: the one of the pinhole's
-picture, the other of the natural one. Each block begins with a page and the standard, the view through the pinhole; a
-tone ends each look at the real world.
+The tube has the same field as the pinhole. In the real world the participant is told which eye to use, what to hold
+before it, and for how long. On the screen, pinhole and tube conditions show the same circular field, which contains the
+object that was marked before; the one shows the pinhole picture, the other the natural one. Each block begins with a
+page and the standard, the view through the pinhole; a tone ends each look at the real world.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ __all__ = [
     "whole_field",
 ]
 
-FIXATION = "nearest"  # in focus in the pictures, and marked before them
+FIXATION = "nearest"  # object that is in focus, and marked before each picture
 MARK_S = 1.0
 
 WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
 
 
 def _pictures(design: Pinhole) -> Sequence[tuple[str, str, str, dict[str, str]]]:
-    """All that the design can show."""
+    """List the pictures that the design requires."""
     if "picture" not in design.forms:
         return ()
     return [(*pair, FIXATION, {}) for pair in product(design.scenes, ("pinhole", design.natural_aperture))]
 
 
 def _check(design: Pinhole, display: Display, room: tuple[int, int]) -> None:
-    """Refuse a field that does not fit in a window of `room` pixels."""
+    """Raise `InputError` if the field does not fit in a window of `room` pixels."""
     wide = _field_px(design, display)
     if "picture" in design.forms and wide > min(room):
         raise InputError(
@@ -62,7 +62,7 @@ def _check(design: Pinhole, display: Display, room: tuple[int, int]) -> None:
 
 
 def _check_pictures(design: Pinhole, display: Display, stimuli: StimulusSet | None) -> None:
-    """Refuse pictures that are smaller than the field: their border would cut it."""
+    """Raise `InputError` for pictures smaller than the field, whose border would cut it off."""
     if stimuli is None:
         return
     wide = _field_px(design, display)
@@ -71,24 +71,25 @@ def _check_pictures(design: Pinhole, display: Display, stimuli: StimulusSet | No
         if wide > min(width, height):
             raise InputError(
                 f"field_deg is {design.field_deg:g}, which takes {wide:.0f} pixels, but the pictures of {scene} have "
-                f"{width} x {height}, whose border would cut the field: make it smaller, or the pictures larger."
+                "only "
+                f"{width} x {height}, and would cut it off: make it smaller, or the pictures larger."
             )
 
 
 def _field_px(design: Pinhole, display: Display) -> float:
-    """Diameter in pixels of the field that the tube leaves."""
+    """Return the diameter of the tube's field in pixels."""
     return 2 * display.distance * math.tan(math.radians(design.field_deg) / 2) / display.pixel_pitch
 
 
 def through_tube(pixels: NDArray[np.uint8], middle: tuple[float, float], wide: float) -> NDArray[np.uint8]:
-    """A picture, H x W x 3, black outside a circle of `wide` pixels about (x, y) from its upper left corner."""
+    """Return a picture, H x W x 3, that is black outside a circle of diameter `wide` px around (x, y)."""
     y, x = (np.arange(side) + 0.5 for side in pixels.shape[:2])
     field = np.hypot(y[:, None] - middle[1], x - middle[0]) <= wide / 2
     return np.where(field[..., None], pixels, 0).astype(np.uint8)
 
 
 def whole_field(about: tuple[float, float], shape: tuple[int, ...], wide: float) -> tuple[float, float]:
-    """The middle, (x, y), of a field of `wide` pixels that lies whole in a picture of H x W, as near `about` as can be.
+    """Return the centre (x, y), nearest to `about`, of a field of `wide` px that lies entirely in a picture of H x W.
 
     >>> whole_field((40.0, 90.0), (400, 300), 100.0), whole_field((290.0, 200.0), (400, 300), 100.0)
     ((50.0, 90.0), (250.0, 200.0))
@@ -101,20 +102,20 @@ def whole_field(about: tuple[float, float], shape: tuple[int, ...], wide: float)
 
 
 def look(sitting: Sitting, viewing: str, event: str = "look") -> float:
-    """Guide a look at the real world: when it began (s of the sitting)."""
+    """Guide a look at the real world; return its onset in s from the start of the sitting."""
     screen = sitting.screen
     pages(screen, [sitting.words(WAYS[viewing])], "ready", foot=sitting.words("pinhole.ready"))
     text = screen.text(sitting.words("pinhole.look"), height=0.04)
     onset = screen.play(lambda seconds: text.draw(), sitting.design.look_s, event)
     if not tone():
-        sitting.failures.append(("tone", "no program that plays a sound was found"))
+        sitting.failures.append(("tone", "no audio player was found"))
     white = screen.whole(1.0)
     screen.play(lambda seconds: white.draw(), 0.5, "off", lit=False)
     return sitting.since_start(onset)
 
 
 def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "picture") -> tuple[float, str]:
-    """Show the picture that stands for a look: when it appeared (s of the sitting), and its file."""
+    """Show the picture of a viewing condition; return its onset in s from the start of the sitting, and its file."""
     design, screen = sitting.design, sitting.screen
     picture, image = sitting.picture(scene, "pinhole" if viewing == "pinhole" else design.natural_aperture, FIXATION)
     if viewing != "natural":
@@ -129,7 +130,7 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
 
 
 def show_standard(sitting: Sitting, form: str) -> None:
-    """Let the participant see what counts as 1, in the real world or as a picture."""
+    """Show the standard, whose depth has the value 1, in the real world or as a picture."""
     pages(sitting.screen, [sitting.words("pinhole.standard")], "ready")
     if form == "real":
         look(sitting, "pinhole", "standard")
@@ -138,7 +139,7 @@ def show_standard(sitting: Sitting, form: str) -> None:
 
 
 def begin_block(sitting: Sitting, trial: PinholeTrial) -> None:
-    """Where a block begins, and at the start of a sitting: its page, its marker and the standard."""
+    """Begin a block, also at the start of a sitting: show its page, send its marker, show the standard."""
     block = {"form": trial.form, "repetition": str(trial.repetition)}
     if sitting.levels == block:
         return
@@ -149,7 +150,7 @@ def begin_block(sitting: Sitting, trial: PinholeTrial) -> None:
 
 
 def ask_depth(sitting: Sitting) -> Given:
-    """Ask how three-dimensional it looked, as a ratio to the view through the pinhole."""
+    """Ask for depth as a ratio to the view through the pinhole."""
     design: Pinhole = sitting.design
     scale = Scale(
         sitting.words("pinhole.question"),

@@ -1,4 +1,4 @@
-"""Mouse or touch alone: buttons on pages and questions, a click on which counts as a key."""
+"""Operation by mouse or touch alone: clicking a button on a page or question acts as pressing its key."""
 
 from __future__ import annotations
 
@@ -14,15 +14,17 @@ if TYPE_CHECKING:
 __all__ = ["Pointer"]
 
 HIGH, GAP = 0.07, 0.05
-"""Height of a button and space between two, shares of the screen's height: 2 cm on a screen 30 cm high, as wide as a
-fingertip."""
+"""Height of a button, and gap between buttons, as fractions of the screen's height: 2 cm on a screen 30 cm high, the
+width of a fingertip.
+"""
 
 ROW, CORNER = -0.33, 0.455
-"""Heights above the middle of the row of buttons and of that for ESC, shares of the screen's height."""
+"""Heights of the row of buttons and of the ESC button above the screen's centre, as fractions of the screen's height.
+"""
 
 
 class Pointer:
-    """Buttons that are drawn frame by frame, and the keys of those that are clicked."""
+    """Buttons drawn frame by frame, and the keys of those that are clicked."""
 
     def __init__(self, screen: Screen):
         self._screen = screen
@@ -32,11 +34,11 @@ class Pointer:
         self._held = False
 
     def target(self, key: str, x: float, y: float, width: float, height: float) -> None:
-        """Let a click on a place count as a key, while the next frame is shown: pixels from the middle."""
+        """Make a click on a rectangle (in px from the screen's centre) act as a key while the next frame is shown."""
         self._drawn[key] = (x, y, width, height)
 
     def buttons(self, keys: Sequence[tuple[str, str]]) -> None:
-        """Draw a row of buttons, each a key with its label, and one for ESC in the corner."""
+        """Draw a row of buttons, each with the label of its key, and an ESC button in the corner."""
         screen = self._screen
         screen.window.mouseVisible = True
         unit, widths = screen.size[1], [HIGH + 0.022 * len(label) for _, label in keys]
@@ -59,11 +61,11 @@ class Pointer:
         self.target(key, x * unit, y * unit, *sides)
 
     def shown(self) -> None:
-        """Take what was drawn for what can be clicked: after each frame."""
+        """Make the buttons of the frame just shown clickable; called after each frame."""
         self._targets, self._drawn = self._drawn, {}
 
     def events(self) -> list[Press]:
-        """Return the keys of what was clicked since the last call."""
+        """Return key presses and releases for buttons clicked since the last call."""
         held, at = bool(self._screen.mouse.getPressed()[0]), time.monotonic()
         clicked, self._held = held and not self._held, held
         if not clicked:

@@ -1,7 +1,8 @@
-"""What is checked before a window opens: the command line, the design, the data, the pictures, the screen's geometry.
+"""Checks before a window is opened: command line, design, data, pictures and screen geometry.
 
-Whatever is wrong is said in one sentence. That PsychoPy is installed is seen first; it is imported last, and only where
-all else is right.
+Each fault is reported in one sentence. Whether PsychoPy is installed is checked first; it is imported last, because
+that
+is slow.
 """
 
 from __future__ import annotations
@@ -47,43 +48,43 @@ __all__ = [
     "prepare",
 ]
 
-ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
+ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # in m, for an uncalibrated screen
 WINDOW = (1024, 768)  # pixels
-NEAR = 0.01  # by which the degrees of pictures may be wrong
-GAMMA_NEAR = 0.1  # by which a display's measured gamma may differ from the one that pictures were made for
+NEAR = 0.01  # tolerance of the pictures' visual angle, as a fraction
+GAMMA_NEAR = 0.1  # tolerance between the display's measured gamma and that of the pictures
 
-NO_PSYCHOPY = (3, 13)  # the first Python that PsychoPy cannot be installed on, by its own metadata
+NO_PSYCHOPY = (3, 13)  # first Python version that PsychoPy's metadata exclude
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What a window can be opened with.
+    """Validated settings and opened devices of a run, before its window is opened.
 
     Parameters
     ----------
     options
-        The command line.
+        Parsed command line.
     design, stimuli
-        What is run; the pictures, where it shows any.
+        Design; and the set of pictures, if it shows any.
     tracker
-        Of the gaze: name and settings in ioHub, "mouse" for the pointer; None where the design wants none.
+        Source of gaze: ioHub's name and settings of the tracker, "mouse" for the pointer; None if gaze is not recorded.
     words
-        What is said on the screen.
+        Texts shown on the screen.
     consent
-        Text to agree to, where there is one.
+        Consent text, if there is one.
     triggers
-        Where each event is sent.
+        Ports to which events are sent.
     boxes
         Response boxes at serial ports.
     screen
-        The module that knows PsychoPy.
+        The module that imports PsychoPy.
     display, calibrated
-        The screen's geometry and encoding of light, and whether its size and distance are known; with a stereoscope of
-        the part that an eye sees.
+        Geometry and light encoding of the screen (with a stereoscope: of the part that one eye sees), and whether its
+        size and viewing distance are known.
     stereoscope
-        How it is set up, with the displays of the left and of the right eye; None: there is none.
+        Settings of the stereoscope, with the displays of the left and right eye; None without one.
     warnings
-        What whoever runs the experiment should know.
+        Warnings for the experimenter.
     """
 
     options: argparse.Namespace
@@ -102,21 +103,24 @@ class Prepared:
 
 
 def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | None = None) -> Prepared:
-    """Check all that can be known without a window.
+    """Check everything that can be checked without a window.
 
     Raises
     ------
     InputError
-        If something is wrong: the first is said.
+        At the first fault found.
     """
     options = _arguments(experiment, given, program)
     _psychopy()
     design = task_named(experiment.task).design() if options.design is None else load_design(options.design)
     if design.task != experiment.task:
-        raise InputError(f"{options.design} is a design of {design.task!r}, but {experiment.task!r} is to be run.")
+        raise InputError(
+            f"{options.design} is a design of {design.task!r}, but must be one of {experiment.task!r}: give another "
+            "--design."
+        )
     if options.trials is not None:
         if options.resume:
-            raise InputError("--trials is given, but a session goes on with the list that it began with: leave it out.")
+            raise InputError("--trials is given, but a resumed session continues with its own list: leave it out.")
         design = design.with_trials(str(options.trials), read_trials(options.trials))
     design = check_session(options, _with_gaze(options, design.pilot() if options.pilot else design))
     tracker = _tracker(options, design)
@@ -144,10 +148,10 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
 
 
 class Arguments(argparse.ArgumentParser):
-    """Options of a program: what is wrong with them is an InputError."""
+    """Argument parser that raises `InputError` instead of exiting."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise InputError with the parser's message."""
+        """Raise `InputError` with the parser's message."""
         raise InputError(f"{message.rstrip('.')}: see --help.")
 
 
@@ -165,42 +169,58 @@ class _PrintWords(argparse.Action):
 
 def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str | None = None) -> argparse.Namespace:
     add = (parser := Arguments(program, description=experiment.about)).add_argument
-    add("--participant", metavar="LABEL", help="letters and digits; asked for on the screen where it is not given")
-    add("--session", metavar="LABEL", help="for participants who come more than once")
-    add("--age", metavar="YEARS", help="for the table of participants, as are the next two")
-    add("--sex", metavar="WORD")
-    add("--handedness", metavar="WORD")
-    add("--eye", metavar="WORD", help="left, right or both: the viewing eye")
+    add(
+        "--participant",
+        metavar="LABEL",
+        help="label of the participant: letters and digits (default: asked for on the screen)",
+    )
+    add("--session", metavar="LABEL", help="label of the session, for participants with more than one")
+    add("--age", metavar="YEARS", help="age, recorded in the table of participants")
+    add("--sex", metavar="WORD", help="sex, recorded in the table of participants")
+    add("--handedness", metavar="WORD", help="handedness, recorded in the table of participants")
+    add("--eye", metavar="WORD", help="viewing eye: left, right or both")
     add("--data", type=Path, metavar="DIR", help="folder of the data set (default: data; with --pilot: pilot)")
-    add("--stimuli", type=Path, metavar="DIR", help="folder of the pictures, made by 'focalgradient stimuli'")
-    add("--design", type=Path, metavar="FILE", help="settings (default: those of the paper)")
+    add("--stimuli", type=Path, metavar="DIR", help="folder of the pictures, written by 'focalgradient stimuli'")
+    add("--design", type=Path, metavar="FILE", help="settings file of the design (default: the settings of the paper)")
     add(
         "--print-design",
         action=_PrintDesign,
         nargs=0,
         const=experiment.task,
-        help="print the settings file of the paper, to copy and change",
+        help="print the settings file of the paper, as a template",
     )
     add(
         "--print-words",
         action=_PrintWords,
         metavar="LANGUAGE",
-        help=f"print all that is said on the screen in {' or '.join(LANGUAGES)}, to copy and change",
+        help=f"print all texts shown on the screen in {' or '.join(LANGUAGES)}, as a template",
     )
     add("--trials", type=Path, metavar="FILE", help="list of trials instead of the design's own (CSV, XLSX)")
-    add("--consent", type=Path, metavar="FILE", help="text to agree to before all else")
-    add("--resume", action="store_true", help="go on with a session that was cut off")
-    add("--pilot", action="store_true", help="a short run in a small window, to see that all works")
-    add("--windowed", action="store_true", help=f"a window of {WINDOW[0]} x {WINDOW[1]} pixels, not the whole screen")
+    add("--consent", type=Path, metavar="FILE", help="consent text, shown before everything else")
+    add("--resume", action="store_true", help="continue an interrupted session")
+    add("--pilot", action="store_true", help="make a short test run in a small window")
+    add(
+        "--windowed",
+        action="store_true",
+        help=f"show a window of {WINDOW[0]} x {WINDOW[1]} pixels instead of the whole screen",
+    )
     add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
-    add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center, with its size and distance")
-    add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
-    add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
+    add(
+        "--monitor",
+        metavar="NAME",
+        help="name of the screen in PsychoPy's Monitor Center, for its size and viewing distance",
+    )
+    add("--uncalibrated", action="store_true", help="run although the screen's size and viewing distance are unknown")
+    add(
+        "--photodiode",
+        choices=("left", "right"),
+        help="show a square in this lower corner that is white while a stimulus is shown",
+    )
     add("--stereoscope", type=Path, metavar="FILE", help="settings of a mirror stereoscope or two screens (TOML)")
     add_triggers(add)
     add_boxes(add)
     if "gaze" in task_named(experiment.task).design.model_fields:  # its trials have an object to fixate
-        add("--gaze", choices=("none", "mouse", "tracker"), help="record where one looks, whatever the design says")
+        add("--gaze", choices=("none", "mouse", "tracker"), help="source of recorded gaze, instead of the design's")
         add_tracker(parser)
     options = parser.parse_args(given)
     if options.screen < 0:
@@ -212,12 +232,14 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
             options.session = options.session or datetime.now().strftime("%Y%m%dT%H%M%S")
     options.data = options.data or Path("pilot" if options.pilot else "data")
     if options.resume and not options.participant:
-        raise InputError("--resume needs to know whose session to resume: give --participant.")
+        raise InputError(
+            "--resume is given without the participant whose session is to be resumed: give --participant."
+        )
     return options
 
 
 def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
-    """The design, with the gaze recorded as the options say; in a pilot's window the mouse stands for a tracker."""
+    """Return the design with gaze recorded as the options require; in a pilot, the mouse replaces an eye tracker."""
     if not hasattr(design, "gaze"):
         return design
     gaze = options.gaze or design.gaze
@@ -225,19 +247,22 @@ def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
 
 
 def _tracker(options: argparse.Namespace, design: Design) -> tuple[str, dict[str, Any]] | None:
-    """The eye tracker that the design asks for."""
+    """Return the eye tracker's class and settings, if gaze is recorded; "mouse" for the pointer."""
     gaze = getattr(design, "gaze", "none")
     if gaze != "tracker" and getattr(options, "tracker", None) is not None:
         raise InputError(f"--tracker is given, but the gaze is {gaze!r}: give --gaze tracker, or leave it out.")
     if gaze == "none":
         return None
     if gaze == "tracker" and options.windowed:
-        raise InputError("the eye tracker counts from the middle of the whole screen: leave out --windowed.")
+        raise InputError(
+            "the eye tracker reports positions on the whole screen, which --windowed does not use: leave out "
+            "--windowed."
+        )
     return tracker_settings(gaze, options.tracker)
 
 
 def check_session(options: argparse.Namespace, design: Design) -> Design:
-    """Check labels, data and disk for the session that the options ask for: the design that is going to be run."""
+    """Check labels, data and disk space for the session that the options request; return the design to be run."""
     if options.session is not None:
         check_label("the session", options.session)
     if options.participant is None:
@@ -253,7 +278,7 @@ def check_session(options: argparse.Namespace, design: Design) -> Design:
 
 
 def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -> StimulusSet | None:
-    """The set of pictures, with all that the design asks for."""
+    """Read the set of pictures, and check that it has everything that the design requires."""
     needed = experiment.pictures(design)
     if not needed:
         if options.stimuli is not None:
@@ -266,7 +291,8 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
     made, designed = stimuli.manifest["parameters"].get("focal_length_mm"), getattr(design, "focal_length_mm", None)
     if None not in (made, designed) and made != designed:
         raise InputError(
-            f"focal_length_mm is {designed:g} in the design, but the pictures were made with {made:g}: give that."
+            f"focal_length_mm is {designed:g} in the design, but the pictures were made with {made:g}: set it to "
+            f"{made:g}."
         )
     stimuli.pixels(stimuli.picture(*needed[-1]))
     if getattr(design, "judged", None) == "depth":
@@ -276,7 +302,7 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
 
 
 def _psychopy() -> None:
-    """Refuse to go on without PsychoPy, before anything else is asked for."""
+    """Raise `InputError` if PsychoPy is not installed."""
     if importlib.util.find_spec("psychopy") is not None:
         return
     if sys.version_info >= NO_PSYCHOPY:
@@ -288,12 +314,12 @@ def _psychopy() -> None:
 
 
 def import_screen() -> ModuleType:
-    """Import the module that knows PsychoPy.
+    """Import the module that uses PsychoPy.
 
     Raises
     ------
     InputError
-        If there is no display, or no PsychoPy.
+        If there is no display, or PsychoPy cannot be imported.
     """
     _psychopy()
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
@@ -301,19 +327,19 @@ def import_screen() -> ModuleType:
     try:
         from focalgradient.lab import screen
     except ImportError as error:
-        remedy = "install it anew, with pip install 'focalgradient[lab]'"
+        remedy = "reinstall it with pip install 'focalgradient[lab]'"
         raise InputError(f"PsychoPy cannot be imported ({error}): {remedy}.") from error
     except Exception as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"no window can be opened ({error or type(error).__name__}): see that a display is there."
+            f"no window can be opened ({error or type(error).__name__}): check that a display is connected."
         ) from error
     return screen
 
 
 def _made_for(guns: tuple[float, float, float], stimuli: StimulusSet | None) -> bool:
-    """Whether guns are alike, or the pictures were made for them as they are."""
+    """Return whether the channels' gammas agree with each other, or with those that the pictures were made for."""
     made = None if stimuli is None else stimuli.display.gamma
     if isinstance(made, tuple):
         return max(abs(one - other) for one, other in zip(made, guns, strict=True)) <= GAMMA_NEAR
@@ -324,13 +350,14 @@ def _unequal(guns: tuple[float, float, float]) -> str:
     red, green, blue = (f"{gun:.2f}" for gun in guns)
     return (
         f"the gammas of red, green and blue are {red}, {green} and {blue}: they differ by {max(guns) - min(guns):.2f}, "
-        f"more than {UNEQUAL:g}, so that greys of pictures made for another gamma are coloured: make them with --gamma "
+        f"more than {UNEQUAL:g}, so that greys of pictures made for another gamma are not neutral: make them with "
+        "--gamma "
         f"{red},{green},{blue}."
     )
 
 
 def gamma_shown(found: Any) -> float | tuple[float, float, float] | None:
-    """The gamma to encode light by, of a monitor's calibration: of each gun, where they were measured."""
+    """Return the gamma with which light is encoded for a calibrated monitor: per channel, if measured per channel."""
     if found.channels is not None:
         red, green, blue = (min(max(gun, 1.0), 4.0) for gun in found.channels)
         return red, green, blue
@@ -338,7 +365,7 @@ def gamma_shown(found: Any) -> float | tuple[float, float, float] | None:
 
 
 def _room(options: argparse.Namespace, size: tuple[int, int], setup: Stereoscope | None) -> tuple[int, int]:
-    """Pixels that an eye sees: of the window or the screen, or, with a stereoscope, of an eye's part."""
+    """Return the size in pixels that one eye sees: of window or screen or, with a stereoscope, of the eye's part."""
     whole = WINDOW if options.windowed else size
     return whole if setup is None else setup.part(whole, options.windowed)
 
@@ -346,11 +373,11 @@ def _room(options: argparse.Namespace, size: tuple[int, int], setup: Stereoscope
 def _display(
     options: argparse.Namespace, screen: Any, stimuli: StimulusSet | None, setup: Stereoscope | None = None
 ) -> tuple[Display, bool, list[str]]:
-    """The screen's geometry and encoding, whether they have been calibrated, and what is to be warned of."""
+    """Return geometry and encoding of the screen, whether they are calibrated, and warnings."""
     size, gamma, warnings = screen.screen_size(options.screen), None, []
     pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
     calibrated, white, found = False, None, None
-    remedy = "or give --uncalibrated to run all the same, with degrees that are not right"
+    remedy = "or give --uncalibrated to run with wrong visual angles"
     if options.monitor is not None:
         found = screen.calibration_of(options.monitor)
         gamma, white = found.gamma, found.white
@@ -360,22 +387,24 @@ def _display(
         if calibrated and found.size_px and found.size_px != size and not options.uncalibrated:
             raise InputError(
                 f"the monitor {options.monitor!r} was calibrated at {found.size_px[0]} x {found.size_px[1]} pixels, "
-                f"but the screen has {size[0]} x {size[1]}: set its resolution, calibrate it anew, {remedy}."
+                f"but the screen has {size[0]} x {size[1]}: set its resolution, calibrate it again, {remedy}."
             )
         if calibrated:
             pitch, distance = found.width / size[0], found.distance
         elif not options.uncalibrated:
             raise InputError(
-                f"the monitor {options.monitor!r} has no width or no distance: enter them in PsychoPy's Monitor "
+                f"the monitor {options.monitor!r} has no width or no viewing distance: enter them in PsychoPy's "
+                "Monitor "
                 f"Center, {remedy}."
             )
     elif not options.uncalibrated:
         raise InputError(
-            "the screen's size and distance are not known: enter them in PsychoPy's Monitor Center and give --monitor "
+            "the screen's size and viewing distance are unknown: enter them in PsychoPy's Monitor Center and give "
+            "--monitor "
             f"NAME, {remedy}."
         )
     if gamma is None:
-        warnings.append("the screen's gamma has not been measured: light is shown as if its curve were that of sRGB.")
+        warnings.append("the screen's gamma has not been measured: light is encoded for the sRGB curve.")
     shown_by = None if found is None else gamma_shown(found)
     seen = size if setup is None else setup.part(size, windowed=False)
     display = Display(seen, pitch, distance, shown_by or "sRGB", **({} if white is None else {"white": white}))
@@ -385,8 +414,9 @@ def _display(
         if calibrated and abs(ratio - 1) > NEAR and not options.uncalibrated:
             raise InputError(
                 f"the pictures were made for {made.pixels_per_degree:.2f} pixels per degree, but the screen has "
-                f"{display.pixels_per_degree:.2f}: sit at {distance * ratio:.3f} m (and say so in the Monitor Center), "
-                f"make the pictures anew, {remedy}."
+                f"{display.pixels_per_degree:.2f}: change the viewing distance to {distance * ratio:.3f} m (in the "
+                "Monitor Center too), "
+                f"make the pictures again, {remedy}."
             )
         meant = 2.2 if made.gamma == "sRGB" else float(np.mean(made.gamma))
         if gamma is not None and abs(gamma - meant) > GAMMA_NEAR:
@@ -395,7 +425,8 @@ def _display(
         room = _room(options, size, setup)
         if (width > room[0] or height > room[1]) and not options.pilot:
             raise InputError(
-                f"the pictures have {width} x {height} pixels, but the window only {room[0]} x {room[1]}: leave out "
-                "--windowed, take a larger screen, or make the pictures anew."
+                f"the pictures have {width} x {height} pixels, but the window has only {room[0]} x {room[1]}: leave "
+                "out "
+                "--windowed, use a larger screen, or make smaller pictures."
             )
     return display, calibrated, warnings

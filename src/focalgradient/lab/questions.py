@@ -1,4 +1,4 @@
-"""What is asked on the screen: a slider, a number to type, steps to choose from, one of two pictures."""
+"""Questions on the screen: slider, typed number, rating steps, and choice between two pictures."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ if TYPE_CHECKING:
 
 __all__ = ["Given", "ask", "ask_which", "explain"]
 
-SWEEP = 2.5  # seconds that a held key takes from one end of the slider to the other
-STEP = 1 / 60  # of the slider that a tap moves
-HOLD = 0.3  # seconds after which a key counts as held
-STEP_KEY = "step "  # and its number: the key that a click on a step counts as
-WIDTH, LOW = 0.9, -0.05  # of the slider, and its height above the middle: shares of the screen's height
+SWEEP = 2.5  # time in s in which a held key moves the marker across the slider
+STEP = 1 / 60  # step of one key press, as a fraction of the slider
+HOLD = 0.3  # time in s after which a pressed key counts as held
+STEP_KEY = "step "  # followed by its index: name of the key that a click on a step stands for
+WIDTH, LOW = 0.9, -0.05  # length of the slider, and its height above the centre, as fractions of the screen's height
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """An answer.
+    """A participant's response.
 
     Parameters
     ----------
     value
-        On the scale.
+        Value on the scale.
     seconds
-        From the question to it.
+        Response time from the onset of the question, in s.
     start
-        Where the marker first stood, at random; None where it was not moved by keys.
+        Random initial position of the marker; None if it was not placed by a key.
     """
 
     value: float
@@ -43,13 +43,14 @@ class Given:
 
 
 def ask(screen: Screen, scale: Control, event: str = "question") -> Given:
-    """Ask for an answer on a control.
+    """Ask for a response on a control.
 
-    On a slider (arrow keys or mouse), typed, or a step, each confirmed with the Enter key; or one of two ways, by the
-    first press of an arrow key.
+    Responses are given on a slider (arrow keys or mouse), as a typed number, or as a rating step, and confirmed with
+    the
+    Enter key; a choice between two alternatives is the first press of an arrow key.
 
-    Nothing is shown on the scale before the first key: it puts the marker at a random place, so that no answer is
-    suggested, and whoever presses one key and no more can be detected by it.
+    The scale shows no marker until the first key press, which places it at random, so that no response is suggested and
+    participants who press one key only can be detected.
     """
     if isinstance(scale, Ways):
         return ask_which(screen, scale.question, scale.ways, event)
@@ -64,7 +65,7 @@ def ask(screen: Screen, scale: Control, event: str = "question") -> Given:
 
 
 def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
-    """Show a page about a scale, the first line its title, with the scale below it and the marker at a value."""
+    """Show a page that explains a scale: title (the first line), text, and the scale with its marker at a value."""
     title, _, body = text.partition("\n")
     unit, half = screen.size[1], _half(screen)
     still = [
@@ -90,7 +91,7 @@ def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
 
 
 def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str = "question") -> Given:
-    """Ask which of two: the value is 1 for the left key and 2 for the right, and the first press is the answer."""
+    """Ask for a choice between two: the first press counts; the value is 1 for the left key and 2 for the right."""
     still = _head(screen, question, "", " ")
     still.append(screen.text(f"←   {ways[0]}", height=0.04, x=-0.25, y=LOW))
     still.append(screen.text(f"{ways[1]}   →", height=0.04, x=0.25, y=LOW))
@@ -127,7 +128,7 @@ def _head(screen: Screen, question: str, below: str, foot: str) -> list[Any]:
 
 
 def _line(screen: Screen, scale: Scale, half: float) -> list[Any]:
-    """The slider without its marker."""
+    """Return the slider without its marker."""
     unit = screen.size[1]
     still = [screen.line((-half, LOW * unit), (half, LOW * unit), 3)]
     for tick in scale.ticks():
@@ -140,7 +141,7 @@ def _line(screen: Screen, scale: Scale, half: float) -> list[Any]:
 
 
 def _marker(screen: Screen, scale: Scale, half: float) -> Callable[[float], None]:
-    """What draws the marker at a share of the slider, with its number."""
+    """Return a function that draws the marker at a fraction of the slider, with its number."""
     unit = screen.size[1]
     marker, number = screen.triangle(0.035 * unit), screen.text("", height=0.035)
 
@@ -178,13 +179,13 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
     screen.wait_out()
     screen.keys.clear()
     screen.mouse.clickReset()
-    screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale: it is to suggest nothing
+    screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale, so that it suggests no response
     draw()
     asked = before = screen.frame()
-    screen.window.mouseVisible = True  # not before: the blank after a picture shows no pointer
+    screen.window.mouseVisible = True  # only now: the blank after a picture must not show the pointer
     screen.on_event(event, asked)
     while True:
-        # Before the keys: who clicks and then confirms is to be understood, even if both come within one frame.
+        # Before the keys, so that a click and its confirmation are both accepted if they come within one frame.
         held, pressed = screen.mouse.getPressed(getTime=True)
         if held[0] or pressed[0]:
             screen.mouse.clickReset()
@@ -252,7 +253,7 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
 
 
 def _boxes(screen: Screen, scale: Steps) -> tuple[list[Any], list[float]]:
-    """The numbers of the steps with their labels, and where each stands."""
+    """Return the numbers of the steps with their labels, and the horizontal position of each in px."""
     unit, half = screen.size[1], _half(screen)
     values = scale.values
     places = [(2 * number / (len(values) - 1) - 1) * half for number in range(len(values))]

@@ -1,7 +1,7 @@
-"""A session from its first screen to its last, whatever the experiment.
+"""Session of any experiment, from the first screen to the last.
 
-Consent is taken, the participant is asked for, and the steps of `design.sequence` follow each other; each answer is on
-the disk before the next trial begins, and escape asks before it quits.
+Consent is obtained, the participant's data are asked for, and the steps of `design.sequence` follow; each answer is on
+disk before the next trial begins, and Escape asks for confirmation before it quits.
 """
 
 from __future__ import annotations
@@ -43,11 +43,13 @@ __all__ = ["PART", "parted", "run"]
 Shown = TypeVar("Shown")
 
 PART = 0.05
-"""Seconds by which the wall clock and the monotonic one may part during a trial, beside one in a thousand: three frames
-at 60 Hz. A wall clock that is kept right by slewing it (at most 500 in a million on Linux) stays within."""
+"""Tolerated drift between wall clock and monotonic clock during a trial, in s, in addition to 0.1 % of its duration:
+three
+frames at 60 Hz. Corrections by slewing (at most 500 ppm on Linux) stay within it.
+"""
 
 VOID = 5
-"""Times that one trial is shown again because the clocks parted, before the session ends."""
+"""Number of times that a trial invalidated by clock drift is repeated before the session ends."""
 
 
 def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: str | None = None) -> int:
@@ -56,17 +58,16 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
     Parameters
     ----------
     experiment
-        What to run.
+        Experiment to run.
     given
-        Options, as on the command line; None: those of this process. ``--help`` lists them.
+        Command-line options; None: those of this process. ``--help`` lists them.
     program
-        How the help calls the program; None: by its file.
+        Program name shown in the help; None: the script's name.
 
     Returns
     -------
     int
-        Exit code: 0 when it came to its end, 1 when it was stopped before, 2 where it cannot run, which one sentence on
-        standard error then says.
+        Exit code: 0 if completed, 1 if stopped earlier, 2 with one sentence on standard error if it cannot run.
     """
     try:
         ready = prepare(experiment, given, program)
@@ -80,7 +81,7 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
 
 
 def _in_window(experiment: Experiment, ready: Prepared) -> int:
-    """Open the window, and run the experiment in it: its exit code."""
+    """Open the window, and run the experiment in it; return the exit code."""
     options = ready.options
     window = ready.screen.Screen(
         options.screen,
@@ -112,7 +113,7 @@ def _in_window(experiment: Experiment, ready: Prepared) -> int:
 
 
 def guard(what: str, call: Callable[[], object], said: set[str]) -> str | None:
-    """Call a laboratory's own code, or what it has started: what went wrong, or None; warned of once."""
+    """Call code supplied by the laboratory; return its error, or None. Each source of errors is reported once."""
     try:
         call()
     except Exception as error:
@@ -124,9 +125,9 @@ def guard(what: str, call: Callable[[], object], said: set[str]) -> str | None:
 
 
 def _listener(sitting: Sitting, triggers: Triggers) -> Callable[[str, float], None]:
-    """What is done at each event: it is kept for the journal, and sent to all ports and to a running ioHub.
+    """Return the function called at each event: it stores the event for the journal, and sends it to ports and ioHub.
 
-    What goes wrong in a laboratory's own code is kept too, and said once; the session goes on.
+    Errors in code supplied by the laboratory are recorded, and reported once; the session continues.
     """
     said: set[str] = set()
 
@@ -136,11 +137,11 @@ def _listener(sitting: Sitting, triggers: Triggers) -> Callable[[str, float], No
 
     def listen(name: str, at: float) -> None:
         seconds = sitting.since_start(at)
-        # The wall clock at that event: now, less what has passed since.
+        # Wall-clock time of the event: the present time less the time elapsed since.
         sitting.events.append((name, seconds, time.time() - (time.monotonic() - at)))
         for port in triggers.ports:
             guarded(port.name, partial(triggers.send, port, name, at, seconds, sitting.shown))
-        # PsychoPy's ioHub runs where the lab's own file of markers has launched it.
+        # PsychoPy's ioHub runs if the file given with --markers launched it.
         client = sys.modules.get("psychopy.iohub.client")
         hub = client and client.ioHubConnection.getActiveConnection()
         if hub:
@@ -179,21 +180,23 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
                     walk.show(step)
         except Quit:
             _note_events(sitting, session)
-            print(f"Stopped; {len(session.remaining())} trials are left: go on with --resume.", file=sys.stderr)
+            left = len(session.remaining())
+            amount = "1 trial is" if left == 1 else f"{left} trials are"
+            print(f"Stopped; {amount} left: continue with --resume.", file=sys.stderr)
             _may_keep(window, session, sitting)
             raise
     window.on_event("end", window.now())
-    for step in filter(_is_last, steps):  # the data are safe by now
+    for step in filter(_is_last, steps):  # all data have been saved
         walk.show(step)
 
 
 def _is_last(step: Step) -> bool:
-    """Whether a step comes after the last answer."""
+    """Return whether a step follows the last answer."""
     return isinstance(step, Page) and step.event in ("debriefing", "thanks")
 
 
 def _calibrate(sitting: Sitting, session: Session) -> None:
-    """Let the eye tracker find the eyes, and note what the gaze is recorded with."""
+    """Calibrate the eye tracker, and note the metadata of its recording."""
     if sitting.recorder is None:
         return
     gaze = sitting.recorder.gaze
@@ -209,43 +212,43 @@ def _calibrate(sitting: Sitting, session: Session) -> None:
 
 
 def _happened(sitting: Sitting) -> dict[str, Any]:
-    """Events since the last trial was recorded, with the condition of the trial that began with the `first` of them."""
+    """Return events since the last trial was recorded, with the current trial's condition and its `first` event."""
     shown = sitting.shown or {"phase": None, "trial": None}
     about = {"phase": shown["phase"], "trial": shown["trial"], "condition": shown}
     return about | {"events": sitting.events, "first": sitting.first}
 
 
 def _note_events(sitting: Sitting, session: Session) -> None:
-    """Write down what happened in a trial and before it, and what has gone wrong in a laboratory's own code."""
+    """Write events since the last trial, and errors in code supplied by the laboratory, to the journal."""
     session.note("events", **_happened(sitting), failures=sitting.failures)
     sitting.events, sitting.failures = [], []
 
 
 def _note_gaze(sitting: Sitting, session: Session, trial: Trial) -> None:
-    """Write down the gaze of a trial, before its answer."""
+    """Write the gaze of a trial to the journal, before its answer."""
     if sitting.taken is not None:
         session.note("gaze", phase=trial.phase, trial=trial.trial, samples=[list(one) for one in sitting.taken.samples])
 
 
 def _may_keep(window: Screen, session: Session, sitting: Sitting) -> None:
-    """Ask who stops whether the answers may be kept, and note it; the answers are removed by who runs the study."""
+    """Ask a participant who stops whether the answers may be kept; note the reply, and tell the experimenter."""
     words = window.words
     foot = words("session.keep_keys", yes=words.yes.upper(), no=words.no.upper())
-    with suppress(Quit):  # escape once more: nothing was answered
+    with suppress(Quit):  # Escape again: no reply
         key = _uninterrupted(
             lambda: pages(window, [words("session.keep")], "keep?", keys=(words.yes, words.no), foot=foot)
         )
         session.note("keep", kept=key == words.yes)
         if key == words.no:
             print(
-                f"The participant wants the answers removed: focalgradient withdraw {session.files.root} "
+                f"The participant asks for removal of the answers: run focalgradient withdraw {session.files.root} "
                 f"sub-{sitting.participant}",
                 file=sys.stderr,
             )
 
 
 def _opened(ready: Prepared, sitting: Sitting, about: Mapping[str, Any]) -> Session:
-    """The session to record in: begun, or resumed as the options ask."""
+    """Begin or resume the session, as the options require."""
     options = ready.options
     apparatus = _apparatus(ready, sitting.screen)
     whose = (sitting.participant, options.session)
@@ -255,7 +258,7 @@ def _opened(ready: Prepared, sitting: Sitting, about: Mapping[str, Any]) -> Sess
 
 
 class _Walk:
-    """The steps of a sitting, shown one after the other; each answer is recorded before the next trial begins."""
+    """Execution of the steps of a sitting; each answer is recorded before the next trial begins."""
 
     def __init__(self, experiment: Experiment, sitting: Sitting, session: Session):
         self._experiment, self._sitting, self._session = experiment, sitting, session
@@ -264,7 +267,7 @@ class _Walk:
         self._prepared = False
 
     def show(self, step: Step) -> None:
-        """Show a step, again from its start where escape came between and was taken back."""
+        """Run a step; repeat it from its start if Escape interrupted it and the session continues."""
         instructions = isinstance(step, Page) and step.event == "instructions"
         if not (self._prepared or instructions):
             self._prepare()
@@ -278,7 +281,7 @@ class _Walk:
             _uninterrupted(partial(self._page, step))
 
     def _prepare(self) -> None:
-        """Do what comes between the instructions and all else."""
+        """Run what follows the instructions: own pages, calibration of the eye tracker, the experiment's `before`."""
         sitting, own = self._sitting, self._experiment.instructions
         self._prepared = True
         if own is not None:
@@ -299,7 +302,7 @@ class _Walk:
             pages(screen, [page.text], page.event, foot=foot)
 
     def _minutes(self) -> int:
-        """Minutes that the trials left will take at the pace so far; ten seconds each where there is none yet."""
+        """Return the estimated minutes left at the pace so far; at 10 s per trial if there is none yet."""
         sitting = self._sitting
         left = sum(one.phase == "main" for one in self._session.remaining())
         each = (sitting.screen.now() - self._began) / self._counted if self._counted else 10.0
@@ -321,7 +324,7 @@ class _Walk:
         sitting.shown = None
 
     def _repeat(self, repeat: Repeat) -> None:
-        """Repeat practice until it meets the design's criterion; what was answered in it stays in the journal."""
+        """Repeat practice until it meets the design's criterion; its answers remain in the journal."""
         experiment, sitting, session = self._experiment, self._sitting, self._session
         design, practised = sitting.design, self._practised
         for number in range(1, design.practice_rounds + 1):
@@ -344,12 +347,12 @@ class _Walk:
 
 
 def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
-    """Do something; where escape came between and was taken back, do it again from its start."""
+    """Call a function; repeat it from its start if Escape interrupted it and the session continues."""
     return _counted(shown)[0]
 
 
 def _counted(shown: Callable[[], Shown]) -> tuple[Shown, int]:
-    """Do something until escape does not come between: what it gave, and how many times it was begun in vain."""
+    """Call a function until it is not interrupted by Escape; return its result and the number of interruptions."""
     interrupted = 0
     while True:
         try:
@@ -359,7 +362,7 @@ def _counted(shown: Callable[[], Shown]) -> tuple[Shown, int]:
 
 
 def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
-    """Run a trial; again where the wall clock and the monotonic one parted meanwhile."""
+    """Run a trial; repeat it if the wall clock drifted from the monotonic clock meanwhile."""
     sitting.begin(trial)
     noted = dict(sitting.noted)  # before the trial
     interrupted = 0
@@ -375,13 +378,14 @@ def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Tr
         session.note("void", clocks_parted_s=by, **_happened(sitting))
         sitting.events, sitting.first = [], 0
     raise InputError(
-        f"the computer's clock was set {VOID} times in a row during trial {trial.trial}: stop what sets it, and go on "
+        f"the computer's clock was set {VOID} times in a row during trial {trial.trial}: pause clock "
+        "synchronisation, and continue "
         "with --resume."
     )
 
 
 def parted(before: tuple[float, float], after: tuple[float, float]) -> float:
-    """By how many seconds the wall clock has gained on the monotonic one between two readings of both; 0 where by few.
+    """Return the drift of the wall clock relative to the monotonic clock between two readings, in s; 0 if tolerated.
 
     >>> parted((100.0, 5000.0), (110.0, 5010.001)), parted((100.0, 5000.0), (110.0, 1410.0))
     (0.0, -3600.0)
@@ -392,12 +396,12 @@ def parted(before: tuple[float, float], after: tuple[float, float]) -> float:
 
 
 def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[str, Noted]) -> Answer:
-    """Run a trial from its start, with what was noted before it, and ask the further questions of the design."""
+    """Run a trial from its start, with values noted before it, and ask the design's additional questions."""
     sitting.screen.dropped, sitting.noted = 0, dict(noted)
     sitting.screen.drawn.clear()
     answer = experiment.trial(sitting, trial)
     shown = [*sitting.screen.drawn]
-    if not sitting.unchanged.issuperset(shown):  # of pictures of the set the column stimulus says it all
+    if not sitting.unchanged.issuperset(shown):  # unchanged pictures of the set are identified by the column stimulus
         sitting.noted[SHOWN] = Noted(" ".join(shown), description=SHOWN_ABOUT)
     task = task_named(experiment.task)
     for name, (control, about) in task.further(sitting.design, sitting.words, trial).items():
@@ -407,7 +411,7 @@ def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[
 
 def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
     display = ready.display
-    clock = "seconds from when the window opened, of a monotonic clock, which nobody can set"
+    clock = "seconds since the window opened, on a monotonic clock that cannot be set"
     if window.refresh_hz is None:
         clock += f"; the display does not report its frames, which are paced at {ready.screen.PACE:g} Hz"
     monitor = ready.options.monitor

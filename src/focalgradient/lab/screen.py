@@ -1,10 +1,9 @@
-"""The screen and the keyboard as the experiments use them: frames by a clock, exact pictures, keys with times.
+"""Screen and keyboard of the experiments: timed frames, pixel-exact pictures, and time-stamped keys.
 
-All times are seconds of a clock that nobody can set: Python's monotonic clock (CLOCK_MONOTONIC on Linux). PsychoPy's
-and PsychToolbox's follow the wall clock on Linux; their times of keys are carried over to the monotonic one when the
-keys are read. The caller subtracts where its sitting began. Lengths are in pixels from the middle of the screen, x
-right and y up, as PsychoPy has them. The graphics card's gamma table is left alone: what is shown is encoded for the
-display before it comes here.
+All times are in seconds on Python's monotonic clock, which cannot be set (CLOCK_MONOTONIC on Linux). PsychoPy's and
+PsychToolbox's clocks follow the wall clock on Linux; their key times are converted when the keys are read. Callers
+subtract the start of their sitting. Positions are in pixels from the screen's centre, x right and y up, as in PsychoPy.
+The graphics card's gamma table is left unchanged: pixels are encoded for the display before they are passed here.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from psychopy import logging
 
-logging.console.setLevel(logging.CRITICAL)  # its remarks would stand among ours on standard output
+logging.console.setLevel(logging.CRITICAL)  # its messages would mix with ours on standard output
 
 from psychopy import event, monitors, visual  # noqa: E402  after the log is silenced
 from psychopy.hardware.keyboard import Keyboard, keyNames  # noqa: E402
@@ -41,37 +40,37 @@ from focalgradient.live import FocusSeries  # noqa: E402
 __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "store_luminance", "versions"]
 
 INK = 0.9
-PLATE = -0.6  # grey that text stands on where the background is lighter: contrast 11 to 1 (WCAG 2.1), 7 is asked for
-PATCH = 0.045  # of the screen's height: the square that a photodiode looks at
-PACE = 60.0  # frames a second where the display does not report when it has shown one
+PLATE = -0.6  # grey behind text on lighter backgrounds: contrast 11:1, where WCAG 2.1 requires 7:1
+PATCH = 0.045  # side of the photodiode's square as a fraction of the screen's height
+PACE = 60.0  # frame rate in Hz if the display does not report its frames
 
 Draw = Callable[[float], object]
-"""Draws one frame, given the seconds since the first."""
+"""Function that draws one frame, given the time in s since the first."""
 
 
 def screen_size(number: int) -> tuple[int, int]:
-    """Width and height in pixels of a screen of this computer.
+    """Return width and height in pixels of a screen of this computer.
 
     Raises
     ------
     InputError
-        If there is no screen of that number.
+        If there is no screen with that number.
     """
     import pyglet
 
     screens = pyglet.canvas.get_display().get_screens()
     if not 0 <= number < len(screens):
-        raise InputError(f"--screen is {number}, but this computer's screens are 0 to {len(screens) - 1}.")
+        raise InputError(f"--screen is {number}, but this computer's screens are numbered 0 to {len(screens) - 1}.")
     return screens[number].width, screens[number].height
 
 
 def side_by_side(numbers: tuple[int, int]) -> tuple[int, int]:
-    """Return the place of the first of two screens, whose right edge touches the second.
+    """Return the position of the first of two screens, whose right edge touches the second.
 
     Raises
     ------
     InputError
-        If there is no such screen, or they differ in size or do not lie side by side.
+        If there is no such screen, or they differ in size or are not side by side.
     """
     import pyglet
 
@@ -80,31 +79,31 @@ def side_by_side(numbers: tuple[int, int]) -> tuple[int, int]:
     if (width, height) != other or (second.x, second.y) != (first.x + width, first.y):
         raise InputError(
             f"the screens {numbers[0]} and {numbers[1]} ({width} x {height} px at {first.x}, {first.y}; {other[0]} x "
-            f"{other[1]} px at {second.x}, {second.y}) must be of one size and side by side, the left eye's on the "
-            "left: set this in the settings of the displays."
+            f"{other[1]} px at {second.x}, {second.y}) must have one size and be side by side, the left eye's on the "
+            "left: change the display settings of the operating system."
         )
     return first.x, first.y
 
 
 def key_names() -> set[str]:
-    """Names of all keys that this computer's keyboards have."""
+    """Return the names of all keys that PsychoPy knows."""
     return set(keyNames.values())
 
 
 class Keys:
-    """The keyboard, as PsychToolbox reads it: every press and release with the time at which it happened."""
+    """Keyboard, read by PsychToolbox: presses and releases with time stamps."""
 
     def __init__(self) -> None:
         self._keyboard = Keyboard(backend="ptb")
         self.devices = len(self._keyboard.device._devs)
         if not self.devices:
-            raise InputError("no keyboard was found: plug one in, and see 'focalgradient doctor'.")
+            raise InputError("no keyboard was found: connect one, and run 'focalgradient doctor'.")
         self.boxes: list[Box] = []
-        """Response boxes, whose buttons count as keys."""
+        """Response boxes, whose buttons act as keys."""
         self._down: list[Any] = []
 
     def events(self) -> list[Press]:
-        """What was pressed and released since the last call, in order of time."""
+        """Return presses and releases since the last call, in order of time."""
         ended = self._keyboard.getKeys(waitRelease=True, clear=True)
         still = self._keyboard.getKeys(waitRelease=False, clear=False)
         new = [key for key in (*ended, *still) if not any(key is one for one in self._down)]
@@ -117,29 +116,29 @@ class Keys:
         return sorted(found, key=lambda press: press.time)
 
     def clear(self) -> None:
-        """Forget what was pressed up to now; what is held stays held, and its release will be an event."""
+        """Discard presses so far; keys that are held remain held, and their release will be an event."""
         self.events()
 
 
 class Screen:
-    """The window of an experiment.
+    """Window of an experiment.
 
     Parameters
     ----------
     number
-        Of the screen that it is on.
+        Number of the screen.
     size_px
-        Of the window; None: the whole screen.
+        Size of the window; None: the whole screen.
     display
-        The screen's geometry and its encoding of light.
+        Geometry and light encoding of the screen.
     background
-        From -1, black, to 1, white.
+        Background grey, from -1 (black) to 1 (white).
     patch
-        Corner ("left" or "right", below) of the square for a photodiode, white while a stimulus is shown; None: none.
+        Lower corner ("left" or "right") of the photodiode's square, white while a stimulus is shown; None: no square.
     words
-        What is said on it; None: in English.
+        Texts shown on the screen; None: in English.
     stereoscope
-        How it is set up, and the displays of the left and of the right eye; None: both eyes look at the whole window.
+        Settings of the stereoscope, and the displays of the left and right eye; None: both eyes see the whole window.
     """
 
     def __init__(
@@ -153,13 +152,13 @@ class Screen:
         words: Words | None = None,
         stereoscope: tuple[Stereoscope, tuple[Display, Display]] | None = None,
     ):
-        self.stop_question = "common.stop"  # of the words: what ESC asks
+        self.stop_question = "common.stop"  # key in `words` of the question that ESC asks
         whole = screen_size(number)
         width, height = size_px or whole
         place: tuple[int, int] | None = None
         if stereoscope is not None and size_px is None and stereoscope[0].layout == "screens":
             place, width = side_by_side(stereoscope[0].screens), 2 * width
-        # A monitor of our own, without gamma: PsychoPy would load a gamma table into the graphics card for it.
+        # A monitor without gamma: PsychoPy would otherwise load a gamma table into the graphics card.
         monitor = monitors.Monitor("focalgradient, of its own", width=1.0, distance=1.0, autoLog=False, currentCalib={})
         monitor.setGamma(None)
         monitor.setSizePix(list(whole))
@@ -178,7 +177,7 @@ class Screen:
             title="focalgradient",
         )
         self.eyes = None if stereoscope is None else Eyes(self.window, *stereoscope)
-        """The parts of the two eyes, where they see different ones."""
+        """The parts of the window for the two eyes, with a stereoscope."""
         self.size = (int(self.window.size[0]), int(self.window.size[1])) if self.eyes is None else self.eyes.size
         self.display = display
         self.words = words or load_words("en")
@@ -188,13 +187,13 @@ class Screen:
         self.pointer: Pointer | None = None
         self.dropped = 0
         self.drawn: dict[str, None] = {}
-        """Pictures that were drawn during this trial, in order: the SHA-256 of their pixels and what was changed."""
+        """Pictures drawn during this trial, in order: SHA-256 of their pixels, and changed properties."""
         self.intervals: list[float] = []
-        """Seconds between the frames of the last `play`."""
+        """Frame durations of the last `play`, in s."""
         self.on_event: Callable[[str, float], object] = lambda event, time: None
-        """Is called with the name and the time of each event, as soon as it is on the screen."""
+        """Called with the name and time of each event, as soon as it is on the screen."""
         self.after_frame: Callable[[], object] = lambda: None
-        """Is called after each frame that `frame` shows."""
+        """Called after each frame that `frame` shows."""
         self._patch = self._make_patch(patch)
         self._last = self._until = 0.0
         self.refresh_hz = self._measure()
@@ -202,7 +201,7 @@ class Screen:
         self.keys.clear()
 
     def close(self) -> None:
-        """Give the screen back, and the response boxes."""
+        """Close the window and the response boxes."""
         for box in self.keys.boxes:
             box.close()
         self.window.close()
@@ -216,7 +215,7 @@ class Screen:
         return self.both(visual.Rect(self.window, side, side, **where))
 
     def _measure(self, frames: int = 40) -> float | None:
-        """Frames a second; None where frames come irregularly or faster than any display: nothing waits for it then."""
+        """Return the frame rate in Hz; None if frames are irregular or implausibly fast (not synchronised)."""
         times = [self._flip() for _ in range(frames + 10)][10:]
         steps = [later - sooner for sooner, later in pairwise(times)]
         quarter, middle, three = quantiles(steps, n=4)
@@ -226,7 +225,7 @@ class Screen:
     # --- Frames ------------------------------------------------------------------------------------------------------
 
     def frame(self, lit: bool = False) -> float:
-        """Show what was drawn: the time at which it is on the screen. `lit`: the photodiode's patch is white."""
+        """Show what was drawn; return its time of onset. `lit`: the photodiode's square is white."""
         if self._patch is not None:
             self._patch.fillColor = 1.0 if lit else -1.0
             self._patch.draw()
@@ -243,34 +242,35 @@ class Screen:
         return time.monotonic()
 
     def now(self) -> float:
-        """The time."""
+        """Return the time in s."""
         return time.monotonic()
 
     def play(
         self, draw: Draw, seconds: float, event: str, *, lit: bool = True, presses: list[Press] | None = None
     ) -> float:
-        """Show frames for so long, and say when the first was on the screen.
+        """Show an animation for a duration; return the onset of its first frame.
 
-        The last one stays until the caller shows something else, which is to be at once. Frames that came late are
-        counted in `dropped`.
+        The last frame stays until the caller shows something else, which must follow immediately. Late frames are
+        counted in
+        `dropped`.
 
         Parameters
         ----------
         draw
-            Draws a frame, given the seconds since the first.
+            Function that draws a frame, given the time in s since the first.
         seconds
-            How long, to the nearest frame.
+            Duration in s, rounded to whole frames.
         event
-            Name for the markers.
+            Name of the event in the event markers.
         lit
-            Whether the photodiode's patch is white.
+            Whether the photodiode's square is white.
         presses
-            Takes what was pressed and released, with times of the clock.
+            Receives presses and releases during the animation, with times on the screen's clock.
 
         Raises
         ------
         Quit, Again
-            If escape was pressed, by what was answered to the question whether to stop.
+            If Escape was pressed, depending on the answer to the question whether to stop.
         """
         self.wait_out()
         if self.pointer is not None:
@@ -280,7 +280,7 @@ class Screen:
         self.on_event(event, onset)
         before = onset
         self.intervals = []
-        while before + 1.5 * self.frame_s < onset + seconds:  # the next frame is still to be shown
+        while before + 1.5 * self.frame_s < onset + seconds:  # the next frame still has to be shown
             found = self.keys.events()
             if presses is not None:
                 presses += found
@@ -293,7 +293,7 @@ class Screen:
         return onset
 
     def warm(self, *parts: Any) -> None:
-        """Draw something where nobody sees it: the first time takes longest, and is not to delay a frame."""
+        """Draw stimuli off screen once, because the first draw is slow and would delay a frame."""
         before = [*self.drawn]
         for part in parts:
             part.draw()
@@ -302,11 +302,11 @@ class Screen:
         self.drawn.update(dict.fromkeys(before))
 
     def blank(self) -> float:
-        """Clear the screen."""
+        """Show the background; return the time."""
         return self.frame()
 
     def empty(self, seconds: float, event: str, meanwhile: Callable[[], object] = lambda: None) -> float:
-        """Show the background alone, for so long once `wait_out` is called; do something `meanwhile`."""
+        """Show the background for a duration, which `wait_out` completes; call `meanwhile` during it."""
         onset = self.frame()
         self.on_event(event, onset)
         meanwhile()
@@ -314,13 +314,13 @@ class Screen:
         return onset
 
     def wait_out(self) -> None:
-        """Keep the background until the time of the last `empty` is over, to the nearest frame."""
+        """Keep the background until the duration of the last `empty` has passed, to the nearest frame."""
         while self.now() + 1.5 * self.frame_s < self._until:
             self.stop_if_asked(self.keys.events())
             self.frame()
 
     def wait(self, draw: Callable[[], object], keys: Sequence[str], event: str) -> Press:
-        """Show something until one of the keys is pressed: which, and when."""
+        """Show a picture until one of the keys is pressed; return the press."""
         self.keys.clear()
         draw()
         self.offer(*keys)
@@ -336,12 +336,12 @@ class Screen:
             self.frame()
 
     def point(self) -> None:
-        """Let mouse or touch be enough: pages and questions get buttons."""
+        """Enable operation by mouse or touch alone: pages and questions show buttons."""
         self.pointer = Pointer(self)
         self.keys.boxes.append(self.pointer)
 
     def offer(self, *keys: str, **labels: str) -> None:
-        """Draw a button for each key, where mouse or touch is to be enough; `labels`: other keys, with labels."""
+        """Draw a button for each key, if operation by mouse or touch is enabled; `labels`: more keys, with labels."""
         if self.pointer is None:
             return
         usual = {"space": "web.go_on", self.words.yes: "web.yes", self.words.no: "web.no"}
@@ -349,7 +349,7 @@ class Screen:
         self.pointer.buttons([*named, *labels.items()])
 
     def stop_if_asked(self, found: Iterable[Press]) -> None:
-        """Where escape is among the keys, ask whether to stop."""
+        """Ask whether to stop if Escape is among the presses."""
         if not any(press.key == "escape" and press.down for press in found):
             return
         self.on_event("quit?", self.now())
@@ -373,18 +373,18 @@ class Screen:
     # --- What is drawn -----------------------------------------------------------------------------------------------
 
     def both(self, part: Any) -> Any:
-        """Let a stimulus of one's own, made with `window`, be drawn for both eyes through a stereoscope; return it."""
+        """Make a stimulus that was created with `window` be drawn for both eyes of a stereoscope; return it."""
         if self.eyes is not None:
             part.draw = partial(self.eyes.each, part.draw)
         return part
 
     def pair(self, left: NDArray[Any], right: NDArray[Any]) -> Pair:
-        """A picture for each eye, in light (H x W or H x W x 3, 1: white), encoded by that eye's own gamma.
+        """Return a pair of pictures, one per eye, from light (H x W or H x W x 3, 1: white) and each eye's gamma.
 
         Raises
         ------
         InputError
-            If there is no stereoscope, or a picture is larger than an eye's part.
+            If there is no stereoscope, or a picture exceeds an eye's part of the window.
         """
         if self.eyes is None:
             raise InputError("a pair needs a stereoscope: give its settings (--stereoscope FILE), or show an anaglyph.")
@@ -399,7 +399,7 @@ class Screen:
         return Pair(self.eyes, *made)
 
     def text(self, text: str, *, height: float = 0.03, x: float = 0.0, y: float = 0.0, **how: Any) -> Any:
-        """Text about a place; `height`, `x` and `y` are shares of the screen's height."""
+        """Return a text centred at a position; `height`, `x` and `y` are fractions of the screen's height."""
         unit = self.size[1]
         wrap = min(1.3 * unit, 0.92 * self.size[0])
         how = {"color": INK, "wrapWidth": wrap, **how}
@@ -407,26 +407,26 @@ class Screen:
         return self.both(visual.TextStim(self.window, text, **how))
 
     def picture(self, pixels: NDArray[np.uint8], *, recorded: bool = True) -> Any:
-        """A picture in the middle of the screen, H x W (grey) or H x W x 3, one pixel on one of the screen's.
+        """Return a picture at the screen's centre, H x W (grey) or H x W x 3, shown pixel for pixel.
 
-        Where it is `recorded`, the SHA-256 of its pixels is among `drawn` once it is drawn.
+        If it is `recorded`, the SHA-256 of its pixels is added to `drawn` when it is drawn.
         """
         return self.both(self._picture(pixels, self.drawn if recorded else None))
 
     def _picture(self, pixels: NDArray[np.uint8], drawn: dict[str, None] | None) -> ShownPicture:
         height, width = pixels.shape[:2]
-        # Where one side is odd and the other even, the middle of the screen lies between pixels.
+        # Where one side is odd and the other even, the screen's centre lies between pixels.
         place = ((self.size[0] - width) % 2 / 2, (self.size[1] - height) % 2 / 2)
         return ShownPicture(self.window, pixels, place, drawn)
 
     def refocused(self, series: FocusSeries, pos: tuple[float, float] = (0.0, 0.0)) -> FocusView:
-        """A focus series, one pixel on one of the screen's; `pos` is its middle, in pixels from that of the screen."""
+        """Return a view of a focus series, shown pixel for pixel; `pos` is its centre, in px from the screen's."""
         if self.eyes is None:
             return FocusView(self.window, series, self.display, pos)
         return self.eyes.refocused(FocusView(self.window, series, self.display, pos))
 
     def fixation(self, x: float, y: float) -> Any:
-        """A mark to look at: a bull's eye with a cross, 0.6 degrees wide."""
+        """Return a fixation mark: bull's eye with cross, 0.6 degrees wide (Thaler et al. 2013)."""
         radius = self.display.pixels_per_degree * 0.3
         dark = {"fillColor": -1.0, "lineWidth": 0, "pos": (x, y), "autoLog": False}
         light = {**dark, "fillColor": 1.0}
@@ -440,36 +440,36 @@ class Screen:
         return self.both(_Group(parts))
 
     def whole(self, light: float) -> Any:
-        """The whole screen in one grey, from -1 to 1."""
+        """Return a uniform grey field over the whole screen, from -1 to 1."""
         how = {"fillColor": light, "lineWidth": 0, "autoLog": False}
-        sides = self.size if self.eyes is None else [2 * side for side in self.size]  # whatever the offset
+        sides = self.size if self.eyes is None else [2 * side for side in self.size]  # covers the part at any offset
         return self.both(visual.Rect(self.window, *sides, **how))
 
     def plate(self) -> Any:
-        """What text is drawn on: the whole screen, dark enough to read what stands on it."""
+        """Return the background of text: the whole screen, dark enough for legible text."""
         return self.whole(min(self.background, PLATE))
 
     def box(self, side: float) -> Any:
-        """The outline of a square."""
+        """Return the outline of a square."""
         how = {"fillColor": None, "lineColor": INK, "lineWidth": 3, "autoLog": False}
         return self.both(visual.Rect(self.window, side, side, **how))
 
     def line(
         self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0, *, for_both: bool = True
     ) -> Any:
-        """A straight line; `for_both` eyes, or in the part where it is drawn."""
+        """Return a straight line, drawn for both eyes or, without `for_both`, in the current eye's part."""
         made = visual.Line(self.window, start, end, lineColor=INK, lineWidth=width, autoLog=False)
         return self.both(made) if for_both else made
 
     def triangle(self, size: float, **how: Any) -> Any:
-        """A triangle that points down at its place."""
+        """Return a triangle that points down at its position."""
         corners = [(0, 0), (-size / 2, size), (size / 2, size)]
         how |= {"vertices": corners, "fillColor": INK, "lineWidth": 0, "autoLog": False}
         return self.both(visual.ShapeStim(self.window, **how))
 
 
 class _Group:
-    """Shapes that stand at one place."""
+    """Group of shapes drawn at one position."""
 
     def __init__(self, parts: Sequence[Any]):
         self.parts = parts
@@ -484,7 +484,7 @@ class _Group:
 
 
 def versions() -> dict[str, str]:
-    """Versions of what is used here, and what draws; a window must be open."""
+    """Return the versions of PsychoPy's packages and the OpenGL renderer; requires an open window."""
     from importlib.metadata import version
 
     from pyglet.gl import gl_info

@@ -1,4 +1,4 @@
-"""A tone, by what the operating system has: no library of sound is needed for one."""
+"""Tone played by the operating system's audio player, without a sound library."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from pathlib import Path
 __all__ = ["PLAYERS", "player", "tone"]
 
 PLAYERS = (("paplay",), ("pw-play",), ("aplay", "-q"), ("afplay",))
-"""Programs that play a WAV file, on Linux and macOS."""
+"""Programs that play a WAV file on Linux and macOS."""
 
 PLAYING: list[subprocess.Popen[bytes]] = []
-"""Tones that have not ended."""
+"""Processes of tones that have not ended."""
 
 RATE, HERTZ, SECONDS = 44100, 880.0, 0.3
 RAMP = 0.01
-"""Seconds in which the tone swells and fades, so that it does not click."""
+"""Duration of the onset and offset ramps in s, which prevent clicks."""
 
 
 def player() -> tuple[str, ...] | None:
-    """The program that plays a tone here; None where there is none. On Windows it is Python's own winsound."""
+    """Return the command that plays a WAV file on this computer (Windows: Python's winsound); None without one."""
     if sys.platform == "win32":
         return ("winsound",)
     return next((words for words in PLAYERS if shutil.which(words[0])), None)
 
 
 def tone() -> bool:
-    """Begin to play a tone, and come back at once: whether something plays it.
+    """Start playing a tone, and return immediately; return whether a player was found.
 
     >>> tone() in (True, False)
     True
@@ -57,7 +57,7 @@ def tone() -> bool:
 
 @cache
 def _file() -> Path:
-    """A WAV file with the tone, for as long as this program runs."""
+    """Write the tone to a WAV file, which exists until this program ends; return its path."""
     folder = tempfile.mkdtemp(prefix="focalgradient-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     path = Path(folder, "tone.wav")

@@ -1,7 +1,7 @@
-"""A mirror stereoscope or two screens: each eye has its half of the window, aligned by nonius lines.
+"""Stereoscope with mirrors or two screens: each eye sees its half of the window, aligned by nonius lines.
 
-Pages, marks and pictures are drawn for both eyes; a pair (`Screen.pair`) gives each eye its own picture, encoded with
-the gamma of its own screen or half. The settings stand in a TOML file, to which the alignment page writes its offset.
+Pages, marks and pictures are drawn for both eyes; a pair (`Screen.pair`) shows a different picture to each eye, encoded
+with the gamma of its screen. Settings are read from a TOML file, to which the alignment page writes the offset.
 """
 
 from __future__ import annotations
@@ -25,43 +25,45 @@ if TYPE_CHECKING:
 __all__ = ["Eyes", "Pair", "Stereoscope", "Still", "align", "eye_displays", "open_stereoscope", "read_stereoscope"]
 
 NEAR = 0.01
-"""Share by which width and distance of the two eyes' screens may differ: that of the degrees of pictures."""
+"""Tolerance between width and viewing distance of the two eyes' screens, as a fraction; that of the pictures' angle."""
 
 STEPS = {"left": (-1, 0), "right": (1, 0), "down": (0, -1), "up": (0, 1)}
-"""Pixels by which a key moves the right eye's picture."""
+"""Direction in which a key moves the right eye's picture, in pixels per press."""
 
 HOLD_S, RATE = 0.4, 30.0
-"""Seconds after which a key counts as held, and pixels a second that it then moves the picture by."""
+"""Time in s after which a pressed key counts as held, and speed in px/s at which it then moves the picture."""
 
 FARTHEST = 0.25
-"""Largest offset, as a share of the width of an eye's part."""
+"""Maximum offset, as a fraction of the width of an eye's part of the window."""
 
 LINE, GAP, LOCK = 0.1, 0.012, 0.14
-"""Length of a nonius line, its distance from the middle, and half the side of the frame that both eyes see: shares of
-the screen's height. The frame keeps the eyes converged while the lines are compared."""
+"""Length of a nonius line, its distance from the centre, and half the side of the fusion-lock frame, as fractions of
+the
+screen's height. Both eyes see the frame, which keeps vergence constant while the lines are compared.
+"""
 
 EYES = ("left", "right")
 
 
 @dataclass(frozen=True, slots=True)
 class Stereoscope:
-    """How a stereoscope is set up, as its settings file states it.
+    """Settings of a stereoscope.
 
     Parameters
     ----------
     layout
-        ``"halves"``: left and right half of one screen; ``"screens"``: two screens of one size side by side, the left
-        eye's first, in one window over both.
+        ``"halves"``: left and right half of one screen; ``"screens"``: two screens of equal size side by side, the left
+        eye's on the left, in one window across both.
     screens
         Numbers of the two screens.
     mirrored
-        Whether each eye looks into one mirror, which turns left to right: the picture is then turned beforehand.
+        Whether each eye looks into a single mirror, which reverses left and right: pictures are then reversed in
+        advance.
     monitors
-        Names in PsychoPy's Monitor Center, of the left eye's and the right eye's, for the gamma of each; none: that of
+        Names of the left and right eye's monitors in PsychoPy's Monitor Center, for the gamma of each; None: that of
         ``--monitor`` for both.
     offset_px
-        From where the right eye's picture would be to where it is shown, in pixels as the eye sees it, x right and y
-        up.
+        Displacement of the right eye's picture in pixels, as that eye sees it, x right and y up.
     """
 
     layout: Literal["halves", "screens"] = "halves"
@@ -71,16 +73,16 @@ class Stereoscope:
     offset_px: tuple[int, int] = (0, 0)
 
     def part(self, size_px: tuple[int, int], windowed: bool) -> tuple[int, int]:
-        """Return the size in pixels of an eye's part, of that of a screen or, where `windowed`, of a window.
+        """Return the size in pixels of an eye's part of a screen or, if `windowed`, of a window.
 
-        Its width is even, so that both parts have their middles between pixels.
+        Its width is even, so that both parts have their centres between pixels.
         """
         width, height = size_px
         halved = windowed or self.layout == "halves"
         return (width // 4 * 2 if halved else width // 2 * 2, height)
 
     def stated(self, displays: tuple[Display, Display]) -> dict[str, Any]:
-        """Return what the sidecar states of it, with the gamma of each eye's display."""
+        """Return the sidecar's entry for the stereoscope, with the gamma of each eye's display."""
         return {**asdict(self), "gamma": {eye: one.gamma for eye, one in zip(EYES, displays, strict=True)}}
 
 
@@ -90,7 +92,7 @@ def read_stereoscope(path: Path) -> Stereoscope:
     Raises
     ------
     InputError
-        If the file cannot be read, or a setting is unknown or of another kind.
+        If the file cannot be read, or a setting is unknown or of the wrong type.
     """
     content = read_toml(path, "the settings of a stereoscope")
     kinds: dict[str, tuple[str, Callable[[Any], bool]]] = {
@@ -102,7 +104,7 @@ def read_stereoscope(path: Path) -> Stereoscope:
     }
     for name, value in content.items():
         if name not in kinds:
-            raise InputError(f"{path} has the setting {name!r}, but must have only {', '.join(kinds)}.")
+            raise InputError(f"{path} has the unknown setting {name!r}: give only {', '.join(kinds)}.")
         expected, fits = kinds[name]
         if not fits(value):
             raise InputError(f"{name} is {value!r} in {path}, but must be {expected}.")
@@ -117,7 +119,7 @@ def _two(value: Any, kind: type) -> bool:
 
 
 def store_offset(path: Path, offset_px: tuple[int, int]) -> None:
-    """Write the offset into a settings file, and leave all else in it as it stands."""
+    """Write the offset to a settings file, leaving everything else in it unchanged."""
     text = read_text(path, "the settings of a stereoscope")
     line = f"offset_px = [{offset_px[0]}, {offset_px[1]}]"
     changed, found = re.subn(r"(?m)^[ \t]*offset_px[ \t]*=[ \t]*\[[^\]]*\]", line, text, count=1)
@@ -127,18 +129,18 @@ def store_offset(path: Path, offset_px: tuple[int, int]) -> None:
 
 
 def open_stereoscope(options: argparse.Namespace) -> Stereoscope | None:
-    """Read the settings that ``--stereoscope`` names, and fill in the screen and the monitor that they give.
+    """Read the file given with ``--stereoscope``, and set the screen and monitor options that it determines.
 
     Raises
     ------
     InputError
-        As `read_stereoscope` does, and with options that need a pointer or an eye tracker.
+        As for `read_stereoscope`; and if options that need a pointer are given.
     """
     if options.stereoscope is None:
         return None
     setup = read_stereoscope(options.stereoscope)
     if options.pointer:
-        raise InputError("--pointer is given, but no pointer can be seen through a stereoscope: leave it out.")
+        raise InputError("--pointer is given, but a pointer cannot be shown through a stereoscope: leave it out.")
     if setup.layout == "screens":
         options.screen = setup.screens[0]
     if setup.monitors is not None:
@@ -149,12 +151,12 @@ def open_stereoscope(options: argparse.Namespace) -> Stereoscope | None:
 def eye_displays(
     setup: Stereoscope, screen: ModuleType, display: Display, gamma_of: Callable[[Any], Any]
 ) -> tuple[Display, Display]:
-    """Return the displays of the left and of the right eye: geometry of `display`, each with its monitor's gamma.
+    """Return the displays of the left and right eye: the geometry of `display` with each monitor's gamma.
 
     Raises
     ------
     InputError
-        If a monitor is not known or has no gamma, or the two differ in width or distance.
+        If a monitor is unknown or has no gamma, or the two differ in width or viewing distance.
     """
     if setup.monitors is None:
         return display, display
@@ -164,7 +166,7 @@ def eye_displays(
         if None not in sides and abs(sides[0] / sides[1] - 1) > NEAR:
             raise InputError(
                 f"the monitors {' and '.join(setup.monitors)} differ in {what} ({sides[0]:g} and {sides[1]:g} m): both "
-                "eyes must see the same degrees; calibrate them anew."
+                "eyes must see the same visual angle: calibrate them again."
             )
     for name, one in zip(setup.monitors, found, strict=True):
         if gamma_of(one) is None:
@@ -176,14 +178,14 @@ def eye_displays(
 
 
 class Still:
-    """A mouse that nobody uses: through a stereoscope no pointer can be seen."""
+    """Stand-in for the mouse, which cannot be used through a stereoscope."""
 
     def getPressed(self, getTime: bool = False) -> Any:
-        """Return that no button is down."""
+        """Return that no button is pressed."""
         return ([0, 0, 0], [0.0, 0.0, 0.0]) if getTime else [0, 0, 0]
 
     def getPos(self) -> tuple[float, float]:
-        """Return a place far from everything."""
+        """Return a position far off the screen."""
         return (-1e6, -1e6)
 
     def setPos(self, place: Any) -> None:
@@ -193,23 +195,23 @@ class Still:
         """Do nothing."""
 
     def getWheelRel(self) -> tuple[float, float]:
-        """Return that the wheel stands."""
+        """Return that the wheel was not turned."""
         return (0.0, 0.0)
 
 
 class Eyes:
-    """The two parts of a window, each with its display.
+    """The two eyes' parts of a window, each with its display.
 
-    The viewport is set at each draw: PsychoPy resets it to the whole window at each flip.
+    The viewport is set at each draw, because PsychoPy resets it to the whole window at each flip.
 
     Parameters
     ----------
     window
-        Of PsychoPy.
+        PsychoPy window.
     setup
-        How the stereoscope is set up.
+        Settings of the stereoscope.
     displays
-        Of the left and of the right eye.
+        Displays of the left and right eye.
     """
 
     def __init__(self, window: Any, setup: Stereoscope, displays: tuple[Display, Display]):
@@ -217,12 +219,12 @@ class Eyes:
         width, height = (int(side) for side in window.size)
         self._whole = (width, height)
         self.size = setup.part((width, height), windowed=True)
-        """Of an eye's part, in pixels."""
+        """Size of an eye's part in pixels."""
         self.offset_px = setup.offset_px
 
     @contextmanager
     def part(self, eye: int) -> Iterator[None]:
-        """Draw in an eye's part, the left eye's being 0: its middle is where the window's is, all else is cut off."""
+        """Draw in one eye's part of the window (0: left, 1: right), centred on it and clipped to it."""
         window, (width, height) = self._window, self._whole
         x, y = self.offset_px if eye else (0, 0)
         side = -1 if self.setup.mirrored else 1
@@ -234,13 +236,13 @@ class Eyes:
             window.viewport = window.scissor = (0, 0, width, height)
 
     def each(self, draw: Callable[[], object]) -> None:
-        """Draw the same for both eyes."""
+        """Draw the same stimulus for both eyes."""
         for eye in range(2):
             with self.part(eye):
                 draw()
 
     def refocused(self, view: Any) -> Any:
-        """Let a focus series be drawn for both eyes, each with the gamma of its display; return it."""
+        """Make a focus series be drawn for both eyes, each with its display's gamma; return it."""
         draw = view.draw
 
         def drawn() -> None:
@@ -254,23 +256,22 @@ class Eyes:
 
 
 class Pair:
-    """A picture for each eye."""
+    """Dichoptic stimulus: a picture for each eye."""
 
     def __init__(self, eyes: Eyes, left: Any, right: Any):
         self._eyes, self.left, self.right = eyes, left, right
 
     def draw(self) -> None:
-        """Draw both."""
+        """Draw both pictures."""
         for eye, picture in enumerate((self.left, self.right)):
             with self._eyes.part(eye):
                 picture.draw()
 
 
 def align(screen: Screen, path: Path | None) -> tuple[int, int]:
-    """Let nonius lines be brought into line by the arrow keys: the offset, which is written into the settings file.
+    """Let the participant align nonius lines with the arrow keys; return the offset, and write it to the settings file.
 
-    Both eyes see a frame; the upper and the left line are the left eye's, the lower and the right line the right
-    eye's.
+    Both eyes see a frame; the left eye sees the upper and the left line, the right eye the lower and the right line.
     """
     eyes = screen.eyes
     assert eyes is not None

@@ -1,6 +1,6 @@
-"""Eye trackers by name: PsychoPy's package of each, and what to do where it is missing or does not answer.
+"""Eye trackers by name: PsychoPy's package for each, and the remedy if it is missing or does not respond.
 
-PsychoPy's own messages stand in another process's output, or are tracebacks; here each becomes one sentence.
+PsychoPy's own messages appear in another process's output, or as tracebacks; here each becomes one sentence.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from focalgradient.files import printable, read_json
 __all__ = ["SIMULATED", "TRACKERS", "Tracker", "add_tracker", "check_answers", "tracker_settings"]
 
 SIMULATED = "eyetracker.hw.mouse.EyeTracker"
-"""ioHub's eye tracker that follows the mouse."""
+"""ioHub's simulated eye tracker, which follows the mouse."""
 
 RATE = 100
-"""Samples a second of the simulated tracker."""
+"""Sampling rate of the simulated tracker, in Hz."""
 
 PATIENCE_S = 2.0
-"""Seconds within which a tracker's program on this computer or beside it takes a connection."""
+"""Time limit in s for a connection to a tracker's program on this or a neighbouring computer."""
 
 
 LINK_S = 20.0
-"""Seconds within which an EyeLink's SDK says whether it found one; without a Host PC that takes it 3 s."""
+"""Time limit in s for the EyeLink SDK's connection attempt; without a Host PC the attempt takes 3 s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tracker:
-    """An eye tracker that PsychoPy has a package for.
+    """Properties of an eye tracker that PsychoPy supports.
 
     Parameters
     ----------
@@ -45,15 +45,15 @@ class Tracker:
     needs
         Modules that must be installed.
     install
-        What installs them, in words.
+        How to install them.
     remedy
-        What to do where the tracker does not answer.
+        Remedy if the tracker does not respond.
     address
-        Host and port of its program where its settings state none.
+        Default host and port of its program.
     place
-        Where its settings state "ip_address" and "port".
+        Keys that lead to "ip_address" and "port" in its settings.
     answers
-        Whether it answers at a host and port; None where only ioHub finds that out.
+        Function that tests whether it responds at a host and port; None if only ioHub can find out.
     """
 
     iohub: str
@@ -66,7 +66,7 @@ class Tracker:
 
 
 def _takes_connections(host: str, port: int) -> bool:
-    """Whether a program takes connections over TCP."""
+    """Return whether a program accepts TCP connections."""
     try:
         socket.create_connection((host, port), PATIENCE_S).close()
     except (OSError, OverflowError):
@@ -75,9 +75,9 @@ def _takes_connections(host: str, port: int) -> bool:
 
 
 def _links(host: str, port: int) -> bool:
-    """Whether an EyeLink answers: PsychoPy's package goes on without one, by its SDK's dummy mode, and records nothing.
+    """Return whether an EyeLink responds; without one, PsychoPy's package would use a dummy mode that records nothing.
 
-    The SDK is asked in a process of its own: it keeps one connection for all of a process.
+    The SDK is called in a separate process, because it keeps one connection per process.
     """
     program = "import sys, pylink; pylink.EyeLink(sys.argv[1]).close()"
     try:
@@ -123,7 +123,7 @@ TRACKERS: Mapping[str, Tracker] = {
         "switch it on, connect it, and see that Tobii Pro Eye Tracker Manager finds it",
     ),
 }
-"""By the names that ``--tracker`` knows."""
+"""Supported eye trackers, by the names that ``--tracker`` accepts."""
 
 
 def _known(iohub: str) -> Tracker | None:
@@ -131,29 +131,29 @@ def _known(iohub: str) -> Tracker | None:
 
 
 def add_tracker(parser: argparse.ArgumentParser) -> None:
-    """Add --tracker to a command."""
+    """Add the option --tracker to a command."""
     parser.add_argument(
         "--tracker",
         metavar="NAME",
-        help=f"{', '.join(TRACKERS)}, or a JSON file with an eye tracker's ioHub settings, as "
+        help=f"eye tracker: {', '.join(TRACKERS)}, or a JSON file with a tracker's ioHub settings, such as "
         '{"eyetracker.hw.tobii.EyeTracker": {...}} (default: ioHub\'s simulated tracker, which follows the mouse)',
     )
 
 
 def tracker_settings(gaze: str, given: str | Path | None) -> tuple[str, dict[str, Any]]:
-    """Return the eye tracker's class in ioHub, and its settings; "mouse" without one.
+    """Return the eye tracker's class in ioHub and its settings; "mouse" for the mouse pointer.
 
     Parameters
     ----------
     gaze
         "mouse" or "tracker".
     given
-        Name of a tracker, or a file with its settings; None: the simulated one.
+        Name of a tracker, or a file with its settings; None: ioHub's simulated tracker.
 
     Raises
     ------
     InputError
-        If ioHub or the tracker's package lacks something, or the file names no eye tracker.
+        If ioHub or the tracker's package is not fully installed, or the file names no eye tracker.
     """
     if gaze == "mouse":
         return "mouse", {}
@@ -180,14 +180,14 @@ def _read(path: Path) -> tuple[str, dict[str, Any]]:
     table = read_json(path, "the settings of an eye tracker")
     if not (isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict)):
         raise InputError(
-            f"{printable(path)} must hold one eye tracker's name with its settings, as "
+            f"{printable(path)} must contain one eye tracker's name with its settings, such as "
             '{"eyetracker.hw.tobii.EyeTracker": {}}.'
         )
     return next(iter(table.items()))
 
 
 def _check_connection(iohub: str, tracker: Tracker, settings: Mapping[str, Any]) -> None:
-    """Refuse a tracker that does not answer at the address of its settings."""
+    """Raise `InputError` if the tracker does not respond at the address in its settings."""
     if tracker.answers is None:
         return
     stated: Any = settings
@@ -197,29 +197,35 @@ def _check_connection(iohub: str, tracker: Tracker, settings: Mapping[str, Any])
     host, port = stated.get("ip_address", tracker.address[0]), stated.get("port", tracker.address[1])
     if not (isinstance(host, str) and type(port) is int):
         raise InputError(
-            f"the eye tracker {iohub} has ip_address {host!r} and port {port!r}: give a text and a number."
+            f"the eye tracker {iohub} has ip_address {host!r} and port {port!r}, but they must be a text and a whole "
+            "number: correct them."
         )
     if not tracker.answers(host, port):
         where = f"{host}:{port}" if port else host
         raise InputError(
-            f"the eye tracker {iohub} does not answer at {where}: {tracker.remedy}, or give its address in the file of "
+            f"the eye tracker {iohub} does not respond at {where}: {tracker.remedy}, or give its address in the file "
+            "of "
             "--tracker."
         )
 
 
 def check_answers(iohub: str, device: object) -> None:
-    """Refuse a device that ioHub has made without reaching the tracker.
+    """Raise `InputError` if ioHub created the device without connecting to the tracker.
 
     Raises
     ------
     InputError
-        With what to do for this tracker.
+        With the remedy for this tracker.
     """
     try:
         answers = bool(device.isConnected())  # type: ignore[attr-defined]
-    except Exception:  # what ioHub could not make has no methods
+    except Exception:  # a device that ioHub could not create has no methods
         answers = False
-    if not (answers or iohub == SIMULATED):  # which connects to nothing
+    if not (answers or iohub == SIMULATED):  # which connects to no device
         tracker = _known(iohub)
-        remedy = "see that it is on, and its settings in the file of --tracker" if tracker is None else tracker.remedy
-        raise InputError(f"the eye tracker {iohub} does not answer: {remedy}.")
+        remedy = (
+            "check that it is switched on, and its settings in the file of --tracker"
+            if tracker is None
+            else tracker.remedy
+        )
+        raise InputError(f"the eye tracker {iohub} does not respond: {remedy}.")

@@ -1,4 +1,4 @@
-"""Triggers: an event's code to a parallel or serial port, a stream of LSL, a file, or a laboratory's own function."""
+"""Triggers: send event codes to a parallel or serial port, an LSL stream, a file, or a user-supplied function."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from focalgradient.files import printable
 __all__ = ["PORTS", "Mark", "Port", "Triggers", "add_triggers", "open_triggers", "read_hook"]
 
 PARALLEL_PULSE_MS = 5.0
-"""Length of a pulse on a parallel port: five samples of an amplifier at 1 kHz."""
+"""Pulse duration on a parallel port in ms: five samples of an amplifier at 1 kHz."""
 
 BAUD = 115200
-"""Bits a second of a serial port where none are given: those of most USB trigger boxes, which often ignore it."""
+"""Default rate of a serial port in bits per second: that of most USB trigger boxes, which often ignore it."""
 
 CLAIM, RELEASE, WRITE_DATA = 0x708B, 0x708C, 0x40017086
-"""Requests of Linux's parallel port driver (PPCLAIM, PPRELEASE and PPWDATA of linux/ppdev.h)."""
+"""Request codes of Linux's parallel port driver (PPCLAIM, PPRELEASE and PPWDATA of linux/ppdev.h)."""
 
 HEADER = "onset\tcode\tname\ttrial"
-"""First line of a file of markers."""
+"""Header line of a marker file."""
 
 
 class Mark(NamedTuple):
-    """An event to be sent.
+    """Event to be sent.
 
-    `seconds` on the clock of the sitting; `at` on Python's monotonic clock; `trial` the condition of its trial by name,
-    with "phase" and "trial", None outside trials.
+    `seconds` is its time from the start of the sitting, `at` its time on the monotonic clock; `trial` is the condition
+    of
+    its trial by name, with "phase" and "trial", or None between trials.
     """
 
     code: int
@@ -47,19 +48,19 @@ class Mark(NamedTuple):
 
 
 class Port(Protocol):
-    """What markers are sent to."""
+    """Protocol of a destination of event markers."""
 
     name: str
 
     def send(self, mark: Mark) -> None:
-        """Send a marker, and return at once."""
+        """Send a marker, and return immediately."""
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
 
 
 class _Bytes:
-    """A port of one byte, which goes back to 0 after a pulse."""
+    """8-bit port that returns to 0 after each pulse."""
 
     def __init__(self, name: str, write: Callable[[int], object], give_back: Callable[[], object], pulse_ms: float):
         self.name, self._write, self._give_back, self._pulse = name, write, give_back, pulse_ms / 1e3
@@ -75,7 +76,7 @@ class _Bytes:
             timer.start()
 
     def _reset(self, number: int) -> None:
-        with self._lock, suppress(OSError):  # a port that was pulled out is reported by the next marker
+        with self._lock, suppress(OSError):  # a disconnected port is reported by the next marker
             if number == self._sent:  # a later code has its own pulse
                 self._write(0)
 
@@ -101,7 +102,7 @@ def _parallel(address: str, codes: Codes) -> Port:
         fcntl.ioctl(port, CLAIM)
     except OSError as error:
         raise InputError(
-            f"the parallel port {path} cannot be opened ({error.strerror}), but triggers go there: load its driver "
+            f"the parallel port {path} for triggers cannot be opened ({error.strerror}): load its driver "
             "(sudo modprobe ppdev), join the group lp, or give another --triggers."
         ) from error
 
@@ -113,7 +114,7 @@ def _parallel(address: str, codes: Codes) -> Port:
 
 
 def _inpout(address: str, pulse_ms: float) -> Port:
-    """Open a parallel port by PsychoPy, which uses the driver inpout32 (Windows)."""
+    """Open a parallel port through PsychoPy, which uses the driver inpout32 (Windows)."""
     try:
         from psychopy import parallel
 
@@ -133,19 +134,19 @@ def _serial(address: str, codes: Codes) -> Port:
 
     path, _, baud = address.rpartition(":") if address.rpartition(":")[2].isdigit() else (address, "", "")
     if not path:
-        raise InputError("--triggers serial names no port: give it, as serial:/dev/ttyUSB0 or serial:COM3:115200.")
+        raise InputError("--triggers serial names no port: give it, such as serial:/dev/ttyUSB0 or serial:COM3:115200.")
     try:
         port = serial.Serial(path, int(baud or BAUD), write_timeout=1.0)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"the serial port {path} cannot be opened ({error}), but triggers go there: plug the device in, join the "
+            f"the serial port {path} for triggers cannot be opened ({error}): connect the device, join the "
             "group dialout on Linux, or give another --triggers."
         ) from error
     return _Bytes("serial", lambda code: port.write(bytes([code])), port.close, codes.pulse_ms or 0.0)
 
 
 class _Stream:
-    """A stream of LSL: one channel of text, the marker as JSON, with the time of the event on LSL's clock."""
+    """LSL stream with one text channel: the marker as JSON, with the time of the event on LSL's clock."""
 
     name = "lsl"
 
@@ -174,7 +175,7 @@ def _lsl(address: str, codes: Codes) -> Port:
 
 
 class _File:
-    """A table, a line a marker, each on the disk's cache as it is sent."""
+    """Marker file: a table with one line per marker, flushed line by line."""
 
     name = "file"
 
@@ -187,7 +188,7 @@ class _File:
         except (OSError, UnicodeDecodeError):
             known = False
         if known is False:
-            raise InputError(f"{printable(path)} is there and holds no markers: give --triggers another file.")
+            raise InputError(f"{printable(path)} exists and is not a marker file: give --triggers another file.")
         try:
             self._file = path.open("a", encoding="utf-8", buffering=1)
             if known is None:
@@ -207,7 +208,7 @@ class _File:
 
 def _file(address: str, codes: Codes) -> Port:
     if not address:
-        raise InputError("--triggers file names no file: give it, as file:markers.tsv.")
+        raise InputError("--triggers file names no file: give it, such as file:markers.tsv.")
     return _File(Path(address))
 
 
@@ -217,11 +218,11 @@ PORTS: Mapping[str, Callable[[str, Codes], Port]] = {
     "lsl": _lsl,
     "file": _file,
 }
-"""What opens each kind of port, given what follows the colon."""
+"""Function that opens each kind of port, given the text after the colon."""
 
 
 class _Hook:
-    """A laboratory's own function, called with the condition of the trial where it takes one."""
+    """User-supplied function, called with the condition of the trial if it accepts that argument."""
 
     name = "mark() of --markers"
 
@@ -231,7 +232,7 @@ class _Hook:
             inspect.signature(function).bind(0, "", 0.0, None)
         except TypeError:
             self._trial = False
-        except ValueError:  # no Python function
+        except ValueError:  # not a Python function
             self._trial = True
         else:
             self._trial = True
@@ -245,7 +246,7 @@ class _Hook:
 
 
 class Triggers:
-    """The ports that are open, and the codes of the events."""
+    """Open ports with the codes of the events."""
 
     def __init__(self, codes: Codes, ports: Sequence[Port]):
         self.codes, self.ports = codes, tuple(ports)
@@ -261,14 +262,14 @@ class Triggers:
         port.send(Mark(self.codes.of(name, trial), name, seconds, trial, at))
 
     def close(self) -> None:
-        """Give all ports back."""
+        """Close all ports."""
         for port in self.ports:
             with suppress(OSError):
                 port.close()
 
 
 def add_triggers(add: Callable[..., object]) -> None:
-    """Add --markers, --triggers and --codes to a command, whose parser's `add_argument` is given."""
+    """Add the options --markers, --triggers and --codes with a parser's `add_argument` method."""
     add(
         "--markers",
         type=Path,
@@ -283,16 +284,16 @@ def add_triggers(add: Callable[..., object]) -> None:
         help="send each event's code to parallel:/dev/parport0 (Windows: parallel:0x378), serial:PORT[:BAUD], lsl or "
         "file:PATH; may be given more than once",
     )
-    add("--codes", type=Path, metavar="FILE", help="TOML file with codes of your own, by name and by condition")
+    add("--codes", type=Path, metavar="FILE", help="TOML file with custom event codes, by name and by condition")
 
 
 def open_triggers(markers: Path | None, triggers: Sequence[str], codes: Path | None) -> Triggers:
-    """Open the ports of the options of `add_triggers`.
+    """Open the ports given by the options of `add_triggers`.
 
     Raises
     ------
     InputError
-        If a port cannot be opened or a file read; what was opened before is closed.
+        If a port cannot be opened or a file cannot be read; ports opened before are closed.
     """
     ports: list[Port] = []
     known = read_codes(codes)
@@ -311,12 +312,12 @@ def open_triggers(markers: Path | None, triggers: Sequence[str], codes: Path | N
 
 
 def read_hook(path: Path | None) -> Callable[..., object] | None:
-    """Read the function mark(code, name, seconds, trial) that a laboratory wants called at each event.
+    """Load the function mark(code, name, seconds, trial) that is called at each event.
 
     Raises
     ------
     InputError
-        If the file cannot be read or has no such function.
+        If the file cannot be read or does not define that function.
     """
     if path is None:
         return None
@@ -329,6 +330,6 @@ def read_hook(path: Path | None) -> Callable[..., object] | None:
         hook = module.mark
     except Exception as error:
         raise InputError(
-            f"--markers {path} gives no function mark(code, name, seconds, trial) ({error!r}): correct it."
+            f"--markers {path} does not define a function mark(code, name, seconds, trial) ({error!r}): correct it."
         ) from error
     return hook
