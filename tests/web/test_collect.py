@@ -155,7 +155,7 @@ def test_depth_ratings_are_those_that_were_given(tmp_path: Path) -> None:
     words = ("collect", tmp_path / "results.txt", "--data", tmp_path / "data")
     code, said = run(*words)
     assert code == 2
-    assert "give the folder of pictures" in said
+    assert "give the folder of the study's pictures" in said
     assert not (tmp_path / "data").exists()
     assert run(*words, "--stimuli", tmp_path / "set")[0] == 0
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
@@ -191,10 +191,10 @@ def test_lines_after_a_gap_wait_for_it(tmp_path: Path) -> None:
     (tmp_path / "three.csv").write_text(table(lines[4:]))
     code, said = run("collect", tmp_path / "one.csv", tmp_path / "three.csv", *words)
     assert code == 1
-    assert f"{len(lines) - 4} of its lines follow line 3, which is missing" in said
+    assert f"its line 3 is missing, and {len(lines) - 4} after it were not used" in said
     code, said = run("collect", tmp_path / "three.csv", *words)
     assert code == 1
-    assert "its beginning is missing" in said
+    assert "its first line is missing" in said
     assert run("collect", *(tmp_path / f"{name}.csv" for name in ("three", "one", "two")), *words)[0] == 0
     assert validate(tmp_path / "data").problems == ()
 
@@ -323,15 +323,15 @@ def test_a_journal_that_was_changed_is_not_written_over(tmp_path: Path) -> None:
     (tmp_path / "results.txt").write_text(text(lines))
     code, said = run(*words)
     assert code == 2
-    assert "holds something else than these results" in said
+    assert "differs from these results" in said
     assert journal.read_bytes() == before
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("--export", "{}"), "holds files"),
-        (("--export", "{}/design.toml"), "is there and no folder"),
+        (("--export", "{}"), "contains files"),
+        (("--export", "{}/design.toml"), "exists and is not a folder"),
         (("--export", "{}/new", "--participants", "0"), "--participants is '0'"),
         (("--export", "{}/new", "--participants", "20-10"), "--participants is '20-10'"),
         (("--export", "{}/new", "--data", "{}/data"), "--data is of a server"),

@@ -168,7 +168,7 @@ def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
     with client_of(study(tmp_path)) as second:
         answer = Participant(second, someone.token).ask("state")
     assert answer.status_code == 400
-    assert answer.json() == {"error": "The study cannot go on: tell the person who gave you the link."}
+    assert answer.json() == {"error": "The study cannot continue: tell the person who gave you the link."}
     assert str(path) in capfd.readouterr().err
 
 
@@ -431,9 +431,9 @@ def test_links_belong_to_one_server_and_are_whole(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_run_in_a_browser_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="runs in the laboratory"):
+    with pytest.raises(InputError, match="run it in the laboratory"):
         study(tmp_path, 'task = "pinhole"\n')
-    with pytest.raises(InputError, match="answer is 'typed', which the browser cannot do"):
+    with pytest.raises(InputError, match="answer is 'typed', which the browser page does not support"):
         study(tmp_path / "..", DEPTH.replace("longest_run", 'answer = "typed"\nlongest_run'))
 
 
@@ -448,7 +448,7 @@ def test_data_belong_to_one_server_whatever_its_links(tmp_path: Path) -> None:
     first = People(tmp_path / "one.jsonl", data=tmp_path / "data")
     (tmp_path / "same").symlink_to(tmp_path / "data")
     for place in ("data", "same"):
-        with pytest.raises(InputError, match="another server keeps its data in"):
+        with pytest.raises(InputError, match="another server uses the data folder"):
             People(tmp_path / "two.jsonl", data=tmp_path / place)
     People(tmp_path / "two.jsonl", data=tmp_path / "other").close()
     first.close()

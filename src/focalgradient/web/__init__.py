@@ -1,7 +1,7 @@
-"""The experiments in a participant's browser: the same design, order, records and checks as in the laboratory.
+"""Experiments in the participant's browser, with the laboratory's designs, trial orders, records and checks.
 
-A server hands out the trial list of a design and writes the same journals; the page in the browser shows and asks. This
-is the only room that imports the server's libraries (extra `web`).
+A server sends the trial list of a design and writes the same journals; the page in the browser shows the trials and
+asks for responses. No other subpackage imports the server's libraries (extra `web`).
 """
 
 from focalgradient.design.consent import Consent

@@ -1,4 +1,4 @@
-"""What the page notes of a session, as records of a session: with what it was run, and what was answered."""
+"""Conversion of the page's messages to session records: apparatus, and responses."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from focalgradient.web.screen import gamma_of, measure
 
 __all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
 
-CLOCK = "seconds from when the page of this sitting was ready, of the browser's performance.now()"
+CLOCK = "seconds since the page of this sitting was ready, by the browser's performance.now()"
 NEAR = 1e-6
-"""Amount by which rounding may carry an answer over an end."""
-UNKNOWN_RATE = "; the browser does not show its refresh rate, so that late frames were not counted"
+"""Rounding tolerance at the ends of a response scale, in scale units."""
+UNKNOWN_RATE = "; the browser does not report its refresh rate, so that late frames were not counted"
 
 
 def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
-    """What a sitting in a browser was run with; `versions` of what else took part."""
+    """Return the apparatus of a sitting in a browser; `versions` are those of other software involved."""
     wide, high = given.screen_px
     size = None if given.screen_m is None else (given.screen_m[0], given.screen_m[1])
     distance, size_sd, distance_sd = given.viewing_distance_m, None, None
@@ -58,7 +58,7 @@ def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
 
 
 def about_sitting(given: Sitting) -> dict[str, Any]:
-    """What a journal keeps of a sitting beside the apparatus: its raw measurements, so that it can be made anew."""
+    """Return the raw measurements of a sitting that its journal keeps, so that derived values can be recomputed."""
     about: dict[str, Any] = {"browser": given.browser, "pixel_ratio": given.pixel_ratio}
     if given.waited_ms:
         about["waited_s"] = given.waited_ms / 1000
@@ -72,14 +72,14 @@ def about_sitting(given: Sitting) -> dict[str, Any]:
 def read_answer(
     session: Session, pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]
 ) -> tuple[Any, dict[str, Any]]:
-    """Read the answer of a trial of a session, and what was noted of its frames; `pictures` of depth rating.
+    """Parse the response to a trial, and its frame times; `pictures` is required for depth rating.
 
     Raises
     ------
     ValidationError
-        If it is no answer of the design's kind.
+        If the response does not have the form of the design's responses.
     InputError
-        If its numbers are none of an answer.
+        If a value is outside its permitted range.
     """
     kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
     read: Any = kind.model_validate_json(json.dumps(answer))
@@ -125,23 +125,24 @@ def read_answer(
 def _check_reached(name: str, value: float, control: Control) -> None:
     least, most = min(control.reached()), max(control.reached())
     if not least - NEAR <= value <= most + NEAR:
-        raise InputError(f"{name} is {value:g}, but what it is answered on goes from {least:g} to {most:g}.")
+        raise InputError(f"{name} is {value:g}, but must be from {least:g} to {most:g}: send a value on the scale.")
 
 
 def _check_begun(onset: float, frames: Mapping[str, Any]) -> None:
     times = [seconds for _, seconds in times_of_events(onset, frames)]
     first = min(times, default=0.0)
-    if round(first, 6) < 0:  # a data set keeps microseconds
-        raise InputError(
-            f"something was shown {-first:.3g} s before the session began: send the times that were measured."
-        )
+    if round(first, 6) < 0:  # data sets store microseconds
+        raise InputError(f"a stimulus was shown {-first:.3g} s before the session began: send the measured times.")
 
 
 def _further(session: Session, trial: Trial, words: Words, given: Mapping[str, float]) -> dict[str, Noted]:
-    """Read the answers to the further questions of a trial: all of them, and nothing else."""
+    """Parse the responses to a trial's additional questions; exactly those asked must be present."""
     asked = session.task.further(session.design, words, trial)
     if wrong := sorted({*asked} ^ {*given}):
-        raise InputError(f"{wrong[0][:40]} is {'not asked' if wrong[0] in given else 'missing'}: send what is asked.")
+        raise InputError(
+            f"{wrong[0][:40]} is {'not asked' if wrong[0] in given else 'missing'}: send exactly the responses asked "
+            "for."
+        )
     for name, (control, _) in asked.items():
         _check_reached(name, given[name], control)
     return {name: replace(about, value=given[name]) for name, (_, about) in asked.items()}
@@ -154,21 +155,21 @@ def record(
     received: datetime | None = None,
     elapsed_s: float | None = None,
 ) -> dict[str, Any]:
-    """Record the answer of the trial that is next, and what was found in practice before it; gives the frames' notes.
+    """Record the response to the next trial, and the results of practice before it; return the frame times.
 
     Parameters
     ----------
     session, pictures, given
-        What is recorded, with which pictures, and the answer.
+        Session; its set of pictures; and the response.
     received
-        When it came, by the server's clock; None where a platform took it.
+        Time of arrival by the server's clock; None if a platform received it.
     elapsed_s
-        Seconds since the page got its trials, by the same clock; None where that is not known.
+        Seconds since the page received its trials, by the same clock; None if unknown.
 
     Raises
     ------
     ValidationError, InputError
-        As `read_answer` does; nothing is recorded then.
+        As for `read_answer`; nothing is then recorded.
     """
     trial = session.remaining()[0]
     answer, frames = read_answer(session, pictures, trial, given.answer)
@@ -179,7 +180,7 @@ def record(
     for found in given.practice:
         for one in found.again:
             if one.trial not in practised:
-                raise InputError(f"There is no trial {one.trial} of practice.")
+                raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
             shown = practised[one.trial]
             repeated, _ = read_answer(session, pictures, shown, one.answer)
             check_possible(session.design, shown, repeated, elapsed_s)
@@ -193,6 +194,6 @@ def record(
 
 
 def first_problem(error: ValidationError) -> str:
-    """What is wrong with a message, in a few words: nothing of the message itself is repeated."""
+    """Summarise the first fault of a message without quoting the message itself."""
     one = error.errors(include_url=False, include_context=False, include_input=False)[0]
     return f"{'.'.join(map(str, one['loc']))}: {one['msg']}"[:200]

@@ -1,4 +1,4 @@
-"""The server's addresses: the page, its pictures, what it asks for and sends, and the experimenter's page."""
+"""Routes of the server: the page, its pictures and messages, and the experimenter's page."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
 }
-"""Of every answer: nothing from elsewhere is loaded, nobody else shows the page, no link is passed on.
-
-The first two of Cross-Origin make performance.now() as fine as browsers let it be."""
+"""HTTP headers of every response: resources of other sites are not loaded, other sites cannot embed the page, and links
+are
+not passed on as referrers. The first two Cross-Origin headers give performance.now() its finest resolution.
+"""
 
 STATIC = {
     name: f"text/{kind}; charset=utf-8"
@@ -56,13 +57,13 @@ STATIC = {
 
 
 class Headers:
-    """Adds `HEADERS` to every answer."""
+    """Middleware that adds `HEADERS` to every response."""
 
     def __init__(self, app: ASGIApp):
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on what is asked, and put the headers on what comes back."""
+        """Pass the request on, and add the headers to the response."""
 
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -74,7 +75,7 @@ class Headers:
 
 
 def page_is_built() -> bool:
-    """Whether the page's script is there: it is bundled when the package is built or set up."""
+    """Return whether the page's script exists: it is bundled when the package is built or set up."""
     return (files("focalgradient.web") / "static" / "page.js").is_file()
 
 
@@ -83,15 +84,15 @@ def _static(name: str) -> bytes:
 
 
 async def _message(request: Request, kind: type[BaseModel]) -> Any:
-    """Read a message of a kind; what is no JSON or of another kind is refused."""
+    """Parse a message of the given type; raise `Refused` if it is invalid."""
     try:
         body = await read_body(request)
     except ClientDisconnect as error:
-        raise Refused(400, "The message was cut off.") from error
+        raise Refused(400, "The message was incomplete.") from error
     try:
         return kind.model_validate_json(body)
     except ValidationError as error:
-        raise Refused(400, f"The message is not one: {first_problem(error)}.") from error
+        raise Refused(400, f"The message is invalid: {first_problem(error)}.") from error
     except RecursionError as error:
         raise Refused(400, "The message is nested too deeply.") from error
 
@@ -99,7 +100,7 @@ async def _message(request: Request, kind: type[BaseModel]) -> Any:
 def _answering(
     kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]
 ) -> Callable[[Request], Awaitable[Response]]:
-    """An address that takes a message and acts on it, in a thread, as files are written."""
+    """Return an endpoint that parses a message and handles it in a thread, because files are written."""
 
     async def endpoint(request: Request) -> Response:
         given = await _message(request, kind)
@@ -114,15 +115,15 @@ async def _refused(_: Request, error: Exception) -> Response:
 
 
 async def _wrong(_: Request, error: Exception) -> Response:
-    """Tell the experimenter, where the server runs, what is wrong with the study: it may name the server's files."""
+    """Print the fault on the server's terminal, because it may contain file names; send the page a general message."""
     print(f"Error: {one_line(error)}", file=sys.stderr, flush=True)
     if isinstance(error, OSError) or isinstance(error.__cause__, OSError):  # a full disk: nothing was acknowledged
         return JSONResponse({"error": "The server cannot write at the moment."}, 503, {"Retry-After": "5"})
-    return JSONResponse({"error": "The study cannot go on: tell the person who gave you the link."}, 400)
+    return JSONResponse({"error": "The study cannot continue: tell the person who gave you the link."}, 400)
 
 
 class _Pages:
-    """What the server answers beside messages: pages, pictures, and what the experimenter looks at."""
+    """Endpoints for pages, pictures and the experimenter's views."""
 
     def __init__(self, study: Study, password: str, limits: Limits) -> None:
         self._study, self._password = study, password
@@ -130,7 +131,7 @@ class _Pages:
         self._trusted: set[str] = set()
 
     async def join(self, request: Request) -> Response:
-        """Let somebody join by the open link, not too many at once."""
+        """Handle a new participant on the open link, at a limited rate."""
         address = _address(request)
         if wait := self._joins.wait(address):
             raise too_many(wait, "Too many people join at this moment: wait a little, and load the page again.")
@@ -164,9 +165,9 @@ class _Pages:
         return FileResponse(lists.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
 
     def _allow(self, request: Request) -> None:
-        """Refuse whoever does not give the experimenter's password; who guesses often has to wait."""
+        """Raise `Refused` unless the request has the experimenter's password; repeated wrong guesses must wait."""
         given, address = request.headers.get("authorization"), _address(request)
-        # Guesses from elsewhere do not shut out whoever gave the password before.
+        # Guesses from other addresses do not lock out an address that gave the password before.
         wait = self._guesses.wait(address, in_all=address not in self._trusted)
         if given is not None and wait:
             raise too_many(wait, "Too many wrong passwords: wait a little.")
@@ -206,23 +207,23 @@ class _Pages:
 
 
 def _address(request: Request) -> str:
-    """Of the browser; of a proxy on this machine that which it forwards for (uvicorn reads X-Forwarded-For)."""
+    """Return the browser's address; for a local proxy, the address that it forwards (uvicorn reads X-Forwarded-For)."""
     return "" if request.client is None else request.client.host
 
 
 def application(study: Study, password: str, *, limits: Limits | None = None, public: str | None = None) -> Starlette:
-    """Make the server's application (ASGI).
+    """Return the server's application (ASGI).
 
     Parameters
     ----------
     study
-        What is run; it is closed when the server ends.
+        Study to run; closed when the server ends.
     password
-        Of the experimenter's page, whose user is "experimenter".
+        Password of the experimenter's page, whose user name is "experimenter".
     limits
-        How often one address may join and guess; by default `Limits()`.
+        Maximum rates of joining and of password guesses per address; default: `Limits()`.
     public
-        Address that participants know the server by, where it stands behind a proxy.
+        Address at which participants reach the server, if it is behind a proxy.
     """
     pages = _Pages(study, password, limits or Limits())
 
@@ -262,7 +263,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
 
 
 def _zipped(study: Study) -> bytes:
-    """The data set as a zip archive; without the links, which tell who is who."""
+    """Return the data set as a ZIP archive, without the file of links, which identifies participants."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive, study.store.data() as data:
         for folder, _, names in os.walk(data):
@@ -282,23 +283,23 @@ def run(
     limits: Limits | None = None,
     public: str | None = None,
 ) -> None:
-    """Serve a study until the process is told to end.
+    """Serve a study until the process is terminated.
 
     Parameters
     ----------
     study, password
         As for `application`.
     host, port
-        Address to listen at; port 0: any free one.
+        Address and port to listen on; port 0: any free one.
     ready
-        Called with the address, as "http://127.0.0.1:8000", when it listens.
+        Called with the address, such as "http://127.0.0.1:8000", once the server is listening.
     limits, public
         As for `application`.
 
     Raises
     ------
     InputError
-        If the address is taken, or is none of this machine's.
+        If the address is in use, or does not belong to this computer.
     """
     app = application(study, password, limits=limits, public=public)
     config = uvicorn.Config(
@@ -308,10 +309,12 @@ def run(
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
-        listening.listen(1024)  # who comes before the server has started waits for it
+        listening.listen(1024)  # connections made before the server has started wait for it
     except OSError as error:
         listening.close()
         study.close()
-        raise InputError(f"{host} port {port} cannot be listened at ({error.strerror}): give another.") from error
+        raise InputError(
+            f"{host} port {port} cannot be used ({error.strerror}): give another --host or --port."
+        ) from error
     ready(f"http://{host}:{listening.getsockname()[1]}")
     uvicorn.Server(config).run(sockets=[listening])

@@ -1,7 +1,7 @@
-"""Sessions of an exported study brought into a data set: the journals and tables that a server would have written.
+"""Import of an exported study's sessions into a data set, as the journals and tables that a server would write.
 
-All is checked, by recording it once out of sight, before anything is written. What is there already is not added twice;
-a session that has gone on since is gone on with.
+All sessions are first checked by recording them in a temporary folder. Sessions that the data set already contains are
+not added again; those that have continued since are extended.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ __all__ = ["Collected", "LeftOut", "collect"]
 
 @dataclass(frozen=True, slots=True)
 class Collected:
-    """A session that is in the data set.
+    """Session that is now in the data set.
 
     Parameters
     ----------
     participant
-        Its label.
+        Label of the participant.
     session
-        Its name at the platform's files.
+        Identifier of the session in the platform's files.
     trials
-        How many its list has, practice among them.
+        Number of trials in its list, including practice.
     answered
-        How many of them are answered.
+        Number of trials with a response.
     added
-        How many of these answers are new to the data set.
+        Number of responses that were new to the data set.
     """
 
     participant: str
@@ -62,7 +62,7 @@ class Collected:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A session, or the end of one, that is not in the data set, and why, in a sentence."""
+    """Session, or end of a session, that was not imported, and the reason as a sentence."""
 
     session: str
     why: str
@@ -70,7 +70,7 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """A session as files give it: its first line, and all that follow without a gap."""
+    """Session in a platform's files: its first line, and all that follow without a gap."""
 
     begun: Begun
     more: tuple[Resumed | Answered, ...]
@@ -81,46 +81,49 @@ class _Given:
 
 
 class _Study:
-    """What all sessions share: the design, its pictures."""
+    """Design and pictures, which all sessions share."""
 
     def __init__(self, sessions: Sequence[_Given], stimuli: Path | None):
         first = sessions[0].begun
         for given in sessions:
             if (given.begun.design, given.begun.stimuli) != (first.design, first.stimuli):
                 raise InputError(
-                    f"sessions {first.session} and {given.begun.session} have two designs: collect one study at a time."
+                    f"sessions {first.session} and {given.begun.session} have different designs or pictures: collect "
+                    "one study at a time."
                 )
         self.design: Design = recorded_design(f"session {first.session}", first.design)
         if not (isinstance(self.design, DepthRatingDesign | NeckerDesign) or task_named(self.design.task).described):
-            raise InputError(f"session {first.session} is of {self.design.task}, which no browser runs: leave it out.")
+            raise InputError(
+                f"session {first.session} is of {self.design.task}, which cannot run in a browser: leave it out."
+            )
         self.manifest: Manifest | None = None
         self.pictures: StimulusSet | None = None
         if isinstance(self.design, DepthRatingDesign):
             texts.check(self.design)
             if stimuli is None:
                 raise InputError(
-                    "depth rating shows pictures: give the folder of pictures that the study was made with."
+                    "stimuli is missing, but depth rating shows pictures: give the folder of the study's pictures."
                 )
             self.manifest = check_stimuli(stimuli)
             self.pictures = read_set(stimuli)
         if first.stimuli != (self.manifest and self.manifest.sha256):
             raise InputError(
-                f"session {first.session} was shown other pictures than those of {stimuli}: give the folder "
-                "that the study was made with."
+                f"session {first.session} showed pictures other than those of {stimuli}: give the folder "
+                "that the study was exported with."
             )
 
     def trials(self, begun: Begun) -> tuple[Trial, ...]:
-        """A session's trial list, which must be the design's for its label."""
+        """Return a session's trial list, which must be the design's list for its label."""
         trials: tuple[Trial, ...] = self.design.trials(begun.participant)
         if digest_of(trials) != begun.list:
             raise InputError(
-                f"session {begun.session} had another trial list than its design gives to {begun.participant}: collect "
+                f"session {begun.session} had a trial list other than its design's for {begun.participant}: collect "
                 "it with the version of focalgradient that exported it."
             )
         return trials
 
     def record(self, given: _Given, root: Path) -> Path:
-        """Record a session into a folder of its own; gives its journal."""
+        """Record a session in a separate folder; return its journal."""
         begun = given.begun
         self.trials(begun)
         shared: dict[str, Any] = {"stimuli": self.manifest, "durable": False}
@@ -147,7 +150,7 @@ class _Study:
     def _answer(self, session: Session, line: Answered) -> None:
         given, remaining = line.given, session.remaining()
         if not remaining or (given.phase, given.trial) != (remaining[0].phase, remaining[0].trial):
-            raise InputError(f"trial {given.trial} ({given.phase}) is not the next")
+            raise InputError(f"trial {given.trial} ({given.phase}) is not the next trial")
         record(session, self.pictures, given)
 
 
@@ -161,27 +164,27 @@ def _note_sitting(session: Session, line: Begun | Resumed) -> None:
 
 
 def collect(paths: Sequence[Path], data: Path, stimuli: Path | None = None) -> tuple[list[Collected], list[LeftOut]]:
-    """Bring the sessions in a platform's files into a data set.
+    """Import the sessions in a platform's files into a data set.
 
     Parameters
     ----------
     paths
-        Of what JATOS, DataPipe or Pavlovia gave, as it is.
+        Files downloaded from JATOS, DataPipe or Pavlovia, unchanged.
     data
-        Folder of the data set: new, empty, or one of people.
+        Folder of the data set: new, empty, or with human data.
     stimuli
-        Folder of the pictures that the study was made with; depth rating needs it.
+        Folder of the study's pictures; required for depth rating.
 
     Returns
     -------
     collected, left_out
-        Sessions that are in the data set now, by label; and what was left out.
+        Sessions now in the data set, by label; and sessions left out.
 
     Raises
     ------
     InputError
-        If something in the files is none of an exported study's, or the data set cannot take it; nothing is
-        written then.
+        If a file contains lines that are not those of an exported study, or the data set cannot be extended; nothing is
+        then written.
     """
     left: list[LeftOut] = []
     sessions = [
@@ -215,13 +218,13 @@ def _refused(given: _Given, why: str) -> InputError:
 
 
 def _whole(name: str, lines: Mapping[int, Begun | Resumed | Answered], left: list[LeftOut]) -> _Given | None:
-    """A session's lines up to the first that is missing."""
+    """Return a session's lines up to the first missing one."""
     begun = lines.get(0)
     if begun is None:
-        left.append(LeftOut(name, "its beginning is missing: give all files of the session."))
+        left.append(LeftOut(name, "its first line is missing: give all files of the session."))
         return None
     if not isinstance(begun, Begun):
-        raise InputError(f"session {name} does not begin as a session does: leave its results out.")
+        raise InputError(f"session {name} does not start with its first line: leave its results out.")
     more: list[Resumed | Answered] = []
     while (line := lines.get(len(more) + 1)) is not None:
         if isinstance(line, Begun):
@@ -230,13 +233,15 @@ def _whole(name: str, lines: Mapping[int, Begun | Resumed | Answered], left: lis
     if len(lines) > len(more) + 1:
         rest = len(lines) - len(more) - 1
         left.append(
-            LeftOut(name, f"{rest} of its lines follow line {len(more) + 1}, which is missing: give all its files.")
+            LeftOut(
+                name, f"its line {len(more) + 1} is missing, and {rest} after it were not used: give all its files."
+            )
         )
     return _Given(begun, tuple(more))
 
 
 def _chosen(sessions: Sequence[_Given], study: _Study, data: Path, left: list[LeftOut]) -> list[_Given]:
-    """One session a label: that which is in the data set, or the one with most answers, of those the earliest."""
+    """Select one session per label: that in the data set, or that with the most responses (the first of several)."""
     by_label: dict[str, list[_Given]] = {}
     for given in sessions:
         by_label.setdefault(given.begun.participant, []).append(given)
@@ -262,30 +267,30 @@ def _chosen(sessions: Sequence[_Given], study: _Study, data: Path, left: list[Le
 
 
 def _there(place: Path, made: Path) -> int:
-    """How many events of a session the data set has already; all must be as those that were made.
+    """Return the number of a session's events that the data set already has; they must equal the new ones.
 
     Raises
     ------
     InputError
-        If one differs.
+        If an event differs.
     """
     if not place.exists():
         return 0
     old, new = (_content(path) for path in (place, made))
     common = min(len(old), len(new))
     if old[:common] != new[:common]:
-        raise InputError(f"{place} holds something else than these results: see which of them was changed.")
+        raise InputError(f"{place} differs from these results: check which of the two was changed.")
     return len(old)
 
 
 def _content(journal: Path) -> list[str]:
-    """Events of a journal, but for the versions of what they were collected with."""
+    """Return a journal's events, without the software versions used to collect them."""
     events = read_journal(journal).events
     return [json.dumps({key: value for key, value in event.items() if key != "versions"}) for event in events]
 
 
 def _written(study: _Study, given: _Given, files: Files, made: Path, there: int) -> Collected:
-    """Bring a session that was made out of sight into the data set, or what the data set has not of it."""
+    """Write a session, or the part of it that the data set lacks, to the data set."""
     participant, new = given.begun.participant, read_journal(made).events
     with writing(files.root):
         if not there:

@@ -1,7 +1,7 @@
-"""A study as a folder of files, for platforms that serve pages and keep answers: JATOS, DataPipe, Pavlovia.
+"""Export of a study as a folder of files, for platforms that store responses: JATOS, DataPipe, Pavlovia.
 
-The page is the server's own. Trial lists are made here, ahead, by the design itself: a label and a seed have one list
-wherever it is run.
+The page is the server's. Trial lists are generated at export: a label and a seed determine the list, wherever it is
+run.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from focalgradient.web.pictures import REFOCUSING, refocusing
 __all__ = ["PLATFORMS", "export"]
 
 PLATFORMS = {"jatos": "jatos.html", "datapipe": "datapipe.html", "pavlovia": "index.html"}
-"""The page of each platform. Pavlovia opens index.html."""
+"""Page of each platform. Pavlovia opens index.html."""
 
 CONNECT = {"datapipe": " https://pipe.jspsych.org", "pavlovia": " https://pavlovia.org https://*.pavlovia.org"}
-"""Where answers go, beside the page's own address."""
+"""Addresses to which responses are sent, in addition to the page's own."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'{connect}; base-uri 'none'; form-action 'none'"
 )
-"""As of the server's page. JATOS has none: its own script is free to do what a version of JATOS needs."""
+"""Content security policy, as for the server's page. JATOS gets none, so that its own script works in every version."""
 
 
 def export(
@@ -50,29 +50,29 @@ def export(
     Parameters
     ----------
     lists
-        What is shown.
+        Design with its texts, pictures and trial lists.
     folder
-        New or empty.
+        Destination: new or empty.
     labels
-        Of the participants; each has a trial list of its own.
+        Labels of the participants, each with its own trial list.
     completion
-        Address that a participant is sent to at the end.
+        Address to which participants are redirected at the end.
     datapipe
-        Experiment ID of DataPipe, where it is known.
+        Experiment ID at DataPipe, if known.
 
     Returns
     -------
     int
-        How many pictures were copied.
+        Number of pictures copied.
 
     Raises
     ------
     InputError
-        If the folder holds something, or cannot be written.
+        If the folder is not empty, or cannot be written.
     """
     if task_named(lists.design.task).adapts:
         raise InputError(
-            f"{lists.design.task} chooses each trial by the answers so far, which needs a server: use focalgradient "
+            f"{lists.design.task} is adaptive and needs a server: use focalgradient "
             "serve, or give a fixed list of trials."
         )
     _check_free(folder)
@@ -97,13 +97,13 @@ def export(
 
 def _check_free(folder: Path) -> None:
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise InputError(f"{printable(folder)} is there and no folder: give a new folder.")
+        raise InputError(f"{printable(folder)} exists and is not a folder: give a new folder.")
     if folder.is_dir() and any(folder.iterdir()):
-        raise InputError(f"{printable(folder)} holds files: give a new or an empty folder.")
+        raise InputError(f"{printable(folder)} contains files: give a new or an empty folder.")
 
 
 def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
-    """Write all trial lists; gives the names of the pictures that they show."""
+    """Write all trial lists; return the names of the pictures that they show."""
     (bundle / "lists").mkdir()
     shown: set[str] = set()
     for label in labels:

@@ -1,4 +1,4 @@
-"""Limit what browsers send to a server: from which site, how often, how slowly."""
+"""Protection of the server: origin, rate and speed of requests are limited."""
 
 from __future__ import annotations
 
@@ -23,56 +23,57 @@ from focalgradient.web.store import Refused
 __all__ = ["Limits", "Rate", "SameOrigin", "TimedProtocol", "read_body", "too_many"]
 
 MOST_BYTES = 4 << 20
-"""Of a message: an answer with the time stamps of ten minutes of frames at 240 Hz has some 1.5 MB."""
+"""Maximum size of a message in bytes: a response with the time stamps of 10 min of frames at 240 Hz has some 1.5 MB."""
 
 PAUSE_S = 5.0
-"""Longest pause within a message or its head (s): lost packets are sent again within one or two."""
+"""Maximum pause within a message or its head, in s: lost packets are resent within one or two."""
 
 MESSAGE_S = 30.0
-"""Longest time for a message (s): 1.5 MB at 0.4 Mbit/s, a slow mobile network."""
+"""Maximum duration of a message, in s: 1.5 MB at 0.4 Mbit/s, a slow mobile network."""
 
 BURST = 2
-"""Minutes of a rate that may come at once: at 60 a minute a classroom of 60, whose browsers are all loaded again."""
+"""Duration in min whose quota may be used at once: at 60 per min, a class of 60 whose browsers all reload the page."""
 
 ADDRESSES = 4
-"""Addresses' worth of a rate that may come from all addresses together."""
+"""Total quota of all addresses, in multiples of one address's quota."""
 
 CLOSE = {"Connection": "close"}
-"""Header of an answer after which nothing more of the message is read."""
+"""Header of a response after which the rest of the message is not read."""
 
 MOST_KEYS = 10_000
-"""Addresses that are remembered: some MB."""
+"""Maximum number of addresses remembered, which occupy a few MB."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How often a server lets one address join or guess the password; from all together, four times as often.
+    """Maximum rates of joining and of password guesses per address; for all addresses together, four times as much.
 
     Parameters
     ----------
     joins
-        People who come by the open link, a minute; twice as many may come at once.
+        Participants per minute on the open link; twice as many may arrive at once.
     guesses
-        Wrong passwords of the experimenter's page, a minute; twice as many may come at once.
+        Wrong passwords for the experimenter's page per minute; twice as many may arrive at once.
     """
 
     joins: int = 60
     guesses: int = 6
 
     def __post_init__(self) -> None:
-        check_number("joins", self.joins, "people a minute", positive=True)
-        check_number("guesses", self.guesses, "passwords a minute", positive=True)
+        check_number("joins", self.joins, "people per minute", positive=True)
+        check_number("guesses", self.guesses, "passwords per minute", positive=True)
 
 
 class Rate:
-    """How often something may happen, for each address and in all (the generic cell rate algorithm, ITU-T I.371).
+    """Rate limiter per address and in total (generic cell rate algorithm, ITU-T I.371).
 
     Parameters
     ----------
     per_minute
-        For one address; `BURST` minutes' worth may happen at once, and `ADDRESSES` times as much in all.
+        Maximum rate per address; the quota of `BURST` minutes may be used at once, and `ADDRESSES` times as much in
+        total.
     clock
-        Gives seconds.
+        Function that returns the time in s.
 
     Examples
     --------
@@ -92,13 +93,13 @@ class Rate:
         return ("", self._interval / ADDRESSES), (_network(address), self._interval)
 
     def wait(self, address: str, *, in_all: bool = True) -> float:
-        """Return how long an address has to wait before the next one (s), with or without the limit for all."""
+        """Return the time in s until an address's next event is allowed, with or without the total limit."""
         now = self._clock()
         keys = self._intervals(address)[0 if in_all else 1 :]
         return max(0.0, *(self._until.get(key, now) - now - self._burst + interval for key, interval in keys))
 
     def count(self, address: str) -> None:
-        """Count one."""
+        """Count one event."""
         now = self._clock()
         for key, interval in self._intervals(address):
             self._until[key] = max(self._until.get(key, now), now) + interval
@@ -107,7 +108,7 @@ class Rate:
 
 
 def _network(address: str) -> str:
-    """The network that counts as one address: of IPv6 the first 64 bits, all of which one household has.
+    """Return the network that counts as one address: for IPv6 the first 64 bits, which belong to one household.
 
     >>> _network("2001:db8::1"), _network("192.0.2.1"), _network("unix")
     ('2001:db8::/64', '192.0.2.1', 'unix')
@@ -120,29 +121,30 @@ def _network(address: str) -> str:
 
 
 def too_many(wait: float, sentence: str) -> Refused:
-    """Refuse with 429, and say when to come again."""
+    """Return a refusal with status 429 that tells when to retry."""
     return Refused(429, sentence, headers={"Retry-After": str(max(1, math.ceil(wait)))})
 
 
 class SameOrigin:
-    """Refuses what the page of another site sends, by Sec-Fetch-Site, Origin and Referer.
+    """Middleware that rejects requests from pages of other sites, by Sec-Fetch-Site, Origin and Referer.
 
-    Browsers name the origin of all that a page sends by POST. A program that sends none of the three is no browser,
-    whose user another site could use.
+    Browsers state the origin of every POST request. A program that sends none of the three headers is not a browser,
+    whose
+    user another site could exploit.
 
     Parameters
     ----------
     app
-        What else is asked.
+        Application that handles the other requests.
     public
-        Address that participants' browsers know the server by, where a proxy sends another one as Host.
+        Address at which participants' browsers reach the server, if a proxy sends a different Host header.
     """
 
     def __init__(self, app: ASGIApp, public: str | None = None):
         self._app, self._public = app, _host(public or "")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on what is asked, or refuse it."""
+        """Pass the request on, or reject it."""
         app = self._app
         if scope["type"] == "http" and scope["method"] not in ("GET", "HEAD", "OPTIONS"):
             headers = Headers(scope=scope)
@@ -156,7 +158,7 @@ class SameOrigin:
 
 
 def _host(address: str) -> str:
-    """Host and port of an address, without a port that the scheme implies; "" of none.
+    """Return host and port of an address, without the scheme's default port; "" if there is no host.
 
     >>> _host("https://Lab.example.org:443/s/x"), _host("//127.0.0.1:8000"), _host("null")
     ('lab.example.org', '127.0.0.1:8000', '')
@@ -170,7 +172,7 @@ def _host(address: str) -> str:
 
 
 async def read_body(request: Request) -> bytes:
-    """Read a message; one that is too large, or comes too slowly, is refused and its connection closed."""
+    """Read the body of a message; raise `Refused` and close the connection if it is too large or too slow."""
     body, loop = bytearray(), asyncio.get_running_loop()
     latest = loop.time() + MESSAGE_S
     try:
@@ -178,36 +180,36 @@ async def read_body(request: Request) -> bytes:
             async for part in request.stream():
                 body += part
                 if len(body) > MOST_BYTES:
-                    raise Refused(413, f"The message has more than {MOST_BYTES >> 20} MB.", headers=CLOSE)
+                    raise Refused(413, f"The message exceeds {MOST_BYTES >> 20} MB.", headers=CLOSE)
                 patience.reschedule(min(loop.time() + PAUSE_S, latest))
     except TimeoutError as error:
-        raise Refused(408, "The message came too slowly.", headers=CLOSE) from error
+        raise Refused(408, "The message was sent too slowly.", headers=CLOSE) from error
     return bytes(body)
 
 
 class TimedProtocol(H11Protocol):
-    """HTTP/1.1, which closes a connection whose next request does not come whole, up to its body, in `PAUSE_S`."""
+    """HTTP/1.1 protocol that closes a connection if the next request's head is not complete within `PAUSE_S`."""
 
     _late: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
-        """Wait for the first request."""
+        """Start waiting for the first request."""
         super().connection_made(transport)
         self._time()
 
     def data_received(self, data: bytes) -> None:
-        """Take a part of a request."""
+        """Process a part of a request."""
         super().data_received(data)
         self._time()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no longer."""
+        """Stop waiting."""
         self._forget()
         super().connection_lost(exc)
 
     def _time(self) -> None:
         if self.cycle is not None and not self.cycle.response_complete:
-            self._forget()  # the request is there; its body is waited for where it is read
+            self._forget()  # the head is complete; `read_body` limits the time for the body
         elif self._late is None:
             self._late = self.loop.call_later(PAUSE_S, self.transport.close)
 

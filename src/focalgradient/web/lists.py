@@ -1,4 +1,4 @@
-"""What a page shows of a design: the words, the pictures it may fetch, and the trial list of each participant."""
+"""Content of the page for a design: texts, pictures, and the trial list of each participant."""
 
 from __future__ import annotations
 
@@ -37,23 +37,23 @@ __all__ = ["Lists", "digest_of"]
 
 
 class Lists:
-    """A design as a browser shows it.
+    """Design in the form that the browser page needs.
 
     Parameters
     ----------
     design
-        Of depth rating, of the cube, or of a task of one's own whose trials are described as data.
+        Design of depth rating, of the Necker cube, or of a user-defined task whose trials are described as data.
     stimuli
-        Folder of the pictures, which depth rating needs.
+        Folder of the pictures; required for depth rating.
     consent
-        To be agreed to, where there is one.
+        Consent text, if there is one.
     gamma
-        Whether participants match greys, for the gamma of their displays.
+        Whether participants match greys to estimate their display's gamma.
 
     Raises
     ------
     InputError
-        If the design cannot be run in a browser, or the pictures are missing or have changed.
+        If the design cannot run in a browser, or pictures are missing or were changed.
     """
 
     def __init__(
@@ -76,12 +76,13 @@ class Lists:
             self.pictures.check(design.pictures(), design.picture_factors)
         elif not (isinstance(design, NeckerDesign) or task_named(design.task).described):
             raise InputError(
-                f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
-                "on the fly): it runs in the laboratory, by focalgradient run."
+                f"{design.task} needs what a browser cannot provide (real objects, or pictures blurred "
+                "during the session): run it in the laboratory with focalgradient run."
             )
         elif self._task.adapts and self._task.adjusts:
             raise InputError(
-                f"{design.task} chooses by the answers what is to be adjusted: it runs in the laboratory, by "
+                f"{design.task} adapts its adjustments to the responses, which a browser cannot do: run it in the "
+                "laboratory with "
                 "focalgradient run."
             )
         if design.smallest_screen and isinstance(design, DepthRatingDesign | NeckerDesign):
@@ -92,7 +93,7 @@ class Lists:
         self._display = self.pictures.display if self.pictures else Display()
 
     def opening(self) -> dict[str, Any]:
-        """What the page needs before a session begins: words, consent, what is asked, and what is to be measured."""
+        """Return what the page needs before a session begins: texts, consent, form fields, required measurements."""
         consent = self.consent and {"pages": list(self.consent.texts), "sha256": self.consent.sha256}
         return {
             "language": self.words.language if len(self.words.language) == 2 else "en",
@@ -106,7 +107,7 @@ class Lists:
         }
 
     def session(self, participant: str) -> dict[str, Any]:
-        """What all trials of a participant share: first and last pages, scale or keys, sizes."""
+        """Return the content that all trials of a participant share: first and last pages, scale or keys, sizes."""
         design: Any = self.design
         if isinstance(design, DepthRatingDesign):
             assert self.pictures is not None
@@ -125,7 +126,7 @@ class Lists:
         }
 
     def closing(self, participant: str) -> list[dict[str, Any]]:
-        """Return the debriefing."""
+        """Return the pages of the debriefing."""
         return [self._step(page) for page in self._pages(participant).closing()]
 
     def _pages(self, participant: str) -> Pages:
@@ -136,16 +137,16 @@ class Lists:
         return texts.step(step, standard(self.design, self.pictures) if shown else None)  # type: ignore[arg-type]
 
     def shown(self, participant: str, trials: Sequence[Trial], done: int = 0) -> list[dict[str, Any]]:
-        """What the trials of a session that remain show, each with the steps around it.
+        """Return the stimuli and adjoining pages of a session's remaining trials.
 
-        "first" stands before a trial that is the first of its sitting, "before" before any other; "lead" and "after"
-        come with it each time that it is shown.
+        "first" precedes a trial that is the first of its sitting, "before" any other; "lead" and "after" accompany each
+        presentation of it.
         """
         entries = []
         for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, done):
             trial = turn.trial
             entry: dict[str, Any] = {"phase": trial.phase, "trial": trial.trial}
-            # What depends on the answers so far is asked for when it comes.
+            # Stimuli that depend on earlier responses are requested when the trial begins.
             entry |= {"adapts": True, **self._asked(trial)} if self._task.adapts else self._shown(trial)
             if further := task_named(self.design.task).further(self.design, self.words, trial):
                 entry["also"] = [{"name": name, "scale": control.form()} for name, (control, _) in further.items()]
@@ -156,7 +157,7 @@ class Lists:
         return entries
 
     def _right(self, trial: Trial) -> dict[str, Any] | None:
-        """What an answer in practice must be to be right; None where none can be wrong."""
+        """Return the criterion for a correct practice response; None if the trial has no correct response."""
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             side: dict[str, float] | None = design.right_side(trial)
@@ -170,11 +171,11 @@ class Lists:
         return task_named(self.design.task)
 
     def _asked(self, trial: Trial) -> dict[str, Any]:
-        """What a trial is answered on, which no answer changes."""
+        """Return a trial's response scale, which does not depend on earlier responses."""
         return {"interval": 1, "scale": self._task.control(self.words, trial).form()}
 
     def adapted(self, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Return what a trial shows after the answers so far."""
+        """Return the stimuli of a trial, given the responses so far."""
         return self._shown(self._task.adapted(self.design, trial, recorded))
 
     def _shown(self, trial: Trial) -> dict[str, Any]:
@@ -190,6 +191,6 @@ class Lists:
 
 
 def digest_of(trials: Sequence[Trial]) -> str:
-    """SHA-256 of a trial list, by which a list made ahead is known for the same one."""
+    """Return the SHA-256 of a trial list, which identifies a list made in advance."""
     content = [asdict(trial) for trial in trials]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""What the page sends, checked before anything is done with it."""
+"""Messages from the page, with their validation."""
 
 from __future__ import annotations
 
@@ -33,31 +33,31 @@ Seconds = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 
 
 class Message(BaseModel):
-    """Of a kind that is known, with nothing else in it."""
+    """Base of all messages: unknown fields are rejected."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class Join(Message):
-    """Somebody comes by the open link; the browser keeps `secret`, with which alone the session goes on."""
+    """Request to join through the open link; the browser keeps `secret`, which alone gives access to the session."""
 
     secret: Annotated[str, Field(min_length=32, max_length=64, pattern=r"^[\w-]+$")] | None = None
     platform: Annotated[dict[str, Annotated[str, Field(max_length=200)]], Field(max_length=20)] = {}
 
 
 class Who(Message):
-    """Which session, and which tab of which browser shows it."""
+    """Session, and browser tab that shows it."""
 
     token: Label
     tab: Label
 
 
 class Sitting(Message):
-    """The participant agrees, the screen is measured.
+    """Consent, and measurements of the screen.
 
-    Its size and distance by `card_px` and `blind_spot_px`, or given in metres; its gamma by matches of greys.
-    `refresh_hz` is None where the browser does not show how often it draws. `now_ms` is the page's clock when the
-    measurement ended, `waited_ms` the time from then to this message. `about` is what the form asked for.
+    Size and distance are derived from `card_px` and `blind_spot_px`, or given in metres; gamma from matches of greys.
+    `refresh_hz` is None if the browser does not report its frame rate. `now_ms` is the page's clock at the end of the
+    measurement, `waited_ms` the time from then to this message. `about` contains the entries of the form.
     """
 
     consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
@@ -83,18 +83,18 @@ class Sitting(Message):
 
 
 class Begin(Sitting, Who):
-    """The session begins or goes on."""
+    """Request to begin or resume the session."""
 
 
 class Shown(Message):
-    """Time stamps of all frames of one interval, from its onset to its offset."""
+    """Time stamps of all frames of one interval, from onset to offset, in ms."""
 
     event: Annotated[str, Field(pattern=r"^[a-z]{1,20}$")]
     stamps: Annotated[list[Milliseconds], Field(min_length=2, max_length=200_000)]
 
 
 class Frames(Message):
-    """What the page noted of a trial beside its answer."""
+    """Frame times of a trial, and disturbances of its display."""
 
     shown: Annotated[list[Shown], Field(max_length=10)]
     hidden: Count = 0
@@ -103,11 +103,11 @@ class Frames(Message):
 
 
 Also = Annotated[dict[Label, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=50)]
-"""Answers to further questions, by their column; of two ways 1 or 2."""
+"""Responses to additional questions by column; for a choice, 1 or 2."""
 
 
 class Depth(Message):
-    """An answer on how three-dimensional a picture looked."""
+    """Rating response."""
 
     onset: Seconds
     rating: Annotated[float, Field(allow_inf_nan=False)]
@@ -119,7 +119,7 @@ class Depth(Message):
 
 
 class Necker(Message):
-    """Keys held while the cube turned."""
+    """Key presses and releases during a Necker cube trial."""
 
     onset: Seconds
     presses: Annotated[
@@ -133,7 +133,7 @@ class Necker(Message):
 
 
 class Again(Message):
-    """An answer in practice that was repeated: `phase` and `trial` are those of the list."""
+    """Response to a repeated practice trial, identified by `phase` and `trial` of the list."""
 
     phase: Literal["practice"]
     trial: Annotated[int, Field(ge=1, le=100_000)]
@@ -141,7 +141,7 @@ class Again(Message):
 
 
 class Round(Message):
-    """Practice, judged once: how many answers were right, and of a repetition the answers."""
+    """Evaluation of one practice round: number of correct responses, and the responses of a repeated round."""
 
     round: Annotated[int, Field(ge=1, le=20)]
     right: Count
@@ -151,9 +151,9 @@ class Round(Message):
 
 
 class Answer(Message):
-    """An answer: `phase` and `trial` are its key, `attempt` distinguishes one sending from another of the same.
+    """Response, identified by `phase` and `trial`; `attempt` distinguishes repeated transmissions.
 
-    What was found in practice comes with the first answer that counts.
+    The results of practice are sent with the first response of the main trials.
     """
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
@@ -164,11 +164,11 @@ class Answer(Message):
 
 
 class Given(Answer, Who):
-    """An answer of a session's page."""
+    """Response sent by a session's page."""
 
 
 class Next(Who):
-    """The page asks what a trial shows."""
+    """Request for the stimuli of a trial."""
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
     trial: Annotated[int, Field(ge=1, le=100_000)]
@@ -178,7 +178,7 @@ Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class Line(Message):
-    """Something that the page of an exported study notes: `line` counts those of its session, from 0."""
+    """Record written by the page of an exported study; `line` numbers the session's records from 0."""
 
     focalgradient: Literal[1]
     session: Label
@@ -187,14 +187,14 @@ class Line(Message):
 
 
 class Opened(Line):
-    """A sitting begins."""
+    """Record of the beginning of a sitting."""
 
     platform: Annotated[str, Field(pattern=r"^[a-z]{1,20}$")]
     sitting: Sitting
 
 
 class Begun(Opened):
-    """The first line of a session: whose it is, and what it shows."""
+    """First record of a session: participant, design and stimuli."""
 
     kind: Literal["begun"]
     participant: Annotated[str, Field(pattern=r"^[A-Za-z0-9]{1,32}$")]
@@ -205,17 +205,17 @@ class Begun(Opened):
 
 
 class Resumed(Opened):
-    """The page was loaded again."""
+    """Record of a reloaded page."""
 
     kind: Literal["resumed"]
 
 
 class Answered(Line):
-    """An answer."""
+    """Record of a response."""
 
     kind: Literal["answer"]
     given: Answer
 
 
 Note = Annotated[Begun | Resumed | Answered, Field(discriminator="kind")]
-"""A line of an exported study."""
+"""Any record of an exported study."""

@@ -1,8 +1,9 @@
-"""Who may take part: secret links, and what a platform calls its people, both kept apart from the data.
+"""Participants: secret links and platform identifiers, both stored separately from the data.
 
-The file has one line of JSON a person: the label in the data, the digest of the secret that leads to the session, and
-identifiers of a platform; and one for each session that was stopped. Whoever has the data without this file cannot tell
-who is who; whoever has this file cannot take part. Nothing of a participant who withdraws stays in it.
+The file has one line of JSON per person (label in the data, digest of the link's secret, identifiers of a platform),
+and
+one for each session that was stopped. The data alone do not identify participants; the file alone does not give access
+to sessions. All entries of participants who withdraw are removed from it.
 """
 
 from __future__ import annotations
@@ -29,26 +30,26 @@ from focalgradient.files import read_bytes
 __all__ = ["People", "Person", "Roster"]
 
 PLATFORM = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID", "survey_code", "workerId", "id")
-"""Parameters of links that are kept: Prolific's, SONA's, Mechanical Turk's, and a plain one."""
+"""Link parameters that are stored: those of Prolific, SONA and Mechanical Turk, and a general one."""
 
 OF_PERSON = ("PROLIFIC_PID", "survey_code", "workerId", "id")
-"""Those that name a person; others may know or guess them, so they lead to no session."""
+"""Link parameters that identify a person; others may know or guess them, so they do not give access to a session."""
 
 VALUE = re.compile(r"[\w.@-]{1,100}")
 
 DIGITS = 3
-"""Of labels, at least: 001, 002, ..."""
+"""Minimum number of digits of a label: 001, 002, ..."""
 
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Somebody who may take part.
+    """Person who may take part.
 
     Parameters
     ----------
-    participant
+    Label in the data.
         Label in the data.
-    platform
+    Identifiers from the platform through which the person came.
         Identifiers of the platform that the person comes from.
     """
 
@@ -57,7 +58,7 @@ class Person:
 
 
 class Roster:
-    """Everybody who may take part; where that is kept, a subclass says."""
+    """Base class of lists of participants; subclasses define the storage."""
 
     def __init__(self, taken: frozenset[str] = frozenset()) -> None:
         self._taken, self._stopped, self._guard = set(taken), set[str](), threading.Lock()
@@ -66,28 +67,28 @@ class Roster:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Nobody else adds people meanwhile, and those that others have added are known."""
+        """Lock the list against other writers, and load entries that they have added."""
         with self._guard:
             yield
 
     def _keep(self, person: Person, digest: str) -> None:
-        """Write down a link; called within `_alone`."""
+        """Store a link; called within `_alone`."""
         raise NotImplementedError
 
     def _keep_stopped(self, participant: str) -> None:
-        """Write down that a session was stopped; called within `_alone`."""
+        """Store that a session was stopped; called within `_alone`."""
         raise NotImplementedError
 
     def _redact(self, participant: str) -> None:
-        """Remove what is written down of a participant; called within `_alone`."""
+        """Remove the stored entries of a participant; called within `_alone`."""
         raise NotImplementedError
 
     def _is_kept(self, digest: str) -> bool:
-        """Whether a link that is in the memory is still written down; a withdrawal elsewhere removes it."""
+        """Return whether a link in memory is still stored; a withdrawal on another server removes it."""
         raise NotImplementedError
 
     def of(self, token: str) -> Person | None:
-        """Give the person that a secret is of; None where there is none."""
+        """Return the person to whom a secret belongs; None if there is none."""
         return self._person(digest_of_token(token))
 
     def _person(self, digest: str) -> Person | None:
@@ -95,23 +96,23 @@ class Roster:
         return person if person is not None and self._is_kept(digest) else None
 
     def everybody(self) -> dict[str, Person]:
-        """Everybody, by label."""
+        """Return all persons by label."""
         found = (self._person(digest) for digest in list(self._of_digest))
         return {person.participant: person for person in found if person is not None}
 
     def is_stopped(self, participant: str) -> bool:
-        """Whether a participant's session was stopped for good."""
+        """Return whether a participant's session was stopped permanently."""
         return participant in self._stopped
 
     def stop(self, participant: str) -> None:
-        """Take nothing more from a participant, also after the server was started anew."""
+        """Stop accepting responses from a participant permanently, also after the server restarts."""
         with self._alone():
             if participant not in self._stopped:
                 self._keep_stopped(participant)
                 self._stopped.add(participant)
 
     def forget(self, participant: str) -> None:
-        """Remove links, identifiers and label of a participant who has withdrawn; the label is not given again."""
+        """Remove links, identifiers and label of a participant who has withdrawn; the label is not reused."""
         with self._alone():
             self._redact(participant)
             for digest, person in list(self._of_digest.items()):
@@ -119,26 +120,26 @@ class Roster:
                     del self._of_digest[digest]
 
     def invite(self, count: int) -> list[str]:
-        """Make so many links for new people; gives their secrets, which are kept nowhere."""
+        """Create links for `count` new persons; return their secrets, which are not stored."""
         with self._alone():
             return [self._new(_secret(), {}) for _ in range(count)]
 
     def join(self, given: Mapping[str, str], secret: str | None = None) -> str:
-        """Give a secret to who comes by the open link: a new person, or the one whose browser sends its secret again.
+        """Return the secret of a new person on the open link, or of the one whose browser sends a secret again.
 
-        Identifiers of a platform lead nobody to a session: others may know or guess them.
+        Platform identifiers do not give access to a session, because others may know or guess them.
 
         Parameters
         ----------
         given
-            Parameters of the link; those of a platform are kept.
+            Parameters of the link; those of a platform are stored.
         secret
-            What the browser has made for this session and keeps; by default a new one.
+            Secret that the browser has generated for this session and keeps; default: a new one.
 
         Raises
         ------
         InputError
-            If an identifier is not one, or it cannot be written down.
+            If an identifier is invalid, or it cannot be stored.
         """
         platform = {name: given[name] for name in PLATFORM if name in given}
         for name, value in platform.items():
@@ -152,7 +153,7 @@ class Roster:
             return self._new(secret or _secret(), platform)
 
     def sharing_identifiers(self) -> set[str]:
-        """Give the labels of people who share an identifier of a platform with another one."""
+        """Return the labels of persons who share a platform identifier with another person."""
         of_name: dict[tuple[str, str], set[str]] = {}
         for participant, person in self.everybody().items():
             for name in OF_PERSON:
@@ -172,25 +173,25 @@ class Roster:
         return token
 
     def close(self) -> None:
-        """Let go of what it is kept in."""
+        """Close the storage."""
 
 
 class People(Roster):
-    """Everybody who may take part, kept in one file that one server owns.
+    """Participants, stored in one file that one server owns.
 
     Parameters
     ----------
     path
-        The file; made where it is missing, readable by its owner alone.
+        Path of the file; created if missing, readable only by its owner.
     taken
-        Labels that are in the data already.
+        Labels that the data already contain.
     data
-        Folder of the data set, which no other server may have either, whatever its links.
+        Folder of the data set, which is locked against other servers, even with other links.
 
     Raises
     ------
     InputError
-        If the file cannot be read or written, is damaged, or another server has it or the data.
+        If the file cannot be read or written, is damaged, or another server uses it or the data.
     """
 
     def __init__(self, path: Path, taken: frozenset[str] = frozenset(), data: Path | None = None):
@@ -206,15 +207,17 @@ class People(Roster):
 
     def _open(self, path: Path) -> None:
         if path.exists():
-            read_bytes(path, "the links of a server")  # refuses what is no regular file
+            read_bytes(path, "the links of a server")  # raises for anything but a regular file
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0), 0o600)
         except OSError as error:
-            raise InputError(f"{path} cannot be written ({error.strerror}): give another place.") from error
+            raise InputError(f"{path} cannot be written ({error.strerror}): give another path.") from error
         try:
             if not try_lock(self._file, path):
-                raise InputError(f"another server uses {path}: end it; a study with other data needs other links.")
+                raise InputError(
+                    f"another server uses {path}: stop that server, or give this study another file of links."
+                )
             self._read(read_links(path))
         except BaseException:
             os.close(self._file)
@@ -245,18 +248,18 @@ class People(Roster):
         return os.fstat(self._file).st_size - len(content)
 
     def _redact(self, participant: str) -> None:
-        if self._path.exists():  # else who is who was removed by hand
+        if self._path.exists():  # otherwise the file was removed by hand
             forget_links(self._path, participant)
 
     def _is_kept(self, digest: str) -> bool:
-        if sys.platform == "win32":  # which keeps others from the file
+        if sys.platform == "win32":  # where the file is locked against other processes
             return True
         return os.pread(self._file, len(BEGINNING), self._offsets[digest]) == BEGINNING
 
     def close(self) -> None:
-        """Let another server have the file; one that names nobody goes."""
+        """Close the file, so that another server can use it; remove it if it is empty."""
         if not os.fstat(self._file).st_size:
-            with suppress(OSError):  # Windows lets nobody remove an open file
+            with suppress(OSError):  # Windows does not remove open files
                 self._path.unlink(missing_ok=True)
         os.close(self._file)
         self._let_go()
@@ -267,7 +270,7 @@ class People(Roster):
 
 
 class _Owned:
-    """One server's lock of a folder of data, which need not be there yet: a hidden file beside it."""
+    """One server's lock on a data folder, which need not exist yet: a hidden file beside it."""
 
     def __init__(self, data: Path):
         real = Path(os.path.realpath(data))
@@ -279,20 +282,20 @@ class _Owned:
             raise InputError(f"{self._path} cannot be written ({error.strerror}): give another folder.") from error
         if not try_lock(self._file, self._path):
             os.close(self._file)
-            raise InputError(f"another server keeps its data in {data}: end it, or give this one another folder.")
+            raise InputError(f"another server uses the data folder {data}: stop that server, or give another folder.")
 
     def close(self) -> None:
-        """Let another server have the data."""
+        """Release the lock."""
         with suppress(OSError):
             self._path.unlink(missing_ok=True)
         os.close(self._file)
 
 
 def _secret() -> str:
-    """144 random bits: nobody guesses it."""
+    """Return a secret of 144 random bits."""
     return secrets.token_urlsafe(18)
 
 
 def digest_of_token(token: str) -> str:
-    """What is kept of a link's secret."""
+    """Return the digest of a link's secret, which is stored instead of the secret."""
     return hashlib.sha256(token.encode()).hexdigest()

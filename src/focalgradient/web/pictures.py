@@ -1,4 +1,4 @@
-"""What the page needs to show a trial: addresses of pictures, marks, times, the scale, the cube's sizes."""
+"""Content of trials for the page: addresses of pictures, marks, durations, response scale, sizes of the cube."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ __all__ = [
 ]
 
 MARK_DEG = 0.3
-"""Radius of the mark, in degrees of the pictures' display."""
+"""Radius of the fixation mark, in degrees on the pictures' display."""
 
 
 def drawing_png(name: str, stimuli: StimulusSet) -> bytes:
-    """The PNG of one of the two drawings whose depth nobody doubts, in the size of the set's pictures."""
+    """Return the PNG of one of the two catch-trial drawings of unambiguous depth, in the size of the set's pictures."""
     return png(example_picture(name, stimuli.pixels(stimuli.pictures[0]).shape[:2]))
 
 
 def depth_session(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
-    """What all trials of depth rating share."""
+    """Return the settings that all trials of depth rating share."""
     radius = MARK_DEG * stimuli.display.pixels_per_degree
     return {"blank_s": design.blank_s, "pause_s": design.pause_s, "mark_radius_px": radius}
 
 
 def picture_file(stimuli: StimulusSet, shown: tuple[str, str, str], levels: Mapping[str, str]) -> str | None:
-    """The file of the picture of a scene, aperture and fixation, with the levels of factors; None of a drawing."""
+    """Return the file of the picture for a scene, aperture, fixation and factor levels; None for a drawing."""
     return None if shown[0] in DRAWINGS else stimuli.picture(*shown, levels).png
 
 
@@ -73,7 +73,7 @@ def _interval(
 
 
 def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial) -> dict[str, Any]:
-    """What a trial of depth rating shows."""
+    """Return the stimuli of a depth-rating trial."""
     levels = trial.factors
     shown = (trial.scene, trial.aperture, trial.fixation)
     picture = _interval(design, stimuli, shown, levels, design.picture_s, "picture")
@@ -88,34 +88,34 @@ def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTri
 
 
 def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
-    """What shows the standard."""
+    """Return the interval that shows the standard."""
     shown = (design.standard_scene, "pinhole", design.fixations[0])
     return _interval(design, stimuli, shown, {}, design.standard_s, "standard") | {"mark_seconds": 0.0}
 
 
 REFOCUSING = "focus.js"
-"""Name of the script by which the page refocuses pictures."""
+"""File name of the script with which the page refocuses pictures."""
 
 
 def refocusing() -> bytes:
-    """Source of the module with `FocusView` and its shaders, as windows and plugins use them."""
+    """Return the source of the module with `FocusView` and its shaders, which windows and plugins also use."""
     return f"{page_script()}\nexport {{ FocusView }};\nexport const SHADERS = {json.dumps(page_shaders())};\n".encode()
 
 
 def own_session() -> dict[str, Any]:
-    """What all trials of a task of one's own share."""
+    """Return the settings that all trials of a user-defined task share."""
     return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
 
 
 HASHES: dict[tuple[str, str, Any], str] = {}
-"""SHA-256 of the pixels of trials of own tasks, by task, design and trial; the latest `MOST_HASHES` of them."""
+"""Cache of the SHA-256 of the pixels shown in trials of user-defined tasks, by task, design and trial."""
 
 MOST_HASHES = 20_000
-"""Ten times the trials that one participant can be asked for."""
+"""Maximum size of `HASHES`: ten times the maximum number of trials per participant."""
 
 
 def shown_sha256(task: Task, design: Any, trial: Any, display: Display) -> str:
-    """SHA-256 of the pixels of each picture that a trial of an own task shows, apart by blanks."""
+    """Return the SHA-256 of the pixels of each picture shown in a trial of a user-defined task, separated by spaces."""
     key = (task.name, design.model_dump_json(), trial)
     if key not in HASHES:
         shown = task.intervals(design, trial, display.pixels_per_degree)
@@ -130,7 +130,7 @@ def shown_sha256(task: Task, design: Any, trial: Any, display: Display) -> str:
 def own_trial(
     task: Task, design: Any, trial: Any, words: Words, display: Display
 ) -> tuple[dict[str, bytes], dict[str, Any]]:
-    """What a trial of a task of one's own shows: names and contents of its pictures, and what the page needs."""
+    """Return the pictures of a user-defined task's trial (content by name), and its entry for the page."""
     if task.adjusts:
         return _adjusted(task, design, trial, words, display)
     files, intervals = {}, []
@@ -140,14 +140,14 @@ def own_trial(
         name = f"{hashlib.sha256(content).hexdigest()}.png"
         files[name] = content
         intervals.append({"url": f"/pictures/{name}", "seconds": seconds, "event": "picture", **mark})
-    # With 1 as the interval, a choice between two ways is kept as 1 for the first, as `answered_by` expects.
+    # With 1 as the interval, a choice between two alternatives is stored as 1 for the first, as `answered_by` expects.
     return files, {"intervals": intervals, "interval": 1, "scale": task.control(words, trial).form()}
 
 
 def _adjusted(
     task: Task, design: Any, trial: Any, words: Words, display: Display
 ) -> tuple[dict[str, bytes], dict[str, Any]]:
-    """What a trial shows in which something is adjusted: files of its focus series, and the knob."""
+    """Return the files of an adjustment trial's focus series, and the trial's entry with its knob."""
     asked = task.adjustment(design, words, trial, display.pixels_per_degree)
     files, views = {}, []
     for one in asked.views:
@@ -160,13 +160,13 @@ def _adjusted(
 
 @lru_cache(maxsize=64)
 def _packed(series: FocusSeries) -> tuple[str, bytes]:
-    """Name and content of the file of a focus series."""
+    """Return name and content of a focus series' file."""
     content = json.dumps(packed(series)).encode()
     return f"{hashlib.sha256(content).hexdigest()}.json", content
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:
-    """The cube of a design as the page draws it; angles are in pixels of the display."""
+    """Return the cube of a design in the form that the page draws; angles are in pixels of the display."""
     cube, pixel_angle = cube_of(design), display.pixel_pitch / display.distance
     height, width = shape_of(design, pixel_angle)
     sizes: Mapping[str, float] = {
@@ -188,6 +188,6 @@ def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:
 
 
 def cube_trial(trial: NeckerTrial) -> dict[str, Any]:
-    """What a trial with the cube shows."""
+    """Return the stimuli of a Necker cube trial."""
     names = ("shape", "gradient", "strength", "direction")
     return {"cube": {**{name: getattr(trial, name) for name in names}, "seconds": trial.trial_s}}

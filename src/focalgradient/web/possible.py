@@ -1,8 +1,8 @@
-"""What cannot be true of one answer, whoever sends it: such an answer is refused.
+"""Plausibility limits of a response, which hold for every page: impossible responses are rejected.
 
-The page keeps answers while the network is away and sends them in a burst, so the time between two answers proves
-nothing. What holds for every page: a trial takes the time that its design shows it, and it was not shown before the
-page got it.
+The page stores responses while the network is down and then sends them in a burst, so the time between two responses is
+uninformative. But a trial takes at least the time for which its design shows it, and it cannot be shown before the page
+received it.
 """
 
 from __future__ import annotations
@@ -16,41 +16,44 @@ from focalgradient.errors import InputError
 __all__ = ["check_possible"]
 
 SLACK_S = 1.0
-"""Seconds by which an answer may seem longer than the time there was: coarse clocks of browsers, 0.1 s, with margin."""
+"""Tolerance in s by which a response may seem longer than the available time: coarse browser clocks (0.1 s), with
+margin.
+"""
 
 DRIFT = 0.01
-"""Share by which two clocks may go at different rates: a hundred times what quartz does (100 parts in a million)."""
+"""Tolerated relative rate difference between two clocks: a hundred times that of quartz clocks (100 ppm)."""
 
 FRAMES_S = 0.25
-"""Seconds by which a cube may be shown shorter: half a frame at 2 Hz, the slowest display that the page accepts."""
+"""Tolerance in s by which a cube may be shown too briefly: half a frame at 2 Hz, the slowest display accepted."""
 
 AFTER_S = 1.0
-"""Seconds after a cube's end in which the page may still hear a key."""
+"""Time in s after a cube's offset within which the page may still register a key."""
 
 NEAR = 1e-6
-"""Share of the scale by which rounding may carry its start over the end."""
+"""Rounding tolerance of the starting value at the ends of the scale, as a fraction of the scale."""
 
 
 def check_possible(design: Any, trial: Trial, answer: Rated | Watched | Response, elapsed_s: float | None) -> None:
-    """Refuse an answer that no page can send.
+    """Raise `InputError` for a response that no page can send.
 
     Parameters
     ----------
     design, trial, answer
-        What was answered; `answer` is one of the design's already.
+        Response, which already has the form of the design's responses.
     elapsed_s
-        Seconds since the page got its trials; None where that is not known.
+        Seconds since the page received its trials; None if unknown.
 
     Raises
     ------
     InputError
-        If it is on no place of the scale, names keys that the design does not, or took longer than there was time.
+        If it lies outside the scale, names keys that are not the design's, or took longer than the available time.
     """
     spent = _watched(design, trial, answer) if isinstance(answer, Watched) else _rated(design, trial, answer)
     if elapsed_s is not None and spent > elapsed_s * (1 + DRIFT) + SLACK_S:
         raise InputError(
-            f"the trial and its answer took {spent:.6g} s, but the page has had its trials for {elapsed_s:.3g} s: send "
-            "the times that were measured."
+            f"the trial and its answer took {spent:.6g} s, but the page received its trials {elapsed_s:.3g} s ago: "
+            "send "
+            "the measured times."
         )
 
 
@@ -61,7 +64,7 @@ def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
     least, most = design.bounds
     if answer.start is not None and not least - NEAR * (most - least) <= answer.start <= most + NEAR * (most - least):
         raise InputError(
-            f"start is {answer.start:g}, but the scale goes from {least:g} to {most:g}: give one of its places."
+            f"start is {answer.start:g}, but the scale extends from {least:g} to {most:g}: send a value on the scale."
         )
     return shown + answer.response_time
 
@@ -71,11 +74,15 @@ def _watched(design: Any, trial: Any, answer: Watched) -> float:
     for time, key, _ in answer.presses:
         if key not in keys:
             known = " and ".join(sorted(keys))
-            raise InputError(f"a press names the key {key[:20]!r}, but the design has {known}: give one of them.")
+            raise InputError(f"a press has the key {key[:20]!r}, but the design has {known}: send one of them.")
         if time > answer.trial_duration + AFTER_S:
-            raise InputError(f"a key was pressed at {time:g} s, but the trial lasted {answer.trial_duration:g} s.")
+            raise InputError(
+                f"a key was pressed at {time:g} s, but the trial lasted {answer.trial_duration:g} s: send the "
+                "measured times."
+            )
     if answer.trial_duration < trial.trial_s - FRAMES_S:
         raise InputError(
-            f"trial_duration is {answer.trial_duration:g} s, but the design shows the cube for {trial.trial_s:g} s."
+            f"trial_duration is {answer.trial_duration:g} s, but the design shows the cube for {trial.trial_s:g} s: "
+            "send the measured duration."
         )
     return answer.trial_duration

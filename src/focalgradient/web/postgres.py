@@ -1,8 +1,8 @@
-"""Journals in a PostgreSQL database, behind several servers: the lines that a local folder has, one a row.
+"""Storage of journals in a PostgreSQL database shared by several servers: one row per line of a local journal.
 
-A server that acts on a participant locks the participant's row. Lines that other servers have added are first brought
-into the server's own folder; those that it adds are committed before anything is acknowledged. This is the only module
-that imports psycopg (extra `store`).
+A server that acts on a participant locks the participant's row. Lines that other servers have added are first copied to
+the server's own folder; lines that it adds are committed before they are acknowledged. No other module imports psycopg
+(extra `store`).
 """
 
 from __future__ import annotations
@@ -44,28 +44,30 @@ create table if not exists journals (participant text not null, line integer not
 alter table study add column if not exists labels integer not null default 0;
 create table if not exists withdrawn (record text primary key);
 """
-"""Of one study; another one needs another database, or another schema.
+"""Tables of one study; another study needs another database or another schema.
 
-`labels` is the number of labels given when somebody last withdrew, none of which is given again; `withdrawn` has the
-digests of records that were removed, by which a data set that was made before loses them, too."""
+`labels` is the highest label number at the last withdrawal; lower numbers are not reused. `withdrawn` contains the
+digests
+of removed records, so that existing data sets lose them too.
+"""
 
 MOST_CONNECTIONS = 8
-"""Of one server: PostgreSQL allows 100 of all, and an answer needs one for a few milliseconds."""
+"""Maximum number of connections per server: PostgreSQL allows 100 in total, and a response needs one for a few ms."""
 
 PATIENCE_S = 10
-"""Seconds that the database may take to let a server in."""
+"""Time limit in s for connecting to the database."""
 
 BEGINNING = 4917
-"""Number of the lock under which tables are made: one server makes them."""
+"""Number of the advisory lock under which tables are created, so that only one server creates them."""
 
 
 class Database:
-    """Connections to a database, used one after the other.
+    """Pool of connections to a database.
 
     Parameters
     ----------
     address
-        As ``postgresql://user:password@host/database``.
+        Address, such as ``postgresql://user:password@host/database``.
     """
 
     def __init__(self, address: str):
@@ -75,12 +77,12 @@ class Database:
 
     @contextmanager
     def transaction(self) -> Iterator[psycopg.Connection]:
-        """Do something as a whole, or not at all.
+        """Run a transaction: all of its changes, or none.
 
         Raises
         ------
         psycopg.Error
-            If the database cannot be reached, or ends meanwhile.
+            If the database cannot be reached, or the connection is lost.
         """
         with self._slots:
             try:
@@ -95,7 +97,7 @@ class Database:
                     self._idle.put(connection)
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the connections."""
         with suppress(queue.Empty):
             while True:
                 self._idle.get_nowait().close()
@@ -112,37 +114,37 @@ def _opening(address: str) -> Iterator[Database]:
             raise
         why = " ".join(str(error).split())[:300]
         raise InputError(
-            f"the store cannot be used ({why}): give an address as postgresql://user@host/name."
+            f"the store cannot be used ({why}): give an address such as postgresql://user@host/name."
         ) from error
 
 
 @contextmanager
 def _answering() -> Iterator[None]:
-    """Let the page ask again later, where the database does not answer."""
+    """Answer 503 if the database fails, so that the page retries later."""
     try:
         yield
     except psycopg.Error as error:
-        raise Refused(503, "The store does not answer.") from error
+        raise Refused(503, "The store does not respond.") from error
 
 
 class Postgres:
-    """A store that several servers share.
+    """Store that several servers share.
 
     Parameters
     ----------
     address
-        As ``postgresql://user:password@host/database``.
+        Address, such as ``postgresql://user:password@host/database``.
     folder
-        Of this server alone, new or empty.
+        Folder of this server only, new or empty.
     design
-        Of the study; that which the database has already, where it has one.
+        Design of the study; must equal that in the database, if there is one.
     manifest
-        Of the pictures, where the design has some.
+        Manifest of the pictures, if the design shows any.
 
     Raises
     ------
     InputError
-        If the database cannot be used, or holds another study.
+        If the database cannot be used, or contains another study.
     """
 
     shared = True
@@ -161,13 +163,14 @@ class Postgres:
             there = connection.execute("select design = %s::jsonb, manifest from study", [content]).fetchone()
             if there != (True, text):
                 raise InputError(
-                    "the store holds another study, with another design or other pictures: give it a database of its "
+                    "the store contains a study with another design or other pictures: give this study a database of "
+                    "its "
                     "own."
                 )
 
     @contextmanager
     def held(self, place: Place) -> Iterator[None]:
-        """As `Store` has it."""
+        """See `Store`."""
         with place.guard, _answering(), self.database.transaction() as connection:
             who = [place.participant]
             connection.execute("insert into sessions (participant) values (%s) on conflict do nothing", who)
@@ -177,7 +180,7 @@ class Postgres:
                 "from sessions where participant = %s for update",
                 who,
             ).fetchone()
-            if row is None or row[3] is None:  # who has withdrawn meanwhile
+            if row is None or row[3] is None:  # withdrawn meanwhile
                 raise Refused(404, UNKNOWN)
             place.tab, place.alive = row[0], time.monotonic() - float(row[1])
             place.stopped = bool(row[3])
@@ -190,7 +193,7 @@ class Postgres:
                 self._add(connection, place, added, tab_changed=(place.tab, place.alive) != before)
             except BaseException:
                 if len(_read(place.journal)) != place.stored:
-                    place.stored = -1  # what this server has written is not in the store: it is fetched anew
+                    place.stored = -1  # lines written by this server are not in the store: fetch them again
                 raise
             size = place.stored + len(added)
             place.stored = -1  # until the transaction has ended
@@ -198,7 +201,7 @@ class Postgres:
 
     @staticmethod
     def _fetch(connection: psycopg.Connection, place: Place) -> None:
-        """Make a journal in the server's folder what the store has."""
+        """Replace the journal in the server's folder by that in the store."""
         place.close()
         lines = connection.execute(
             "select content from journals where participant = %s order by line", [place.participant]
@@ -229,7 +232,7 @@ class Postgres:
 
     @contextmanager
     def data(self) -> Iterator[Path]:
-        """As `Store` has it."""
+        """See `Store`."""
         with tempfile.TemporaryDirectory() as folder, _answering():
             with self.database.transaction() as connection:
                 _exported(connection, Path(folder))
@@ -244,7 +247,7 @@ def _read(path: Path) -> bytes:
 
 
 def _lines(content: bytes) -> list[str]:
-    r"""The lines of a journal, which end in a line feed alone: other line separators may stand in a text of JSON.
+    r"""Split a journal into lines at line feeds only: JSON texts may contain other line separators.
 
     >>> len(_lines('{"browser": "a\u2028b"}\n'.encode()))
     1
@@ -254,36 +257,36 @@ def _lines(content: bytes) -> list[str]:
 
 
 def collect_store(address: str, root: Path) -> dict[str, int]:
-    """Bring the sessions of a store into a data set; what is there already stays.
+    """Import the sessions of a store into a data set; existing data are kept.
 
     Parameters
     ----------
     address
-        As ``postgresql://user:password@host/database``.
+        Address, such as ``postgresql://user:password@host/database``.
     root
-        Folder of the data set: new, empty, or one that was made of the same store.
+        Folder of the data set: new, empty, or made from the same store.
 
     Returns
     -------
     dict
-        By label, how many lines of the journal are new to the data set.
+        Number of journal lines that were new to the data set, by label.
 
     Raises
     ------
     InputError
-        If the database cannot be used or holds no study, or a journal in the folder is another one.
+        If the database cannot be used or contains no study, or a journal in the folder differs.
     """
     with _opening(address) as database:
         with database.transaction() as connection:
             if connection.execute("select to_regclass('journals')").fetchone() == (None,):
-                raise InputError("the store holds no study: give the store of 'focalgradient serve'.")
+                raise InputError("the store contains no study: give the store of 'focalgradient serve'.")
             added = _exported(connection, root)
         database.close()
     return added
 
 
 def _record(lines: list[str]) -> str | None:
-    """The record of a session in a browser: a random number, in the note of its first sitting."""
+    """Return the record identifier of a browser session: a random number in the note of its first sitting."""
     for event in map(json.loads, filter(None, lines)):
         if event.get("kind") == "sitting":
             return event.get("record")
@@ -291,26 +294,26 @@ def _record(lines: list[str]) -> str | None:
 
 
 def withdraw_from_store(address: str, participant: str) -> bool:
-    """Remove a participant from a store; False where there is none.
+    """Remove a participant from a store; return whether the participant existed.
 
     Parameters
     ----------
     address
-        As ``postgresql://user:password@host/database``.
+        Address, such as ``postgresql://user:password@host/database``.
     participant
-        As ``sub-007`` or ``007``.
+        Label, such as ``sub-007`` or ``007``.
 
     Raises
     ------
     InputError
-        If the database cannot be used or holds no study.
+        If the database cannot be used or contains no study.
     """
     label = participant.removeprefix("sub-")
     with _opening(address) as database:
         with database.transaction() as connection:
             if connection.execute("select to_regclass('people')").fetchone() == (None,):
-                raise InputError("the store holds no study: give the store of 'focalgradient serve'.")
-            connection.execute(TABLES)  # of a store that an earlier version made
+                raise InputError("the store contains no study: give the store of 'focalgradient serve'.")
+            connection.execute(TABLES)  # for a store made by an earlier version
         people = SharedPeople(database)
         there = label in people.everybody()
         if there:
@@ -338,7 +341,7 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
             continue
         old = _lines(_read(files.journal))
         if old[: len(new)] != new[: len(old)]:
-            raise InputError(f"{files.journal} holds something else than the store: give a folder of its own.")
+            raise InputError(f"{files.journal} differs from the store: give another folder.")
         if added_lines := max(len(new) - len(old), 0):
             with writing(root):
                 make_folder(files.journal.parent)
@@ -355,7 +358,7 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
 
 
 class SharedPeople(Roster):
-    """Everybody who may take part, in the database of a `Postgres`."""
+    """Participants, stored in the database of a `Postgres` store."""
 
     def __init__(self, database: Database):
         super().__init__()
@@ -388,7 +391,7 @@ class SharedPeople(Roster):
 
     def _redact(self, participant: str) -> None:
         execute, who = self._connection.execute, [participant]
-        execute("select 1 from sessions where participant = %s for update", who)  # after who records at this moment
+        execute("select 1 from sessions where participant = %s for update", who)  # wait for a response being recorded
         lines = execute("select content from journals where participant = %s order by line", who).fetchall()
         if record := _record([line for (line,) in lines]):
             execute("insert into withdrawn values (%s) on conflict do nothing", [digest_of_record(record)])
@@ -397,10 +400,10 @@ class SharedPeople(Roster):
         execute("update study set labels = %s", [self._labels])
 
     def _is_kept(self, digest: str) -> bool:
-        return digest in self._of_digest  # which `_alone` and `everybody` load anew
+        return digest in self._of_digest  # reloaded by `_alone` and `everybody`
 
     def of(self, token: str) -> Person | None:
-        """Give the person that a secret is of; None where there is none."""
+        """Return the person to whom a secret belongs; None if there is none."""
         with _answering(), self._database.transaction() as connection:  # another server may have added or removed it
             row = connection.execute(
                 "select participant, platform from people where sha256 = %s", [digest_of_token(token)]
@@ -408,11 +411,11 @@ class SharedPeople(Roster):
         return None if row is None else Person(*row)
 
     def everybody(self) -> dict[str, Person]:
-        """Everybody, by label."""
+        """Return all persons by label."""
         with self._guard, _answering(), self._database.transaction() as connection:
             self._load(connection)
             return super().everybody()
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the database."""
         self._database.close()

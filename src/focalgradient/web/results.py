@@ -1,4 +1,4 @@
-"""Files that platforms give of an exported study, line by line: text and archives of JATOS, files of CSV or JSON."""
+"""Result files of an exported study, read record by record: text and archives of JATOS, CSV and JSON files."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ from focalgradient.web.messages import Answered, Begun, Note, Resumed
 __all__ = ["read_results"]
 
 LARGEST = 1 << 30
-"""Bytes of a file, and of an archive unpacked: a thousand sessions of one megabyte."""
+"""Maximum size in bytes of a file, and of an unpacked archive: a thousand sessions of 1 MB."""
 
 MOST_MEMBERS = 100_000
-"""Of an archive."""
+"""Maximum number of files in an archive."""
 
 LARGEST_CELL = 8 << 20
-"""Characters of a cell of CSV: an answer with its time stamps has at most some 4 MB."""
+"""Maximum number of characters in a CSV cell: a response with its time stamps has at most some 4 MB."""
 
 COLUMN = "record"
-"""Of CSV, which holds the lines."""
+"""Name of the CSV column that contains the records."""
 
 MARK = "focalgradient"
-"""The key by which a line is known for one of ours."""
+"""Key that identifies a record of an exported study."""
 
-WHAT = "a file of results of a study that 'focalgradient serve --export' made"
+WHAT = "a result file of a study exported by 'focalgradient serve --export'"
 
 _note: TypeAdapter[Begun | Resumed | Answered] = TypeAdapter(Note)
 
 
 def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Begun | Resumed | Answered]]:
-    """Read the lines of all sessions in files of results, by session and number.
+    """Read the records of all sessions in result files, by session and number.
 
     Raises
     ------
     InputError
-        If a file cannot be read, holds no line of ours, or one that is none or that another line contradicts.
+        If a file cannot be read, contains no record of an exported study, or an invalid or contradictory one.
     """
     sessions: dict[str, dict[int, Begun | Resumed | Answered]] = {}
     for path in paths:
@@ -54,22 +54,23 @@ def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Begun | Resumed |
         for where, text in _texts(path):
             for value in _values(text, where):
                 if not (isinstance(value, dict) and MARK in value):
-                    continue  # somebody else's, as the metadata of an archive
+                    continue  # not a record, such as the metadata of an archive
                 found += 1
                 line = _checked(value, where)
                 lines = sessions.setdefault(line.session, {})
                 if lines.setdefault(line.line, line) != line:
                     raise InputError(
-                        f"{where}: line {line.line} of session {line.session} is there twice, with two contents: leave "
-                        "out the file that is not the platform's own."
+                        f"{where}: line {line.line} of session {line.session} occurs twice with different contents: "
+                        "leave "
+                        "out the file that was changed after its download."
                     )
         if not found:
-            raise InputError(f"{printable(path)} holds no answers: give {WHAT}.")
+            raise InputError(f"{printable(path)} contains no responses: give {WHAT}.")
     return sessions
 
 
 def _texts(path: Path) -> Iterator[tuple[str, str]]:
-    """Texts of a file, or of those in an archive, each with its name for messages."""
+    """Yield the texts of a file, or of those in an archive, each with its name for messages."""
     content, name = read_bytes(path, WHAT, LARGEST), printable(path)
     if not content.startswith(b"PK"):
         yield name, _decoded(content, name)
@@ -87,9 +88,9 @@ def _texts(path: Path) -> Iterator[tuple[str, str]]:
     except InputError:
         raise
     except MemoryError as error:
-        raise InputError(f"{name} is too large for the memory: give fewer results at once.") from error
+        raise InputError(f"{name} is too large for the available memory: give fewer results at once.") from error
     except Exception as error:  # damaged archives fail in many ways
-        raise InputError(f"{name} is no archive that can be read: download it again.") from error
+        raise InputError(f"{name} is a damaged archive: download it again.") from error
 
 
 def _decoded(content: bytes, where: str) -> str:
@@ -100,11 +101,11 @@ def _decoded(content: bytes, where: str) -> str:
 
 
 def _values(text: str, where: str) -> Iterator[Any]:
-    """What a text holds: values of JSON one after the other, in lists or not, or CSV whose cells hold them."""
+    """Yield the JSON values in a text: consecutive values, also in lists, or the cells of a CSV file."""
     if text.lstrip()[:1] in ("{", "["):
         for value in _json(text, where):
             for one in value if isinstance(value, list) else [value]:
-                if isinstance(one, dict) and isinstance(one.get(COLUMN), str):  # rows of a table, as JSON
+                if isinstance(one, dict) and isinstance(one.get(COLUMN), str):  # table rows as JSON
                     yield from _json(one[COLUMN], where)
                 else:
                     yield one
@@ -115,13 +116,13 @@ def _values(text: str, where: str) -> Iterator[Any]:
             if row.get(COLUMN):
                 yield from _json(row[COLUMN], where)
     except csv.Error as error:
-        raise InputError(f"{where} is no CSV that can be read ({error}): give {WHAT}.") from error
+        raise InputError(f"{where} cannot be read as CSV ({error}): give {WHAT}.") from error
     finally:
         csv.field_size_limit(before)
 
 
 def _json(text: str, where: str) -> Iterator[Any]:
-    """Values of JSON that stand one after the other."""
+    """Yield consecutive JSON values."""
     place = 0
     while True:
         while place < len(text) and text[place] in " \t\r\n,":
@@ -142,6 +143,6 @@ def _checked(value: dict[str, Any], where: str) -> Begun | Resumed | Answered:
         return _note.validate_json(json.dumps(value))
     except ValidationError as error:
         problem = printable(first_problem(error))
-        raise InputError(f"{where}: a line is none of a session ({problem}): give {WHAT}.") from error
+        raise InputError(f"{where}: a line is not a valid record of a session ({problem}): give {WHAT}.") from error
     except RecursionError as error:
         raise InputError(f"{where}: a line is nested too deeply: give {WHAT}.") from error

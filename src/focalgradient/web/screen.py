@@ -1,8 +1,10 @@
-"""A participant's screen: size from a card, viewing distance from the blind spot, gamma from matches; all with errors.
+"""Calibration of a participant's screen: size by a card, viewing distance by the blind spot, gamma by grey matches.
 
-The procedure is that of Li, Joo, Yeatman & Reinecke (2020, Scientific Reports 10, 904): a drawn card is made as large
-as a bank card; then a ball moves away from a square that one eye looks at, and a key is pressed when it disappears, at
-the edge of the blind spot. `benchmarks/viewing_distance.py` simulates people who do it.
+The procedure is that of Li, Joo, Yeatman & Reinecke (2020, Scientific Reports 10, 904): a drawn card is matched to a
+bank
+card; then a ball moves away from a square fixated by one eye, and a key is pressed when it disappears at the edge of
+the
+blind spot. All values have standard errors; `benchmarks/viewing_distance.py` simulates participants.
 """
 
 from __future__ import annotations
@@ -19,32 +21,34 @@ from focalgradient.display import CARD
 __all__ = ["Measured", "gamma_of", "measure"]
 
 CARD_SD_M = 0.5e-3
-"""Standard error with which two edges are matched by eye: two to three CSS pixels at either edge. Our choice."""
+"""Standard error in m of matching two edges by eye: two to three CSS pixels at either edge (our choice)."""
 
 EDGE_DEG = 12.5
-"""Where the ball disappears, in degrees from the square. Li et al. (2020) found the key pressed at 13.5 degrees, 54 cm
-away, of which the ball had come one degree in `REACTION_S`, at 120 pixels of 0.265 mm a second."""
+"""Eccentricity in degrees at which the ball disappears. Li et al. (2020) found key presses at 13.5 degrees, at 54 cm;
+the
+ball had moved by one degree of it during `REACTION_S`, at 120 pixels of 0.265 mm per s.
+"""
 
 PERSON_SD = 0.074
-"""Standard deviation over people of the distance that the blind spot gives, as a share of it: 40 mm at 540 mm."""
+"""Standard deviation over persons of the distance derived from the blind spot, as a fraction: 40 mm at 540 mm."""
 
 REACTION_S = 0.3
-"""Between the disappearing and the key: a simple reaction time. Our choice."""
+"""Time in s between disappearance and key press: a simple reaction time (our choice)."""
 
 STEP_PX = 2.0
-"""CSS pixels that the ball moves from one frame to the next."""
+"""Movement of the ball per frame, in CSS pixels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A screen and a viewing distance, each with its standard error.
+    """Pixel pitch and viewing distance, each with its standard error.
 
     Parameters
     ----------
     pixel_m, pixel_sd_m
-        Distance of two CSS pixels, in metres.
+        Pitch of CSS pixels, in m.
     distance_m, distance_sd_m
-        From the eye to the screen, in metres; None where the blind spot was not measured.
+        Distance from the eye to the screen, in m; None if the blind spot was not measured.
     """
 
     pixel_m: float
@@ -54,20 +58,22 @@ class Measured:
 
 
 def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float | None) -> Measured:
-    """Estimate the pitch of the pixels and the viewing distance from what a participant did.
+    """Estimate pixel pitch and viewing distance from a participant's settings.
 
-    The ball moves on until the key is pressed, the farther the more frames a second there are: that way is taken back.
-    The error of a distance has three parts: people differ in where their blind spot is, the card was not matched
-    perfectly, and the presses of one person scatter. The first two do not become less by repeating.
+    The ball moves on until the key is pressed, and the farther the higher the frame rate: this overshoot is subtracted.
+    The
+    error of a distance has three parts: variation of the blind spot between persons, the error of matching the card,
+    and the
+    scatter of one person's key presses. Repetition reduces only the third.
 
     Parameters
     ----------
     card_px
-        Width of the drawn card when it was as large as the card, in CSS pixels.
+        Width of the drawn card when it matched the bank card, in CSS pixels.
     blind_spot_px
-        From the square to the ball at each press, in CSS pixels.
+        Distance from the square to the ball at each press, in CSS pixels.
     refresh_hz
-        Frames a second; None where it is not known, and with it the distance.
+        Frame rate in Hz; if it is None, the distance is None too.
 
     Examples
     --------
@@ -85,28 +91,29 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float | 
         return Measured(pixel, card * pixel, None, None)
     middle = float(np.median(presses))
     distance = middle * pixel / math.tan(math.radians(EDGE_DEG))
-    # The median of a few normal values scatters 1.25 times as much as their mean.
+    # The standard error of the median of a few normal values is 1.25 times that of their mean.
     spread = 1.25 * float(presses.std(ddof=1)) / math.sqrt(len(presses)) / middle if len(presses) > 1 else PERSON_SD
     return Measured(pixel, card * pixel, distance, distance * math.hypot(PERSON_SD, card, spread))
 
 
 def gamma_of(matches: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
-    """Estimate a display's gamma from matches of grey with black and white rows, and its standard error.
+    """Estimate a display's gamma and its standard error from matches of grey with black and white rows.
 
-    Where a share s of the rows is white, grey of level v looks as bright as they do if (v / 255) ** gamma = s (Colombo
-    & Derrington 2001, Displays 22, 87; To, Woods, Goldstein & Peli 2013, Vision Research 90, 15). Light at level 0 is
-    taken for none. The standard error comes from the scatter of so few matches, and is made larger until two of them
-    cover 95 %.
+    If a fraction s of the rows is white, grey of level v matches them in luminance when (v / 255) ** gamma = s (Colombo
+    &
+    Derrington 2001, Displays 22, 87; To, Woods, Goldstein & Peli 2013, Vision Research 90, 15). Luminance at level 0 is
+    assumed to be 0. The standard error is that of the few matches, increased so that an interval of two standard errors
+    covers 95 %.
 
     Parameters
     ----------
     matches
-        Of each the share of white rows, between 0 and 1, and the level, from 1 to 254.
+        Fraction of white rows (between 0 and 1) and matching level (1 to 254) of each match.
 
     Returns
     -------
     tuple of float, or None
-        None for fewer than two matches.
+        Gamma and its standard error; None for fewer than two matches.
 
     Examples
     --------
@@ -118,7 +125,7 @@ def gamma_of(matches: Sequence[tuple[float, float]]) -> tuple[float, float] | No
         return None
     shares, levels = np.asarray(matches, float).T
     each = np.log(shares) / np.log(levels / 255)
-    # A level is a whole number: an error of one part in sqrt(12) of the change from one to the next.
+    # Rounding to whole levels: standard error of 1 / sqrt(12) of the change from one level to the next.
     step = each / (levels * np.abs(np.log(levels / 255))) / math.sqrt(12)
     scatter = max(float(each.std(ddof=1)), float(np.sqrt(np.mean(step**2))))
     wider = float(stdtrit(len(each) - 1, 0.975)) / 2

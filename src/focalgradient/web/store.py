@@ -1,7 +1,7 @@
-"""Where a study keeps its journals: the interface of a store, and the local folder, which is the default.
+"""Stores of a study's journals: the interface, and the local folder, which is the default.
 
-A session is always recorded into a folder, in the form of the laboratory's. A store says who may act on it, brings what
-other servers have added into that folder before, and keeps what was added after.
+A session is always recorded in a folder, in the laboratory's format. A store controls who may act on the session, first
+copies what other servers have added into that folder, and afterwards stores what was added.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from focalgradient.dataset import Session
 __all__ = ["UNKNOWN", "Local", "Place", "Refused", "Store"]
 
 SILENT_S = 20.0
-"""A tab that has given no sign of life for so long no longer holds its session: pages give one every 5 s."""
+"""Time in s without a heartbeat after which a tab no longer owns its session; pages send one every 5 s."""
 
 
 UNKNOWN = "This link is not known, or its answers were removed: follow the link that you were given."
 
 
-class Refused(Exception):  # noqa: N818  an answer to the page, not an error of ours
-    """What a page asked for cannot be done: an HTTP status and a sentence."""
+class Refused(Exception):  # noqa: N818  a response to the page, not a fault of the server
+    """Rejection of a page's request: an HTTP status and a sentence."""
 
     def __init__(self, status: int, sentence: str, *, headers: Mapping[str, str] | None = None, **content: Any):
         super().__init__(sentence)
@@ -35,30 +35,30 @@ class Refused(Exception):  # noqa: N818  an answer to the page, not an error of 
 
 @dataclass
 class Place:
-    """A participant's session as one server knows it.
+    """State of a participant's session on one server.
 
     Parameters
     ----------
     participant
         Label in the data.
     journal
-        Its file in the server's folder, where a session has begun.
+        File of the journal in the server's folder, if the session has begun.
     guard
-        Held by the thread that acts on it.
+        Lock held by the thread that acts on the session.
     session
-        Open for recording on this server; None where it is not.
+        Session open for recording on this server, or None.
     tab
-        Of the browser that shows the session.
+        Identifier of the browser tab that shows the session.
     alive
-        When that tab gave the last sign of life, in seconds of `time.monotonic`.
+        Time of that tab's last heartbeat, by `time.monotonic` in s.
     stopped
-        Whether nothing more is taken.
+        Whether no more responses are accepted.
     done
-        Trials that are answered.
+        Number of trials with a response.
     lost
-        How often the page was hidden, left full screen or zoomed during a trial.
+        Number of times that the page was hidden, left full screen or zoomed during a trial.
     stored
-        Bytes of the journal that a shared store has.
+        Size in bytes of the journal in a shared store.
     """
 
     participant: str
@@ -73,34 +73,34 @@ class Place:
     stored: int = 0
 
     def held_by_another(self, tab: str) -> bool:
-        """Whether another tab has given a sign of life of late."""
+        """Return whether another tab has sent a heartbeat within `SILENT_S`."""
         return self.tab not in (None, tab) and time.monotonic() - self.alive < SILENT_S
 
     def close(self) -> None:
-        """Let go of the session, and make its table."""
+        """Close the session, and write its table."""
         if self.session is not None:
             session, self.session = self.session, None
             session.__exit__()
 
 
 class Store(Protocol):
-    """Where the journals of a study are kept."""
+    """Protocol of the storage of a study's journals."""
 
     shared: bool
-    """Whether other servers may act on the same participants."""
+    """Whether several servers may act on the same participants."""
 
     def held(self, place: Place) -> AbstractContextManager[None]:
-        """Own a participant's place: nobody else acts on it meanwhile, and journal and tab are as they were left.
+        """Own a participant's place exclusively, with journal and tab as last stored.
 
-        On leaving it, what was added to the journal is kept; it is not, where leaving it raises.
+        On exit, additions to the journal are stored; if the exit raises, they are not.
         """
 
     def data(self) -> AbstractContextManager[Path]:
-        """Give a folder that has the data set as it is now."""
+        """Return a context with a folder that contains the present data set."""
 
 
 class Local:
-    """A folder that one server has for itself: what is on its disk is kept."""
+    """Store in a folder that belongs to one server."""
 
     shared = False
 
@@ -109,11 +109,11 @@ class Local:
 
     @contextmanager
     def held(self, place: Place) -> Iterator[None]:
-        """As `Store` has it."""
+        """See `Store`."""
         with place.guard:
             yield
 
     @contextmanager
     def data(self) -> Iterator[Path]:
-        """As `Store` has it."""
+        """See `Store`."""
         yield self.folder

@@ -1,7 +1,8 @@
-"""A study that is being run: which session each link is of, what its page shows next, and what was answered.
+"""Running study: the session of each link, the stimuli of its page, and the recording of responses.
 
-Each answer is on the disk before it is acknowledged. Answers come in the order of the trials; one that comes again is
-acknowledged and not recorded twice, so that the page may send it as often as the network asks for.
+Each response is on disk before it is acknowledged. Responses arrive in the order of the trials; one that arrives again
+is
+acknowledged but not recorded twice, so that the page may resend it as often as the network requires.
 """
 
 from __future__ import annotations
@@ -36,51 +37,51 @@ __all__ = ["Refused", "Study"]
 OPEN_ELSEWHERE = "The session is open in another window."
 
 WITHDRAWN_S = 60.0
-"""Time between two looks for people who have withdrawn at another server (s)."""
+"""Interval in s between checks for participants who have withdrawn on another server."""
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
 
 class Clock:
-    """The time of day, and the time that passes: also while the computer sleeps, which `time.monotonic` leaves out."""
+    """Time of day and elapsed time; unlike `time.monotonic`, elapsed time includes suspension of the computer."""
 
     def now(self) -> datetime:
-        """Return the date and time."""
+        """Return the date and time (UTC)."""
         return datetime.now(UTC)
 
     def since(self) -> float:
-        """Return seconds since an arbitrary moment."""
+        """Return the time in s since an arbitrary moment."""
         return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.time()
 
 
 class Study:
-    """A design, run with everybody who has a link.
+    """Study with one design, for all participants with a link.
 
     Parameters
     ----------
     design
-        Of depth rating or of the cube.
+        Design that a browser can run (see `Lists`).
     data
         Folder of the data set.
     people
-        Who may take part.
+        Participants.
     store
-        Where the journals are kept; the folder itself by default.
+        Store of the journals; default: the folder itself.
     stimuli
-        Folder of the pictures, which depth rating needs.
+        Folder of the pictures; required for depth rating.
     consent
-        To be agreed to, where there is one.
+        Consent text, if there is one.
     completion
-        Address that a participant is sent to when the last answer is on the disk.
+        Address to which a participant is redirected once the last response is on disk.
     gamma
-        Whether participants match greys, for the gamma of their displays.
+        Whether participants match greys to estimate their display's gamma.
     open_link
-        Whether new people may come without an invitation.
+        Whether new participants may join without an invitation.
 
     Raises
     ------
     InputError
-        If the design cannot be run in a browser, or the pictures are missing or have changed.
+        If the design cannot run in a browser, or pictures are missing or were changed.
     """
 
     def __init__(
@@ -100,7 +101,7 @@ class Study:
         self.completion, self.open_link = completion, open_link
         self.store: Store = Local(data) if store is None else store
         self.lists = Lists(design, stimuli, consent, gamma=gamma)
-        self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
+        self._trials = cache(design.trials)  # requested at each refresh of the experimenter's page
         self.clock = Clock()
         self._places: dict[str, Place] = {}
         self._handed: dict[str, float] = {}
@@ -122,7 +123,7 @@ class Study:
 
     @contextmanager
     def _held(self, who: Who) -> Iterator[Place]:
-        """A participant's place, held by this tab from now on: none other has given a sign of life of late."""
+        """Own a participant's place for this tab, unless another tab has sent a recent heartbeat."""
         place = self._place(who.token)
         with self.store.held(place):
             if place.stopped:
@@ -135,12 +136,12 @@ class Study:
             except InputError as error:
                 if not isinstance(error.__cause__, OSError):
                     raise
-                with suppress(InputError):  # a full disk, or one that is away: the page keeps its answer and asks again
+                with suppress(InputError):  # disk full or unavailable: the page keeps its response and retries
                     place.close()
                 raise Refused(503, "The server cannot write at the moment.") from error
 
     def _progress(self, place: Place) -> tuple[Status, int]:
-        """How far a session is, from the disk where this server has not touched it."""
+        """Return a session's status and number of responses, from disk if this server has not opened it."""
         if place.stopped:
             return "stopped", place.done
         if place.session is not None:
@@ -154,17 +155,17 @@ class Study:
         return ("complete" if place.done == len(self._trials(place.participant)) else "begun"), place.done
 
     def join(self, given: Join) -> dict[str, Any]:
-        """Give a secret to who comes by the open link, or keep that which the browser has made."""
+        """Return a secret for a participant on the open link, or confirm the one that the browser generated."""
         if not self.open_link:
             raise Refused(403, "This study is by invitation: follow the link that you were given.")
         return {"token": self.people.join(given.platform, given.secret)}
 
     def opening(self) -> dict[str, Any]:
-        """Give what a page needs to check the device, and to ask for consent, before it has a session."""
+        """Return what a page needs to check the device and ask for consent, before it has a session."""
         return self.lists.opening()
 
     def state(self, who: Who) -> dict[str, Any]:
-        """Give what the page needs before the session begins or goes on."""
+        """Return what the page needs before the session begins or is resumed."""
         place = self._place(who.token)
         with self.store.held(place):
             status, done = self._progress(place)
@@ -173,10 +174,12 @@ class Study:
         return {"status": status, "done": done, **self.lists.opening()}
 
     def begin(self, given: Begin) -> dict[str, Any]:
-        """Begin a session, or go on with one: give all trials that are left."""
+        """Begin or resume a session; return all remaining trials."""
         consent = self.lists.consent and self.lists.consent.sha256
         if consent and given.consent != consent:
-            raise Refused(403, "The session begins when the participant agrees to the text that is in force now.")
+            raise Refused(
+                403, "The session begins once the participant agrees to the present version of the consent text."
+            )
         with self._held(given) as place:
             status, _ = self._progress(place)
             if status == "complete":
@@ -187,7 +190,7 @@ class Study:
             how: dict[str, Any] = {
                 "apparatus": apparatus_of(given, starlette=version("starlette")),
                 "stimuli": self.lists.folder,
-                "durable": not self.store.shared,  # it is the store that keeps it then
+                "durable": not self.store.shared,  # a shared store keeps the data itself
             }
             if status == "new":
                 session = Session.begin(
@@ -198,7 +201,7 @@ class Study:
             place.session = session
             self._handed[place.participant] = self.clock.since() - given.waited_ms / 1000
             agreed = self.lists.consent and self.lists.consent.stated(self.clock.now().isoformat(timespec="seconds"))
-            # A random number, by which a copy of the session is known after it was removed.
+            # A random number that identifies copies of the session after its removal.
             record = {"record": secrets.token_hex(16)} if status == "new" else {}
             session.note("sitting", **about_sitting(given), consent=agreed, **record)
             if status == "new" and place.participant in self.people.sharing_identifiers():
@@ -208,7 +211,7 @@ class Study:
             return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": shown}
 
     def _about(self, given: Begin) -> dict[str, str]:
-        """What the form asked for, of which nothing else is taken."""
+        """Return the entries of the form, which must be those that the design asks for."""
         try:
             check_about(given.about, self.design.ask)
         except InputError as error:
@@ -216,23 +219,23 @@ class Study:
         return dict(given.about)
 
     def _elapsed(self, place: Place) -> float | None:
-        """Seconds since the page got its trials; None where another server, or this one before, gave them."""
+        """Return the time in s since the page received its trials; None if another or an earlier server sent them."""
         handed = self._handed.get(place.participant)
         return None if handed is None else self.clock.since() - handed
 
     def next(self, given: Next) -> dict[str, Any]:
-        """Give what the next trial shows, of a task whose trials depend on the answers so far."""
+        """Return the stimuli of the next trial of an adaptive task."""
         with self._held(given) as place:
             session = place.session or self._rejoined(place)
             if session is None:
-                raise Refused(425, "The session has to go on before a trial is asked for.")
+                raise Refused(425, "The session must be resumed before a trial is requested.")
             left = session.remaining()
             if not left or (left[0].phase, left[0].trial) != (given.phase, given.trial):
-                raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.")
+                raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
             return self.lists.adapted(left[0], session.recorded)
 
     def answer(self, given: Given) -> dict[str, Any]:
-        """Record an answer, and say so when it is on the disk."""
+        """Record a response, and acknowledge it once it is on disk."""
         with self._held(given) as place:
             session = place.session or self._rejoined(place)
             if session is None:
@@ -241,18 +244,18 @@ class Study:
             numbers = {(trial.phase, trial.trial): number for number, trial in enumerate(session.trials)}
             done = len(session.trials) - len(session.remaining())
             if key not in numbers:
-                raise Refused(400, f"There is no trial {given.trial} of {given.phase}.")
+                raise Refused(400, f"There is no {given.phase} trial {given.trial}.")
             if numbers[key] < done:
                 return {"recorded": True, "again": True, "done": done}
             if numbers[key] > done:
-                raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.", done=done)
+                raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.", done=done)
             try:
                 elapsed = self._elapsed(place)
                 frames = record(session, self.lists.pictures, given, self.clock.now(), elapsed)
             except ValidationError as error:
-                raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
+                raise Refused(400, f"The response is invalid: {first_problem(error)}.") from error
             except InputError as error:
-                if isinstance(error.__cause__, OSError):  # it could not be written
+                if isinstance(error.__cause__, OSError):  # the disk cannot be written
                     raise
                 raise Refused(400, " ".join(str(error).split())) from error
             place.lost += _lost(frames)
@@ -260,9 +263,9 @@ class Study:
             return {"recorded": True, "done": done + 1}
 
     def _rejoined(self, place: Place) -> Session | None:
-        """Go on with the last sitting, which another server has begun, or this one before it was started anew.
+        """Continue the last sitting, which another server, or this one before its restart, has begun.
 
-        The answer is of that sitting's page and clock. None where nothing has begun.
+        The response belongs to that sitting's page and clock. Returns None if no sitting has begun.
         """
         if not place.journal.exists():
             return None
@@ -270,7 +273,7 @@ class Study:
         if log.changed:
             return None
         durable = not self.store.shared
-        if not place.journal.read_bytes().endswith(b"\n"):  # a kill has cut a line short, which the journal has to say
+        if not place.journal.read_bytes().endswith(b"\n"):  # a crash truncated a line, which the journal must record
             last = [log.head, *log.of("resumed")][-1]
             apparatus = Apparatus(**last["apparatus"], versions=last["versions"])
             place.session = Session.resume(
@@ -287,22 +290,22 @@ class Study:
         return place.session
 
     def _unbegun(self, place: Place, given: Given) -> dict[str, Any]:
-        """An answer that comes before this server has begun anything: one that an earlier server may have recorded."""
+        """Acknowledge a response that an earlier server recorded; raise `Refused` for any other response."""
         _, done = self._progress(place)
         keys = [(trial.phase, trial.trial) for trial in self._trials(place.participant)]
         if (given.phase, given.trial) in keys[:done]:
             return {"recorded": True, "again": True, "done": done}
-        raise Refused(425, "The session has to go on before answers are taken.", done=done)
+        raise Refused(425, "The session must be resumed before responses are accepted.", done=done)
 
     def here(self, who: Who) -> dict[str, Any]:
-        """Take a sign of life of the tab that shows the session; it holds the session from its first on."""
+        """Record a heartbeat of the tab that shows the session; the tab owns the session from its first heartbeat."""
         if time.monotonic() - self._looked > WITHDRAWN_S:
             self._remove_withdrawn()
         with self._held(who):
             return {}
 
     def leave(self, who: Who) -> dict[str, Any]:
-        """Let another tab have the session: this one is closed."""
+        """Release the session, because its tab was closed."""
         place = self._place(who.token)
         with self.store.held(place):
             if place.tab == who.tab:
@@ -310,20 +313,20 @@ class Study:
         return {}
 
     def finish(self, who: Who) -> dict[str, Any]:
-        """Close a complete session, and give the address to go to."""
+        """Close a complete session, and return the address to redirect to."""
         place = self._place(who.token)
         with self.store.held(place):
             status, done = self._progress(place)
             if status != "complete":
                 raise Refused(409, "The session is not complete.", done=done)
-            if place.session is None:  # a server that was killed after the last answer has not made the table
+            if place.session is None:  # a server that crashed after the last response has not written the table
                 self._rejoined(place)
             place.close()
         closing = self.lists.closing(place.participant)
         return {"completion": self.completion, "done": done, "closing": closing}
 
     def stop(self, participant: str) -> None:
-        """Stop a participant's session: what was recorded stays, nothing more is taken."""
+        """Stop a participant's session: recorded responses are kept, no more are accepted."""
         self.people.stop(participant)
         place = self._place_of(participant)
         with self.store.held(place):
@@ -331,13 +334,13 @@ class Study:
             place.close()
 
     def withdraw(self, who: Who) -> dict[str, Any]:
-        """Remove all that a participant has given, at the participant's wish; cut off, it can be asked for again."""
+        """Remove all data of a participant on request; after an interruption it can be requested again."""
         place = self._place(who.token)
         with self.store.held(place):
             if place.held_by_another(who.tab):
                 raise Refused(409, OPEN_ELSEWHERE, busy=True)
             place.stopped = True
-            with suppress(InputError):  # of a full disk
+            with suppress(InputError):  # if the disk is full
                 place.close()
             if (self.data / "dataset_description.json").exists():
                 remove_participant(self.data, place.participant)
@@ -345,7 +348,7 @@ class Study:
         return {}
 
     def _remove_withdrawn(self) -> None:
-        """Remove what this server's own folder has of people who have withdrawn at another server."""
+        """Remove data in this server's folder of participants who have withdrawn on another server."""
         self._looked = time.monotonic()
         there = self.people.everybody() if self.store.shared else self._places
         for place in [place for label, place in self._places.items() if label not in there]:
@@ -353,11 +356,11 @@ class Study:
                 place.stopped = True
                 with suppress(InputError):
                     place.close()
-                with suppress(InputError):  # the next look tries again
+                with suppress(InputError):  # retried at the next check
                     remove_participant(self.data, place.participant)
 
     def overview(self) -> list[dict[str, Any]]:
-        """Give a row for everybody: how far the session is, when there was a sign of life, what was lost."""
+        """Return one row per participant: progress, time since the last heartbeat, and disturbances of the display."""
         rows = []
         sharing = self.people.sharing_identifiers()
         self._remove_withdrawn()
@@ -368,7 +371,7 @@ class Study:
                     status, done = self._progress(place)
                     silent = time.monotonic() - place.alive
             except Refused as error:
-                if error.status == 404:  # who has withdrawn meanwhile
+                if error.status == 404:  # withdrawn meanwhile
                     continue
                 raise
             row = {"participant": participant, "status": status, "done": done, "lost": place.lost}
@@ -380,7 +383,7 @@ class Study:
         return rows
 
     def summary(self) -> dict[str, Any]:
-        """Give everybody's progress, and live counts of answers by condition."""
+        """Return every participant's progress, and current counts of responses by condition."""
         rows = self.overview()
         counts: dict[str, int] = {}
         for row in rows:
@@ -392,13 +395,13 @@ class Study:
         return {"task": self.design.task, "participants": rows, "answers_by_condition": dict(sorted(counts.items()))}
 
     def close(self) -> None:
-        """End: sessions that are open stay to be resumed."""
+        """Close the study; open sessions can be resumed."""
         for place in self._places.values():
             with place.guard, suppress(InputError):
-                place.close()  # what was answered is kept already
+                place.close()  # responses have been stored already
         self.people.close()
 
 
 def _lost(frames: Mapping[str, Any]) -> int:
-    """How often the page was hidden, left full screen or zoomed during a trial."""
+    """Return the number of times that the page was hidden, left full screen or zoomed during a trial."""
     return sum(frames.get(name, 0) for name in ("hidden", "left_full_screen", "zoomed"))

@@ -1,4 +1,4 @@
-"""What the page shows of the session's words: the steps before, between and after trials, and the scale."""
+"""Texts of a session in the form that the page shows: pages around trials, and the response scale."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["check", "scale", "step"]
 
 
 def check(design: DepthRatingDesign) -> None:
-    """Refuse what the page cannot do.
+    """Raise `InputError` for settings that the page does not support.
 
     Raises
     ------
     InputError
-        If the design asks for it: the first setting is named.
+        At the first such setting.
     """
     for name, allowed in (
         ("answer", "slider"),
@@ -27,11 +27,13 @@ def check(design: DepthRatingDesign) -> None:
         ("mask", "none"),
     ):
         if getattr(design, name) != allowed:
-            raise InputError(f"{name} is {getattr(design, name)!r}, which the browser cannot do yet: leave it out.")
+            raise InputError(
+                f"{name} is {getattr(design, name)!r}, which the browser page does not support: leave it out."
+            )
 
 
 def step(one: Page | Standard, standard: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Write a page, or the standard and its page, as the browser reads it; `standard` is the interval that shows it."""
+    """Return a page, or the standard with its page, in the browser's format; `standard` is the standard's interval."""
     if isinstance(one, Standard):
         return {"event": "ready", "text": one.text, "standard": standard}
     entry: dict[str, Any] = {"event": one.event, "text": one.text}
@@ -43,5 +45,5 @@ def step(one: Page | Standard, standard: Mapping[str, Any] | None = None) -> dic
 
 
 def scale(design: DepthRatingDesign, words: Words) -> dict[str, Any]:
-    """Describe what is answered on as the browser draws it."""
+    """Return the response scale in the browser's format."""
     return design.response_scale.control(words).form()

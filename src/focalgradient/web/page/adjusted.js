@@ -1,16 +1,16 @@
-// A plugin of jsPsych: pictures whose focus follows a knob, live in WebGL, until it is confirmed.
+// jsPsych plugin for adjustment: pictures whose focus follows a knob, in WebGL, until the value is confirmed.
 
 import { ParameterType } from "jspsych";
 import { inDevicePixels, late, nextFrame, rounded, Watch } from "./frames.js";
 import { Knob } from "./knob.js";
 import { valueAt } from "./numbers.js";
 
-const STEPS = 60; // of the knob, as in the laboratory
-const SHARES = [0.1, 0.9]; // of the knob, between which it starts
+const STEPS = 60; // across the knob's range, as in the laboratory
+const SHARES = [0.1, 0.9]; // fractions of the knob's range between which it starts
 
 const loaded = new Map();
 
-// A file that is fetched ahead; a network that is away is the caller's to wait for.
+// A file fetched in advance; the caller handles network failures.
 export function loadSeries(url) {
   if (!loaded.has(url)) {
     const fetched = fetch(url).then((response) => {
@@ -23,7 +23,7 @@ export function loadSeries(url) {
   return loaded.get(url);
 }
 
-// The script beside this one that windows and plugins share.
+// The neighbouring script that windows and plugins also use.
 const drawing = () => import(String(new URL("focus.js", import.meta.url)));
 
 async function shown(element, { url, pos, focus }, { FocusView, SHADERS }) {
@@ -83,7 +83,7 @@ export default class AdjustedPlugin {
     }
     stamps.push(await nextFrame());
     knob.end();
-    for (const { view } of views) view.gl.getExtension("WEBGL_lose_context")?.loseContext(); // browsers keep a few only
+    for (const { view } of views) view.gl.getExtension("WEBGL_lose_context")?.loseContext(); // browsers keep only a few
     element.replaceChildren();
     const value = knob.value;
     const times = { rt: Math.max(0, knob.done - stamps[0]), shown: [{ event: "adjust", stamps: rounded(stamps) }] };
@@ -91,7 +91,7 @@ export default class AdjustedPlugin {
   }
 }
 
-// A node of a timeline: what is adjusted, and its answer to `keep`.
+// Timeline node of an adjustment; its response is passed to `keep`.
 export function adjustedNode(knob, { escaped, done, frame, keep }) {
   return {
     type: AdjustedPlugin,

@@ -1,14 +1,15 @@
-// The turning Necker cube, drawn by the closed form of its blurred lines, frame by frame; and the plugin that shows it.
+// Rotating Necker cube, drawn frame by frame from the closed form of its blurred lines; and the plugin that shows it.
 //
-// A line whose blur changes evenly along it gives, at a point, the light of an integral with a closed form (an erf's
-// difference times a Gaussian). Each line is cut into pieces in which the blur is nearly even in its change; every
-// piece is one rectangle for the graphics card, and the light of all pieces adds up.
+// The light of a line whose blur changes linearly along it is an integral with a closed form (a difference of two erfs
+// times a Gaussian). Each line is divided into pieces in which the blur changes nearly linearly; every piece is drawn
+// as
+// one rectangle, and the graphics card sums the light of all pieces.
 
 import { ParameterType } from "jspsych";
 import { inDevicePixels, late, play, rounded, Watch } from "./frames.js";
 
-const REACH = 5; // standard deviations beyond which a line is dark
-const PIECE = 0.1; // radians of arctan(blur / width) in one piece
+const REACH = 5; // distance from a line beyond which it is dark, in standard deviations
+const PIECE = 0.1; // maximum change of arctan(blur / width) within one piece, in radians
 const CORNERS = [-0.5, 0.5].flatMap((x) => [-0.5, 0.5].flatMap((y) => [-0.5, 0.5].map((z) => [x, y, z])));
 const EDGES = [];
 for (let a = 0; a < 8; a++) {
@@ -46,7 +47,7 @@ float erf(float x) {  // Abramowitz & Stegun 7.1.26: within 1.5e-7
   return sign(x) * (1.0 - tail * exp(-x * x));
 }
 void main() {
-  // From the pixel itself: corners of rectangles are rounded to fractions of a pixel, and all between them with it.
+  // Computed from the pixel itself: interpolated positions would include the rounding of the rectangle's corners.
   vec2 from = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y) - 0.5 - start.xy;
   vec2 at = vec2(dot(from, start.zw), from.x * start.w - from.y * start.z);
   float b = (line.z - line.y) / line.x;
@@ -55,7 +56,7 @@ void main() {
   float q = sqrt(square);
   float gap = line.x * q / (sqrt(2.0) * line.y * line.z);
   float found;
-  if (gap < 0.02) {  // the erfs would cancel: the integrand at the middle
+  if (gap < 0.02) {  // the erfs would cancel: use the integrand at the midpoint
     float s = line.x * line.y / (line.y + line.z);
     float sigma = line.y + b * s;
     found = line.x * exp(-(pow(at.x - s, 2.0) + at.y * at.y) / (2.0 * sigma * sigma)) / (6.28318531 * line.y * line.z);
@@ -99,7 +100,7 @@ function program(gl, vertex, fragment) {
   return made;
 }
 
-// Edges of the cube after so many turns: start and end in pixels from the middle, and their signed blur in pixels.
+// Edges of the cube after a number of turns: start and end in pixels from the centre, and signed blur in pixels.
 export function edges(cube, trial, turn) {
   const angle = 2 * Math.PI * turn * (trial.direction === "right" ? 1 : -1);
   const points = trial.shape === "nonrigid" ? wobbling(cube, angle, turn) : CORNERS.map((one) => turned(cube, scaled(one, cube.edge), angle));
@@ -124,7 +125,7 @@ function turned(cube, [x, y, z], angle) {
   return [x, y, cube.distance + z];
 }
 
-// The example that is not rigid: it twists, shrinks and tapers as it turns.
+// The nonrigid example: it twists, shrinks and tapers as it rotates.
 function wobbling(cube, angle, turn) {
   const phase = 2 * Math.PI * turn * 4;
   return CORNERS.map((corner) => {
@@ -136,7 +137,7 @@ function wobbling(cube, angle, turn) {
   });
 }
 
-// Whether an edge of the solid cube bounds a face that is turned to the eye.
+// Whether an edge of the solid cube bounds a face that faces the eye.
 function inSight(points, [a, b]) {
   const mean = (some) => [0, 1, 2].map((axis) => some.reduce((sum, point) => sum + point[axis], 0) / some.length);
   const middle = mean(points);
@@ -147,7 +148,7 @@ function inSight(points, [a, b]) {
   });
 }
 
-// Pieces of the lines: start, direction, length and both blurs.
+// Pieces of the lines: start, direction, length, and blur at both ends.
 function pieces(lines, width) {
   const found = [];
   for (const { ends, blur } of lines) {
@@ -171,7 +172,7 @@ function pieces(lines, width) {
 }
 
 export class Cube {
-  // `cube` holds the design's sizes; the canvas has its width and height in device pixels.
+  // `cube` contains the design's sizes; the canvas gets its width and height in device pixels.
   constructor(canvas, cube) {
     inDevicePixels(canvas, cube.width, cube.height);
     const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
@@ -207,7 +208,7 @@ export class Cube {
 
   draw(trial, turn) {
     const { gl, cube } = this;
-    const line = cube.line_px; // standard deviation of a line's own profile
+    const line = cube.line_px; // standard deviation of a line's unblurred profile
     const middle = [(cube.width - 1) / 2, (cube.height - 1) / 2];
     const moved = edges(cube, trial, turn).map(({ ends, blur }) => ({
       ends: ends.map((end) => end.map((value, axis) => value + middle[axis])),
@@ -232,7 +233,7 @@ export class Cube {
   }
 }
 
-// Keys and frames have time stamps of one clock, that of performance.now().
+// Keys and frames are time-stamped on one clock, that of performance.now().
 export default class CubePlugin {
   static info = {
     name: "focalgradient-cube",

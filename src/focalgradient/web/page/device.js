@@ -1,6 +1,6 @@
-// Whether a study can be shown on this device at all: known before the participant takes part.
+// Test of whether this device can show a study, before the participant takes part.
 
-const [WIDE, HIGH] = [640, 480]; // CSS pixels of a window, beside what pictures need
+const [WIDE, HIGH] = [640, 480]; // minimum size of a window in CSS pixels, apart from the pictures' requirements
 
 function drawsCubes() {
   const gl = document.createElement("canvas").getContext("webgl2");
@@ -9,7 +9,7 @@ function drawsCubes() {
   return draws;
 }
 
-// Name of the text that says what is missing, and its values; null where the study can be shown.
+// Name of the text that states what is missing, with its values; null if the study can be shown.
 export function missing({ dark, refocuses, ...study }) {
   const sides = [screen.width, screen.height].sort((a, b) => b - a);
   const [width, height] = smallest(study);
@@ -19,20 +19,20 @@ export function missing({ dark, refocuses, ...study }) {
   return null;
 }
 
-// CSS pixels of the smallest screen that the design allows, the longer side first.
+// Smallest screen that the design allows, in CSS pixels, longer side first.
 export const smallest = ({ smallest_screen }) => (smallest_screen?.length ? smallest_screen : [WIDE, HIGH]);
 
-// Of a plugin that waits for a window of that size; a phone has to be held across: upright it is narrower than a bank
-// card, and than what lies between the eye's centre and its blind spot.
+// Settings of a plugin that waits for a window of that size. A phone must be held in landscape format: upright it is
+// narrower than a bank card, and than the distance from the fovea's to the blind spot's image.
 export function smallestWindow(study, words) {
   const [minimum_width, minimum_height] = smallest(study);
   return { minimum_width, minimum_height, window_resize_message: () => words(onlyTouch() ? "web.across" : "web.enlarge") };
 }
 
-// Nothing but a finger to point with: such a device may have no keyboard either.
+// Whether the only pointing device is a finger: such a device may also lack a keyboard.
 export const onlyTouch = () => !matchMedia("(any-pointer: fine)").matches;
 
-// Whether a keyboard is needed that may not be there: designs that allow small screens are answered by touch as well.
+// Whether a required keyboard may be missing: designs that allow small screens can also be answered by touch.
 export const mayLackKeys = ({ smallest_screen }) => onlyTouch() && !smallest_screen?.length;
 
 export function spacePressed() {

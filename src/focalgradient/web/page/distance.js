@@ -1,4 +1,4 @@
-// How large the screen is, and how far away somebody sits.
+// Measurement of screen size and viewing distance.
 
 import Buttons from "@jspsych/plugin-html-button-response";
 import Chinrest from "@jspsych/plugin-virtual-chinrest";
@@ -6,7 +6,7 @@ import { card, CARD_MM } from "./card.js";
 
 const BLIND_SPOT_TIMES = 5;
 
-// The drawn card made larger or smaller by the arrow keys, beside the mouse.
+// The drawn card, resized by the arrow keys as well as by the mouse.
 function resizeByKeys(event) {
   const item = document.getElementById("item");
   const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
@@ -16,10 +16,10 @@ function resizeByKeys(event) {
   Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / CARD_MM}px` });
 }
 
-// Size of the screen by a card, distance by the blind spot; both again where the participant finds the distance wrong.
+// Screen size by a card, distance by the blind spot; both are repeated if the participant rejects the distance.
 export function measurement(about, words, html) {
   const pressed = (about.pressed = []);
-  // The plugin keeps the mean alone, so each press is noted here; it counts down by itself.
+  // The plugin returns only the mean, so each press is recorded here; the plugin itself counts them down.
   const press = ({ key }) => {
     const [ball, square] = ["circle", "square"].map((name) => document.getElementById(`virtual-chinrest-${name}`));
     if (key !== " " || !ball) return;
@@ -40,7 +40,7 @@ export function measurement(about, words, html) {
     blindspot_measurements_prompt: `<span class="left">${words("web.blind_spot_left")}</span>`,
     viewing_distance_report: "none",
     on_load: () => {
-      pressed.length = 0; // where it is done again
+      pressed.length = 0; // if the measurement is repeated
       addEventListener("keydown", resizeByKeys);
       addEventListener("keydown", press, true);
     },
@@ -56,7 +56,7 @@ export function measurement(about, words, html) {
     type: Buttons,
     stimulus: () => `<div class="page">${html(words("web.distance_right", { distance: about.distance }))}</div>`,
     choices: [words("web.yes"), words("web.no")],
-    on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button")?.focus(), // none where data alone are simulated
+    on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button")?.focus(), // none if only data are simulated
     on_finish: ({ response }) => (about.right = response === 0),
   };
   return { timeline: [measure, right], loop_function: () => !about.right };

@@ -1,4 +1,4 @@
-// The scale below a text that explains it by an example, with the answer of the example on it; nothing can be answered.
+// The scale with an example response, below a text that explains it; it accepts no response.
 
 import { shareOf } from "./numbers.js";
 import { escaped } from "./texts.js";

@@ -1,4 +1,4 @@
-// The experimenter's page: everybody's progress, every few seconds.
+// The experimenter's page: progress of all participants, updated every few seconds.
 
 const EVERY_MS = 3000;
 
@@ -16,7 +16,7 @@ function stopper(participant) {
   const button = document.createElement("button");
   button.textContent = "Stop";
   button.onclick = async () => {
-    if (confirm(`Stop the session of ${participant}? What was recorded stays.`)) {
+    if (confirm(`Stop the session of ${participant}? Recorded responses are kept.`)) {
       const reply = await fetch(`/experimenter/stop/${participant}`, { method: "POST" });
       await refresh();
       if (!reply.ok) alert(`The session of ${participant} was not stopped: ${(await reply.json()).error}`);
@@ -43,7 +43,7 @@ async function refresh() {
     );
     trouble.hidden = true;
   } catch (error) {
-    trouble.textContent = `The server does not answer (${error.message}).`;
+    trouble.textContent = `The server does not respond (${error.message}).`;
     trouble.hidden = false;
   }
 }

@@ -1,11 +1,11 @@
-// A study without a server of its own. What the server would do is done here: lists made ahead are handed out, and what
-// is answered stays in the browser's own database until the platform that shows the page has it.
+// A study without a server of its own. The server's work is done here: trial lists made in advance are assigned, and
+// responses stay in the browser's database until the platform that shows the page has stored them.
 
 import { asked, Refused } from "./outbox.js";
 import { csv, platforms } from "./platforms.js";
 
-const FORMAT = 1; // of a line
-const WAIT_MS = 3000; // before a delivery is tried again
+const FORMAT = 1; // version of the record format
+const WAIT_MS = 3000; // before a delivery is retried
 
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
@@ -26,7 +26,7 @@ export class Exported {
       request.result.createObjectStore("lines");
     };
     study.database = await asked(request);
-    // A page that is left sends what it has; nothing waits for that.
+    // A page that is left sends what it has, without waiting.
     addEventListener("visibilitychange", () => document.hidden && study.flush(true).catch(() => {}));
     return study;
   }
@@ -35,14 +35,14 @@ export class Exported {
     return this.database.transaction(name).objectStore(name);
   }
 
-  // A list is taken when the participant has agreed.
+  // A list is assigned once the participant has agreed.
   known = false;
 
   async opening() {
     return this.study.opening;
   }
 
-  // The session that this browser has begun and not finished, or a new one. Gives its name.
+  // Return the name of the unfinished session of this browser, or of a new one.
   async join() {
     const place = `focalgradient ${this.study.id}`;
     const wanted = this.wanted();
@@ -53,7 +53,7 @@ export class Exported {
     if (!goesOn) await this.put(this.session);
     localStorage.setItem(place, this.session.token);
     this.owned = await this.own();
-    if (goesOn) this.session = await asked(this.store("sessions").get(kept.token)); // as whoever had it left it
+    if (goesOn) this.session = await asked(this.store("sessions").get(kept.token)); // in the state that its last owner left
     return this.session.token;
   }
 
@@ -63,7 +63,7 @@ export class Exported {
     if (given === undefined) return null;
     const { labels } = this.study;
     const found = labels.find((label) => label === given || (/^\d+$/.test(given) && Number(label) === Number(given)));
-    if (!found) throw new Error(`There is no list for participant ${given}: lists are ${labels[0]} to ${labels.at(-1)}.`);
+    if (!found) throw new Error(`There is no list for participant ${given}: give ${labels[0]} to ${labels.at(-1)}.`);
     return found;
   }
 
@@ -72,7 +72,7 @@ export class Exported {
     return this.platform.choose ? this.platform.choose(labels) : labels[Math.floor(Math.random() * labels.length)];
   }
 
-  // Whether this tab, and no other, has the session; a page that is loaded again waits for the one before to be gone.
+  // Whether this tab alone owns the session; a reloaded page waits until the previous one has closed.
   async own() {
     if (!navigator.locks) return true;
     const once = () =>
@@ -85,7 +85,7 @@ export class Exported {
     return (await once()) || (await pause(1000), once());
   }
 
-  // What the server's addresses do.
+  // Implements the server's routes.
   async post(path, { token, tab, ...message }) {
     const act = { state: "state", begin: "begin", answer: "answer", here: "here", finish: "finish" }[path.split("/").at(-1)];
     return this[act](message);
@@ -101,7 +101,7 @@ export class Exported {
 
   async state() {
     if (!this.owned && (this.owned = await this.own())) {
-      this.session = await asked(this.store("sessions").get(this.session.token)); // as the other window left it
+      this.session = await asked(this.store("sessions").get(this.session.token)); // in the state that the other window left
     }
     const { done, lines } = this.session;
     const status = this.owned ? (done === this.list.trials.length ? "complete" : lines ? "begun" : "new") : "busy";
@@ -115,7 +115,7 @@ export class Exported {
     const event = session.lines ? { kind: "resumed" } : { kind: "begun", ...about };
     await this.add({ ...event, platform: this.platform.name, sitting });
     await this.flush(true).catch((error) => {
-      if (error instanceof Refused) throw error; // better now than after an hour
+      if (error instanceof Refused) throw error; // report it now rather than after the session
     });
     return { start_ms: sitting.now_ms, ...list.session, trials: list.trials.slice(session.done) };
   }
@@ -123,14 +123,14 @@ export class Exported {
   async answer(given) {
     const { done } = this.session;
     const place = this.list.trials.findIndex(({ phase, trial }) => phase === given.phase && trial === given.trial);
-    if (place < 0 || place > done) throw new Refused(409, { error: `Trial ${given.trial} (${given.phase}) is not the next.` });
+    if (place < 0 || place > done) throw new Refused(409, { error: `Trial ${given.trial} (${given.phase}) is not the next trial.` });
     if (place < done) return { recorded: true, again: true, done };
     await this.add({ kind: "answer", given }, done + 1);
     this.flush().catch(() => {});
     return { recorded: true, done: done + 1 };
   }
 
-  // All has to be delivered before the end; what the platform refuses for good is offered as a file.
+  // All records must be delivered before the end; if the platform rejects them, they are offered as a file.
   async finish() {
     for (;;) {
       try {
@@ -179,7 +179,7 @@ export class Exported {
     await this.written((transaction) => transaction.objectStore("sessions").put(session));
   }
 
-  // A line and what it makes of the session, both or neither.
+  // Store a record and the session's new state, both or neither.
   async add(content, done = this.session.done) {
     const { token, lines } = this.session;
     const line = JSON.stringify({
@@ -206,7 +206,7 @@ export class Exported {
     });
   }
 
-  // Deliver what is kept: once enough has come together, or all; one delivery at a time.
+  // Deliver stored records: once a batch is complete, or all of them; one delivery at a time.
   flush(all = false) {
     this.flushing = (this.flushing ?? Promise.resolve()).catch(() => {}).then(() => this.#flush(all));
     return this.flushing;

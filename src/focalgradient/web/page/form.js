@@ -1,11 +1,11 @@
-// A plugin of jsPsych: the form about the participant, with the questions of the design. Every answer may stay empty.
+// jsPsych plugin for the form about the participant, with the design's questions. Every field may be left empty.
 
 import { ParameterType } from "jspsych";
 import { escaped } from "./texts.js";
 
-const LONGEST = 20; // characters, as in the laboratory
+const LONGEST = 20; // maximum number of characters, as in the laboratory
 const CHARACTERS = /^[\p{L}\p{M}\p{N}_ ./-]*$/u;
-const OLDEST = 130; // years
+const OLDEST = 130; // maximum age in years
 
 export default class FormPlugin {
   static info = {

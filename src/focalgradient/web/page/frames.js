@@ -1,14 +1,14 @@
-// Frames of the display, counted: what a plugin shows it shows in them, and each leaves its time stamp.
+// Display frames: plugins draw in them, and record the time stamp of each.
 
 export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 
-const SHORTEST_MS = 1; // from one frame to the next: 1000 Hz
+const SHORTEST_MS = 1; // minimum frame duration: 1000 Hz
 const LONGEST_MS = 500;
-const USUAL_MS = 1000 / 60; // where it is not known
+const USUAL_MS = 1000 / 60; // if the frame duration is unknown
 
-// Milliseconds from one frame to the next; null where the browser hides them, as by rounding its clock.
+// Frame duration in ms; null if the browser hides it, for example by rounding its clock.
 export async function measureFrame(count = 60) {
   const stamps = [];
   for (let n = 0; n <= count; n++) stamps.push(await nextFrame());
@@ -17,7 +17,7 @@ export async function measureFrame(count = 60) {
   return steps.every((step) => step > 0) && usual >= SHORTEST_MS && usual <= LONGEST_MS ? usual : null;
 }
 
-// Frames that came late: how many refreshes of the display passed without one; 0 where its rate is not known.
+// Number of dropped frames: display refreshes without a new frame; 0 if the refresh rate is unknown.
 export function late(stamps, frame) {
   let count = 0;
   if (!frame) return count;
@@ -25,7 +25,7 @@ export function late(stamps, frame) {
   return count;
 }
 
-// What happens to the page beside what it shows: hidden, out of full screen, another zoom.
+// Counts disturbances of the page: hidden, left full screen, zoomed.
 export class Watch {
   constructor() {
     this.ratio = devicePixelRatio;
@@ -38,15 +38,16 @@ export class Watch {
     for (const [target, event, listener] of this.listeners) target.addEventListener(event, listener);
   }
 
-  // Stop, and give the counts.
+  // Stop counting, and return the counts.
   end() {
     for (const [target, event, listener] of this.listeners) target.removeEventListener(event, listener);
     return this.lost;
   }
 }
 
-// Show through `draw(seconds)` for so long, or until `stopped(onset)`; gives the time stamps of all frames from onset to
-// offset.
+// Animate with `draw(seconds)` for a duration, or until `stopped(onset)`; return the time stamps of all frames from
+// onset
+// to offset.
 export async function play(draw, seconds, frame, stopped = () => false) {
   const stamps = [];
   const begin = await nextFrame();
@@ -60,7 +61,7 @@ export async function play(draw, seconds, frame, stopped = () => false) {
   }
 }
 
-// Put a canvas of so many device pixels into the middle of the window, each of its pixels on one of the display's.
+// Centre a canvas of the given size in device pixels in the window, aligned with the display's pixels.
 export function inDevicePixels(canvas, width, height) {
   canvas.width = width;
   canvas.height = height;
@@ -75,7 +76,7 @@ export function inDevicePixels(canvas, width, height) {
   });
 }
 
-// Of an interval, the onset and the offset alone.
+// Time stamps of an interval's onset and offset only.
 export const ends = (stamps) => rounded([stamps[0], stamps.at(-1)]);
 
 export const rounded = (stamps) => stamps.map((stamp) => Math.round(stamp * 100) / 100);

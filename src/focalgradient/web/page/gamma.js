@@ -1,14 +1,14 @@
-// The display's gamma without a photometer: a chequerboard of stripes, each a row of device pixels, and of even grey, whose
-// contrast is made as small as it gets. The grey has then the light of so many white rows among black ones.
+// Estimation of the display's gamma without a photometer: the participant minimises the contrast of a chequerboard of
+// uniform grey and of stripes, one device pixel high. The grey then has the mean light of the white and black rows.
 
 import Slider from "@jspsych/plugin-html-slider-response";
 import { inDevicePixels } from "./frames.js";
 
-const ONE_IN = [2, 4, 2, 4]; // rows that are white; two matches of each
-const CELLS = 6; // of the board, in each direction
-const CELL = 8; // of CSS, times four, so that each cell has whole groups of rows
+const ONE_IN = [2, 4, 2, 4]; // one row in so many is white; two matches each
+const CELLS = 6; // cells of the board in each direction
+const CELL = 8; // a quarter of a cell's side in CSS pixels: a multiple of four gives whole groups of rows
 
-// Rows of a board: grey `level` beside stripes of which one in `of` is white.
+// Draw a board: grey of `level` beside stripes of which one in `of` is white.
 export function drawBoard(canvas, of, level) {
   const cell = 4 * Math.round(CELL * devicePixelRatio);
   inDevicePixels(canvas, CELLS * cell, CELLS * cell);
@@ -25,10 +25,10 @@ export function drawBoard(canvas, of, level) {
   }
 }
 
-// Screens of all matches; `matches` gains the share of white rows and the level that was set, of each.
+// Screens of all matches; adds the fraction of white rows and the chosen level of each to `matches`.
 export function gammaMatches(matches, words, html) {
   const match = (of, index) => {
-    const among = [1, 1 / 4].map((inverse) => 255 * of ** -inverse); // gammas of 1 and of 4
+    const among = [1, 1 / 4].map((inverse) => 255 * of ** -inverse); // levels for gammas of 1 and 4
     return {
       type: Slider,
       stimulus: `<div class="page match">${html(words("web.gamma", { number: index + 1, of: ONE_IN.length }))}</div><canvas id="board"></canvas>`,
@@ -41,7 +41,7 @@ export function gammaMatches(matches, words, html) {
       require_movement: true,
       button_label: words("web.done"),
       on_load: () => {
-        if (!index) matches.length = 0; // where it is done again
+        if (!index) matches.length = 0; // if the matches are repeated
         const slider = document.querySelector("input[type=range]");
         slider.setAttribute("aria-label", words("web.gamma_slider"));
         const draw = () => drawBoard(document.getElementById("board"), of, slider.value);

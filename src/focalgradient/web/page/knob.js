@@ -1,15 +1,17 @@
-// A knob: slider, wheel and arrow keys move a value between two ends, until Enter or the button confirms it.
+// Knob: slider, mouse wheel and arrow keys move a value within a range, until Enter or the button confirms it.
 
 import { shareOf, valueAt } from "./numbers.js";
 
-const COARSE = 6; // steps that an up or down arrow key counts as, where it is coarse
+const COARSE = 6; // steps per press of an up or down arrow key of a coarse knob
 
 export class Knob {
-  // `steps` from one end to the other; `coarse`: up and down move by more; `turn_first`: it can be confirmed once turned.
+  // `steps`: number of steps across the range; `coarse`: up and down keys make larger steps; `turn_first`: must be
+  // turned
+  // before it can be confirmed.
   constructor(place, { least, most, ratios = false, start, steps, coarse = false, turn_first = false, label, button_label }) {
     this.range = { least, most, ratios };
     Object.assign(this, { steps, coarse, share: shareOf(this.range, start), turned: !turn_first, done: null });
-    const [min, max] = ratios ? [0, 1] : [least, most]; // of ratios the slider's value is the share
+    const [min, max] = ratios ? [0, 1] : [least, most]; // with ratios, the slider's value is the fraction of the range
     this.slider = Object.assign(document.createElement("input"), { type: "range", min, max, step: "any", ariaLabel: label });
     this.slider.style.width = "20rem";
     this.button = Object.assign(document.createElement("button"), { type: "button", className: "jspsych-btn" });
@@ -32,7 +34,7 @@ export class Knob {
     return valueAt(this.range, this.share);
   }
 
-  // Share of the way of the slider's value.
+  // Convert the slider's value to a fraction of the range.
   slid(value) {
     return this.range.ratios ? value : shareOf(this.range, value);
   }

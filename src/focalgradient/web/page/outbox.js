@@ -1,6 +1,6 @@
-// What is answered stays in the browser's own database until the server has said that it is on its disk.
+// Responses stay in the browser's database until the server confirms that they are on its disk.
 
-const WAIT_MS = [500, 1000, 2000, 5000]; // before the next attempt, after each that failed
+const WAIT_MS = [500, 1000, 2000, 5000]; // delays before successive retries
 
 const TOO_EARLY = 425;
 
@@ -12,7 +12,7 @@ export class Refused extends Error {
   }
 }
 
-// One request; a network that fails or a server that is away or busy throws a TypeError, a refusal a Refused.
+// Send one request; throws a TypeError if the network fails or the server is unavailable, `Refused` if it rejects it.
 export async function post(path, message) {
   const response = await fetch(path, {
     method: "POST",
@@ -36,8 +36,9 @@ export const asked = (request) =>
   });
 
 export class Outbox {
-  // `post` sends; `waiting(count)` is called whenever the number of answers on their way changes, `refused(error)` where
-  // one is, and `again()` where the server has yet to go on with the session.
+  // `post` sends a response; `waiting(count)` is called when the number of unsent responses changes, `refused(error)`
+  // if one
+  // is rejected, and `again()` if the server must first resume the session.
   constructor(token, tab, { waiting, refused, again, post }) {
     Object.assign(this, { token, tab, waiting, refused, again, post, sending: null });
   }
@@ -60,7 +61,7 @@ export class Outbox {
     return asked(this.store("readonly").count(this.range()));
   }
 
-  // Keep an answer, and send all that is kept in the order of the trials.
+  // Store a response, and send all stored responses in the order of the trials.
   async put(key, answer) {
     const name = `${this.token}/${key.phase === "main" ? 1 : 0}/${String(key.trial).padStart(6, "0")}`;
     const transaction = this.database.transaction("answers", "readwrite", { durability: "strict" });
@@ -72,12 +73,12 @@ export class Outbox {
     this.send().catch(this.refused);
   }
 
-  // Forget what is kept.
+  // Delete the stored responses.
   async clear() {
     await asked(this.store("readwrite").delete(this.range()));
   }
 
-  // Send what is kept; one run at a time.
+  // Send the stored responses; only one run at a time.
   send() {
     this.sending ??= this.#sendAll().finally(() => (this.sending = null));
     return this.sending;

@@ -1,4 +1,4 @@
-// One participant's session in the browser: what the server lists is shown, what is answered is sent, until all is done.
+// A participant's session in the browser: shows the trials that the server lists, and sends the responses.
 
 import { initJsPsych } from "jspsych";
 import BrowserCheck from "@jspsych/plugin-browser-check";
@@ -26,23 +26,23 @@ import { stopButton } from "./stopping.js";
 import { escaped, filled, html, turned } from "./texts.js";
 import { touching } from "./touch.js";
 
-const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
-const AWAY_MS = 1000; // between two attempts to reach a server that is away
+const BEAT_MS = 5000; // between two heartbeats, which tell the server that this tab still shows the session
+const AWAY_MS = 1000; // between two attempts to reach an unavailable server
 
 class Page {
   constructor(study) {
     this.study = study;
-    this.shown = []; // events and texts, in order
-    // The tab's own name outlives a reload, and nothing else.
+    this.shown = []; // events and texts shown, in order
+    // The tab's identifier persists across reloads only.
     this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
     sessionStorage.setItem("tab", this.tab);
-    // Beside the body, which jsPsych fills and listens to.
+    // Outside the body, which jsPsych fills and listens to.
     this.note = Object.assign(document.createElement("p"), { id: "waiting", hidden: true });
     this.note.setAttribute("role", "status");
     document.documentElement.append(this.note);
   }
 
-  // What the study needs is checked, and agreed to, before a new participant is counted.
+  // The device is checked and consent obtained before a new participant is counted.
   async join() {
     this.state = await this.until(() => this.study.opening());
     document.documentElement.lang = this.state.language;
@@ -62,13 +62,13 @@ class Page {
       post: (path, message) => this.study.post(path, message),
       waiting: (count) => this.showWaiting(count),
       refused: (error) => this.lost(error),
-      // A server that was started anew takes answers when the sitting goes on, on the same clock.
+      // A restarted server accepts responses once the sitting is resumed, on the same clock.
       again: () => this.ask("/api/begin", this.begun()),
     });
     return true;
   }
 
-  // Consent, once a page: read page by page, and agreed to on the last.
+  // Consent: the text is read page by page, and agreed to on the last page.
   async agreed() {
     const pages = this.consented ? [] : (this.state.consent?.pages ?? []);
     for (const [number, text] of pages.entries()) {
@@ -95,12 +95,12 @@ class Page {
     return this.study.post(path, { token: this.token, tab: this.tab, ...message });
   }
 
-  // The same, until there is an answer.
+  // As above, retried until there is a response.
   insist(path, message = () => ({})) {
     return this.until(() => this.ask(path, message()));
   }
 
-  // A network or a server that is away is waited for.
+  // Waits for an unavailable network or server.
   async until(asked) {
     for (;;) {
       try {
@@ -114,7 +114,7 @@ class Page {
     }
   }
 
-  // Say that the network does not answer, beside what jsPsych shows, and wait before it is tried again.
+  // Show that the network does not respond, beside jsPsych's content, and wait before the next attempt.
   async away() {
     this.note.dataset.away = "yes";
     this.note.textContent = this.state ? this.words("web.network") : "…";
@@ -138,7 +138,7 @@ class Page {
     this.late ??= setTimeout(() => (this.note.hidden = false), 3000);
   }
 
-  // Instead of whatever is there: jsPsych can show nothing after it.
+  // Replaces all content: jsPsych can show nothing afterwards.
   say(text) {
     this.stopping?.remove();
     document.getElementById("stage").innerHTML = `<div class="page" role="status">${html(text)}</div>`;
@@ -148,7 +148,7 @@ class Page {
     if (!(await this.join())) return;
     await this.outbox.open();
     this.state = await this.insist("/api/state");
-    // Until the other window is closed, or, where it crashed, the server has missed its signs of life.
+    // Until the other window is closed or, if it crashed, the server has missed its heartbeats.
     while (this.state.status === "busy") {
       this.say(this.words("web.other_tab"));
       await new Promise((resolve) => setTimeout(resolve, BEAT_MS));
@@ -158,7 +158,8 @@ class Page {
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
     if (!(await this.agreed())) return;
-    // Answers that an earlier page could not send are of its sitting, and of its clock: they come before the next one.
+    // Responses that an earlier page could not send belong to its sitting and clock: they are sent before the next
+    // sitting.
     if (this.state.status === "begun") await this.outbox.send();
     this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
     addEventListener("pagehide", () => this.study.leave({ token: this.token, tab: this.tab }));
@@ -168,7 +169,7 @@ class Page {
     await this.finish();
   }
 
-  // The session was stopped, or is shown by another window; a network that fails is waited for elsewhere.
+  // The session was stopped, or is open in another window; network failures are handled elsewhere.
   lost(error) {
     if (this.over || !(error instanceof Refused)) return;
     clearInterval(this.beat);
@@ -177,7 +178,7 @@ class Page {
     this.say(this.words(known, { reason: error.message }));
   }
 
-  // Not while there is something to look at.
+  // Not while a stimulus is shown.
   offerToStop() {
     const ways = [
       [this.words("web.go_on"), () => {}],
@@ -187,7 +188,7 @@ class Page {
     return stopButton(this.words("web.stop"), html(this.words("web.stop_question")), ways);
   }
 
-  // The participant ends the session, and keeps what was answered, or has it removed.
+  // The participant ends the session, and has the responses kept or removed.
   async stop(remove) {
     this.over = true;
     clearInterval(this.beat);
@@ -197,7 +198,7 @@ class Page {
     try {
       if (remove) {
         await this.insist("/api/withdraw").catch((error) => {
-          if (error.status !== 404) throw error; // else they were removed, but the acknowledgement was lost
+          if (error.status !== 404) throw error; // otherwise they were removed, but the acknowledgement was lost
         });
         await this.outbox.clear();
         this.study.forget(this.token);
@@ -206,7 +207,7 @@ class Page {
         this.study.leave({ token: this.token, tab: this.tab });
       }
     } catch (error) {
-      text = error.message; // the server's reason for refusing: the participant must know that the answers are still there
+      text = error.message; // the server's reason: the participant must know that the responses have not been removed
     }
     if (document.fullscreenElement) await document.exitFullscreen();
     this.say(text);
@@ -237,12 +238,12 @@ class Page {
       on_trial_start: ({ type }) => {
         const shows = type === PicturePlugin || type === CubePlugin;
         if (this.stopping) this.stopping.hidden = shows || type === AdjustedPlugin;
-        document.body.classList.toggle("watching", shows || type === Call); // no pointer, until the question
+        document.body.classList.toggle("watching", shows || type === Call); // hide the pointer until the question
       },
     });
     const { trials: left, ...session } = await this.prepared();
     this.session = session;
-    // Not before: the blind spot is looked for beside a black square.
+    // Only now: the blind spot is measured beside a black square on white.
     document.body.classList.toggle("dark", this.state.dark);
     Object.assign(this, { left, began: performance.now(), stopping: this.offerToStop() });
     const practised = left.filter(({ phase }) => phase === "practice");
@@ -301,12 +302,12 @@ class Page {
     return this.insist("/api/begin", () => this.begun());
   }
 
-  // What begins a sitting; how long that has waited for the network tells when the page's clock began.
+  // Data that begin a sitting; their delay by the network determines when the page's clock began.
   begun() {
     return { ...this.beginning, waited_ms: Math.max(0, performance.now() - this.beginning.now_ms) };
   }
 
-  // Screens of the steps before, between and after trials; `values` fill in what is known when they are shown.
+  // Screens of the pages before, between and after trials; `values` fill in what is known when they are shown.
   steps(steps, trial, values = () => ({ minutes: this.minutes(trial) })) {
     return steps.flatMap((step) => {
       if (step.event === "ready" && this.session.keys) return [this.ready(step)];
@@ -336,7 +337,7 @@ class Page {
     return { ...this.picture([interval]), blank_seconds: 0, pause_seconds: 0, on_start };
   }
 
-  // What a trial shows is fetched ahead; where it depends on the answers so far, the server chooses it now.
+  // Stimuli of a trial are fetched in advance; in an adaptive task the server now chooses them.
   fetching(trial) {
     const fetched = async () => {
       if (trial.adapts) {
@@ -348,14 +349,14 @@ class Page {
     return { type: Call, async: true, func: (done) => fetched().then(done, (error) => this.lost(error)) };
   }
 
-  // A trial with all that comes with it, also where practice is repeated.
+  // A trial with its pages, also in repeated practice.
   turn(trial) {
     const fetched = trial.cube ? [] : [this.fetching(trial)];
     const nodes = trial.cube ? this.cubeNodes(trial) : trial.knob ? this.knobNodes(trial) : this.depthNodes(trial);
     return [...fetched, ...this.steps(trial.lead, trial), ...nodes];
   }
 
-  // Minutes that the trials from this one on will take, at the pace so far; ten seconds each where there is none yet.
+  // Estimated minutes left from this trial on at the pace so far; at 10 s per trial if there is none yet.
   minutes(trial) {
     const main = this.left.filter((one) => one.phase === "main");
     const place = main.indexOf(trial);
@@ -408,7 +409,7 @@ class Page {
     return [{ ...adjusted, on_start }, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
-  // Further questions of the design; of two ways the answer is 1 or 2.
+  // The design's additional questions; the response to a choice is 1 or 2.
   further(trial, kept) {
     return (trial.also ?? []).map(({ name, scale }) => {
       const value = ({ rating }) => (scale.kind === "choice" ? 2 - rating : rating);
@@ -416,10 +417,10 @@ class Page {
     });
   }
 
-  // Keep an answer in the browser's database, from where it is sent; the next trial need not wait for the network.
+  // Store a response in the browser's database, from which it is sent; the next trial does not wait for the network.
   sent(trial, answer) {
     const keep = async () => {
-      if (trial.phase === "practice" && this.practice.note(trial, answer)) return; // goes with the first that counts
+      if (trial.phase === "practice" && this.practice.note(trial, answer)) return; // sent with the first response of the main trials
       const practice = trial.phase === "main" ? this.practice.taken() : [];
       const message = { attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
       await this.outbox.put({ phase: trial.phase, trial: trial.trial }, message);
@@ -427,7 +428,7 @@ class Page {
     return { type: Call, async: true, func: (done) => keep().then(done) };
   }
 
-  // Pictures are fetched before they are needed; a network that is away is waited for.
+  // Pictures are fetched in advance; waits for an unavailable network.
   async fetched(files, loading) {
     for (const { url } of files) {
       for (;;) {
@@ -444,10 +445,10 @@ class Page {
 
   question(trial, keep) {
     const how = { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep };
-    return question(trial.scale ?? this.session.scale, trial.interval, how); // a task of one's own has one each trial
+    return question(trial.scale ?? this.session.scale, trial.interval, how); // user-defined tasks have a scale per trial
   }
 
-  // Which key is for what, below the cube and before it.
+  // Labels of the response keys, below the cube and before it.
   reminder() {
     const foot = Object.entries(this.session.keys).map(([name, key]) => [key, this.words(`necker.${name}`)]);
     return foot.map(([key, word]) => `<b>${escaped(key.toUpperCase())}</b> ${escaped(word)}`).join(" &emsp; ");
@@ -496,7 +497,7 @@ async function start() {
   const study = document.body.dataset.platform ? await Exported.open(document.body.dataset) : new Server();
   const page = new Page(study);
   study.waiting = (count) => page.showWaiting(count);
-  globalThis.focalgradient = { page, Cube, load }; // for who tests or debugs the page
+  globalThis.focalgradient = { page, Cube, load }; // for tests and debugging
   await page.run();
 }
 

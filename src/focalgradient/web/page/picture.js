@@ -1,11 +1,11 @@
-// A plugin of jsPsych: pictures shown pixel for pixel, each after a mark on what is to be fixated, all frames recorded.
+// jsPsych plugin: pictures shown pixel for pixel, each after a fixation mark; all frames are recorded.
 
 import { ParameterType } from "jspsych";
 import { ends, inDevicePixels, late, play, rounded, Watch } from "./frames.js";
 
 const loaded = new Map();
 
-// Decode a picture as it stands in its file: no colour management, no scaling.
+// Decode a picture without colour management or scaling.
 export async function load(url) {
   if (!loaded.has(url)) {
     loaded.set(
@@ -22,7 +22,7 @@ export async function load(url) {
   return loaded.get(url);
 }
 
-// A ring and a point, dark and bright, that show on any ground; its radius in device pixels.
+// A dark and bright ring and point, visible on any background; its radius in device pixels.
 function drawMark(context, { x, y }, radius) {
   for (const [colour, width] of [
     ["black", 3],
@@ -44,14 +44,14 @@ export default class PicturePlugin {
     name: "focalgradient-picture",
     version: "1.0.0",
     parameters: {
-      // Each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event.
+      // Of each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event.
       intervals: { type: ParameterType.COMPLEX, array: true, default: [] },
       mark_radius: { type: ParameterType.FLOAT, default: 10 },
       blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
       pause_seconds: { type: ParameterType.FLOAT, default: 0 },
       frame: { type: ParameterType.FLOAT, default: null },
       foot: { type: ParameterType.HTML_STRING, default: null },
-      stopped: { type: ParameterType.FUNCTION, default: () => false }, // of the onset: whether the picture is to go
+      stopped: { type: ParameterType.FUNCTION, default: () => false }, // given the onset: whether to remove the picture
     },
     data: {
       shown: { type: ParameterType.COMPLEX },
@@ -85,7 +85,7 @@ export default class PicturePlugin {
         shown.push({ event: "mark", stamps: ends(await play(mark, one.mark_seconds, trial.frame)) });
       }
       const draw = (seconds) => {
-        if (seconds > 0) return; // it stands
+        if (seconds > 0) return; // the picture is already drawn
         context.drawImage(image, 0, 0);
         if (one.mark_kept) drawMark(context, one.mark, trial.mark_radius);
       };

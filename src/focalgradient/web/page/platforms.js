@@ -1,22 +1,24 @@
-// Where a study without a server of its own leaves its answers: JATOS, DataPipe or Pavlovia, each by its own interface.
+// Platforms that store the responses of a study without its own server: JATOS, DataPipe and Pavlovia, each through its
+// own interface.
 //
-// Each gives: `name`; `batch`, how many lines are sent together; `parameters` of the link; `choose(labels)`, the list of
-// a newcomer, where the platform counts; `send(lines, name)`, which comes back when they are delivered; `end(address)`.
-// What may work later is a TypeError, as of a network that fails; what will not is Refused.
+// Each provides: `name`; `batch`, the number of records sent together; `parameters` of the link; `choose(labels)`, the
+// list of a new participant, if the platform counts them; `send(lines, name)`, which resolves on delivery;
+// `end(address)`. Temporary failures throw a TypeError, as network failures do; permanent ones throw Refused.
 
 import { Refused } from "./outbox.js";
 
-const BATCH = 20; // answers in a file, where every delivery makes one
-const KEEPALIVE = 60000; // bytes of a request that a browser finishes after the page is gone: 64 KiB of all
+const BATCH = 20; // responses per file, if every delivery creates one
+const KEEPALIVE = 60000; // bytes of requests that a browser completes after the page is closed: at most 64 KiB in total
 const ATTEMPTS = 30;
 
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 const query = () => Object.fromEntries(new URLSearchParams(location.search));
 
-// One column of lines of JSON.
+// One CSV column of JSON records.
 export const csv = (lines) => ["record", ...lines.map((line) => `"${line.replaceAll('"', '""')}"`), ""].join("\r\n");
 
-// A request; gives the answer's JSON. `permanent(status, answer)` tells a refusal from what may work later.
+// Send a request; return the response's JSON. `permanent(status, answer)` distinguishes permanent from temporary
+// failures.
 async function request(method, url, content, permanent) {
   const body = content && JSON.stringify(content);
   const keepalive = Boolean(body) && body.length < KEEPALIVE;
@@ -29,10 +31,10 @@ async function request(method, url, content, permanent) {
 
 const never = (status) => status >= 400 && status < 500 && status !== 408 && status !== 429;
 
-// jatos.js is served by JATOS beside the page; each answer is appended to the result of the study's run.
+// JATOS serves jatos.js beside the page; each response is appended to the result of the study run.
 async function jatos() {
   const { jatos } = globalThis;
-  if (!jatos) throw new Error("jatos.js is missing: open this study by a study link of JATOS.");
+  if (!jatos) throw new Error("jatos.js is missing: open this study with a study link of JATOS.");
   await new Promise((resolve) => jatos.onLoad(resolve));
   const promised = (given) =>
     new Promise((resolve, reject) => given.then(resolve, (error) => reject(new TypeError(`JATOS: ${error}`))));
@@ -41,12 +43,12 @@ async function jatos() {
     batch: 1,
     parameters: jatos.urlQueryParameters ?? query(),
     send: (lines) => promised(jatos.appendResultData(lines.map((line) => `${line}\n`).join(""))),
-    // The batch session has a version: of two that take a list at once, one fails and looks again.
+    // The batch session is versioned: if two participants take a list at once, one update fails and is retried.
     choose: async (labels) => {
       for (let n = 0; n < ATTEMPTS; n++) {
         const taken = jatos.batchSession.getAll() ?? {};
         const free = labels.find((label) => !(`list-${label}` in taken));
-        if (!free) throw new Error("All lists of this study have been given out.");
+        if (!free) throw new Error("All lists of this study have been assigned.");
         try {
           await promised(jatos.batchSession.set(`list-${free}`, jatos.studyResultId));
           return free;
@@ -54,13 +56,13 @@ async function jatos() {
           await pause(200 + 300 * Math.random());
         }
       }
-      throw new Error("JATOS does not answer: load this page again.");
+      throw new Error("JATOS does not respond: reload this page.");
     },
     end: (address) => (address ? jatos.endStudyAndRedirect(address) : jatos.endStudy()),
   };
 }
 
-// Each delivery becomes a file of the project at the OSF.
+// Each delivery becomes a file in the OSF project.
 async function datapipe({ experiment }) {
   if (!experiment) throw new Error("The experiment ID of DataPipe is missing: write it into datapipe.html.");
   const permanent = (status, { error }) => never(status) && !String(error).startsWith("OSF");
@@ -74,7 +76,7 @@ async function datapipe({ experiment }) {
       try {
         await post("data", { filename: `${name}.csv`, data: csv(lines) });
       } catch (error) {
-        if (!/exists/i.test(error.message)) throw error; // an earlier attempt whose answer was lost
+        if (!/exists/i.test(error.message)) throw error; // an earlier attempt whose acknowledgement was lost
       }
     },
     choose: async (labels) => labels[(await post("condition")).condition % labels.length],
@@ -82,7 +84,7 @@ async function datapipe({ experiment }) {
   };
 }
 
-// The calls of Pavlovia's own plugin for jsPsych (5.0.0); a trial run of a pilot's link is offered as a file.
+// The calls of Pavlovia's own jsPsych plugin (5.0.0); the results of a pilot link are offered as a file.
 async function pavlovia() {
   const { pavlovia, experiment } = await request("GET", "config.json", undefined, never);
   const parameters = query();

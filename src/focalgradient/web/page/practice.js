@@ -1,6 +1,6 @@
-// Practice that is repeated until its answers are right, as in the laboratory; what was answered in it is kept.
+// Practice repeated until its criterion is met, as in the laboratory; its responses are kept.
 
-// Seconds for which one key was held, and no other.
+// Time in s for which only the given key was held.
 export function heldAlone(presses, key, seconds) {
   const down = new Set();
   let total = 0;
@@ -14,7 +14,7 @@ export function heldAlone(presses, key, seconds) {
   return total;
 }
 
-// Whether an answer is right: `want` is {below}, {above} or {shape, share}; null where nothing is right or wrong.
+// Whether a response is correct: `want` is {below}, {above} or {shape, share}; null if there is no correct response.
 export function isRight(want, answer, keys) {
   if (!want) return null;
   if (want.below !== undefined) return answer.rating < want.below;
@@ -24,12 +24,12 @@ export function isRight(want, answer, keys) {
 }
 
 export class Practice {
-  // Of the session: `practice` {share, rounds} and `keys`; `count` trials are practised.
+  // Of the session: `practice` {share, rounds} and `keys`; `count`: number of practice trials.
   constructor({ practice, keys }, count) {
     Object.assign(this, { ...practice, keys, count, answers: [], found: [], repeat: false });
   }
 
-  // An answer in practice; whether it is one of a repetition, which is no trial of the list.
+  // Note a practice response; return whether it belongs to a repetition, which is not a trial of the list.
   note(trial, answer) {
     const repeated = this.found.length > 0;
     const { phase, trial: number, right } = trial;
@@ -49,7 +49,7 @@ export class Practice {
     this.repeat = !passed && round < this.rounds;
   }
 
-  // What there is to record of it, once.
+  // Return the results to be recorded, once.
   taken() {
     return this.found.splice(0);
   }

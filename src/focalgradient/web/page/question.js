@@ -1,4 +1,4 @@
-// The question after a trial: one of two ways, steps or a slider.
+// The question after a trial: a choice, rating steps or a slider.
 
 import Buttons from "@jspsych/plugin-html-button-response";
 import Keyboard from "@jspsych/plugin-html-keyboard-response";
@@ -6,7 +6,8 @@ import { onlyTouch } from "./device.js";
 import { sliderQuestion } from "./slider.js";
 import { stepsQuestion } from "./steps.js";
 
-// Two ways, by the arrow keys; by buttons where there is nothing but a finger. `interval`: the way that counts as 1.
+// Choice between two alternatives by the arrow keys, or by buttons on touch devices. `interval`: alternative stored as
+// 1.
 function choiceQuestion({ question, ways }, interval, { escaped, keep }) {
   const stimulus = `<div class="ask"><h2>${escaped(question)}</h2></div>`;
   const chosen = (way, rt) => keep({ rating: way === interval ? 1 : 0, response_time: rt / 1000 });

@@ -1,4 +1,4 @@
-// A break that can be left after so many seconds at the soonest: `button` counts them down, as `left(seconds)` says.
+// A break of a minimum duration: `button` counts down the seconds, with the text of `left(seconds)`.
 
 export function rest(button, seconds, left) {
   const label = button.innerHTML;

@@ -1,14 +1,14 @@
-// A server of ours, at the address that the page came from.
+// A server at the address from which the page was loaded.
 
 import { post } from "./outbox.js";
 
-const AWAY_MS = 1000; // between two attempts to reach a server that is away
-const OF_PERSON = ["PROLIFIC_PID", "survey_code", "workerId", "id"]; // identifiers of a person, as people.py lists them
+const AWAY_MS = 1000; // between two attempts to reach an unavailable server
+const OF_PERSON = ["PROLIFIC_PID", "survey_code", "workerId", "id"]; // parameters that identify a person, as in people.py
 
-// The secret of an own link.
+// The secret of a personal link.
 const ownLink = () => location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
 
-// What somebody came with by the open link, and where this browser keeps the secret for it.
+// Parameters of the open link, and the key under which this browser stores the secret for them.
 function openLink() {
   const platform = Object.fromEntries(new URLSearchParams(location.search));
   const named = OF_PERSON.filter((name) => name in platform).map((name) => [name, platform[name]]);
@@ -16,7 +16,7 @@ function openLink() {
   return { platform, named, place, kept: named.length ? localStorage : sessionStorage };
 }
 
-// Join; a server that is away, or has too many at this moment, is asked again.
+// Join the study; retried while the server is unavailable or overloaded.
 async function joined(message) {
   for (;;) {
     try {
@@ -29,16 +29,16 @@ async function joined(message) {
   }
 }
 
-// A server of ours, at the address that the page came from.
+// A server at the address from which the page was loaded.
 export class Server {
   post = post;
-  withdraws = true; // removes a participant's answers
+  withdraws = true; // can remove a participant's responses
 
   leave(who) {
     navigator.sendBeacon("/api/leave", JSON.stringify(who));
   }
 
-  // Whether this browser has joined before: nobody new is counted then.
+  // Whether this browser has joined before: no new participant is then counted.
   get known() {
     const { place, kept } = openLink();
     return Boolean(ownLink() ?? kept.getItem(place));
@@ -50,9 +50,11 @@ export class Server {
     return response.json();
   }
 
-  // By an own link, or as somebody new. The secret is made here, and kept before it is sent: joining may be sent again,
-  // and nobody without it reaches the session, whatever they know of the person. With an identifier of a platform it is
-  // kept for the next visit; without one, as on a laboratory's shared computer, until the address has it.
+  // By a personal link, or as a new participant. The secret is generated here, and stored before it is sent: joining
+  // may be
+  // retried, and nobody without the secret reaches the session. With a platform identifier the secret is kept for the
+  // next
+  // visit; without one, as on a laboratory's shared computer, only until the page's address contains it.
   async join() {
     const token = ownLink();
     if (token) return token;
@@ -65,7 +67,7 @@ export class Server {
     return secret;
   }
 
-  // After a session's answers were removed, nothing of it stays in this browser.
+  // After a session's responses were removed, none of its data stay in this browser.
   forget(token) {
     for (const name of Object.keys(localStorage)) {
       if (name === token || localStorage.getItem(name) === token) localStorage.removeItem(name);

@@ -1,12 +1,13 @@
-// A line on a slider, of equal ratios or equal differences, which shows no marker until it is first moved: that puts it at a
-// random place, so that none is suggested.
+// A slider in equal ratios or equal differences. It shows no marker until it is first moved, which places the marker at
+// a
+// random position, so that no response is suggested.
 
 import Slider from "@jspsych/plugin-html-slider-response";
 import { valueAt } from "./numbers.js";
 
 const STEPS = 1000;
 
-// `number` and `escaped` write numbers and texts, `done` is the button's label, `keep` takes the answer.
+// `number` and `escaped` format numbers and texts, `done` is the button's label, `keep` receives the response.
 export function sliderQuestion(scale, { number, escaped, done, keep }) {
   const value = (place) => valueAt(scale, place / STEPS);
   const start = Math.floor(Math.random() * (STEPS + 1));

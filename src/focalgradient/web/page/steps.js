@@ -1,5 +1,6 @@
-// A scale of steps, answered as in the laboratory: arrow keys or a digit choose a step, the first arrow one at random, and
-// ENTER confirms it; a click answers at once.
+// A scale of rating steps, answered as in the laboratory: arrow keys or a digit select a step, the first arrow key a
+// random
+// one, and ENTER confirms it; a click confirms immediately.
 
 import Buttons from "@jspsych/plugin-html-button-response";
 

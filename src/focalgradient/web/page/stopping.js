@@ -1,6 +1,6 @@
-// A participant who stops before the end: what was answered is kept, or removed at the participant's wish.
-
-// A button beside what jsPsych shows, and the question that it opens. `ways` are the answers: a text and what it does.
+// A participant stops before the end: responses are kept, or removed on request. A button beside jsPsych's content
+// opens a
+// question; `ways` are its answers: a text and an action each.
 export function stopButton(label, question, ways) {
   const button = Object.assign(document.createElement("button"), { id: "stop", type: "button", textContent: label, hidden: true });
   const dialog = Object.assign(document.createElement("dialog"), { id: "stopping", className: "page", innerHTML: question });
@@ -14,6 +14,6 @@ export function stopButton(label, question, ways) {
     dialog.append(way);
   }
   button.addEventListener("click", () => dialog.showModal());
-  document.documentElement.append(button, dialog); // beside the body, which jsPsych fills and listens to
+  document.documentElement.append(button, dialog); // outside the body, which jsPsych fills and listens to
   return button;
 }

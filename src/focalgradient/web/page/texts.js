@@ -1,4 +1,4 @@
-// Texts as the page shows them: the first line of a page is its title, an empty line a new paragraph.
+// Texts in HTML: the first line of a page is its title, an empty line begins a paragraph.
 
 export const escaped = (text) => {
   const span = document.createElement("span");
@@ -6,7 +6,7 @@ export const escaped = (text) => {
   return span.innerHTML;
 };
 
-// A text of the session's words, its {names} filled in.
+// A text of the session, with its {names} filled in.
 export function filled(text, values = {}) {
   return text.replace(/\{(\w+)\}/g, (whole, name) => values[name] ?? whole);
 }
@@ -17,7 +17,7 @@ export function html(text) {
   return `<h1>${escaped(title)}</h1>` + body.map((part) => `<p>${escaped(part).replaceAll("\n", "<br>")}</p>`).join("");
 }
 
-// Show a page with buttons before or after what jsPsych shows; gives the number of the button that is pressed.
+// Show a page with buttons before or after jsPsych's content; return the index of the button pressed.
 export function turned(text, labels) {
   const page = Object.assign(document.createElement("div"), { className: "page", innerHTML: html(text) });
   document.getElementById("stage").replaceChildren(page);

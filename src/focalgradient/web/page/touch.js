@@ -1,8 +1,10 @@
-// A finger alone: what plugins take from a mouse and a space bar comes from touches, too.
+// Touch-only devices: touches replace the mouse and the space bar in plugins.
 
 const asMouse = { touchstart: "mousedown", touchmove: "mousemove", touchend: "mouseup" };
 
-// The drawn card is dragged by its corner; a touch beside the red ball counts as the space bar. Gives what ends it.
+// The drawn card is dragged by its corner; a touch beside the red ball acts as the space bar. Returns a function that
+// ends
+// this.
 export function touching() {
   const listen = (event) => {
     const [touch] = event.changedTouches;
