@@ -29,7 +29,7 @@ OWN: Plan = DESIGNS["own"]
 APPARATUS = Apparatus("seconds from the start of the sitting")
 WAYS = ("begin", "resume")
 TRIAL_S = DESIGN.look_s + 5.0
-REFUSED = ("holds a session of", "is being recorded by another program", "which is never overwritten")
+REFUSED = ("already contains a session of", "is being recorded by another program", "which is never overwritten")
 
 
 def take(design: Plan, way: str, root: Path, participant: str, about: dict[str, Any]) -> Session:

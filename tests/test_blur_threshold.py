@@ -130,7 +130,7 @@ def test_simulated_sessions_are_valid_and_go_on_where_they_were_cut_off(simulate
 
 
 DAMAGES = {
-    "another level": ("level", "0.123", "none of the design's levels"),
+    "another level": ("level", "0.123", "not one of the design's levels"),
     "an easy catch trial": ("catch", None, "catch trials have the greatest"),
     "a right answer": ("correct", None, "correct is "),
     "a third answer": ("answer", "3", "answer is 3, but must be 1 or 2"),
@@ -159,7 +159,7 @@ def test_damages_to_its_table_are_named(damage, simulated, tmp_path):
     path.write_text("\n".join("\t".join(row) for row in [header, *rows]) + "\n")
     problems = validate(tmp_path / "data").problems
     assert any(sentence in problem for problem in problems), problems
-    assert any("it does not say what its journal says" in problem for problem in problems)
+    assert any("it differs from its journal" in problem for problem in problems)
 
 
 def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):

@@ -40,7 +40,7 @@ def test_problems_are_listed_with_exit_code_1(data):
     result = run(data)
     assert result.exit_code == 1
     assert "Problem: " in result.stdout
-    assert "it does not say what its journal says" in result.stdout
+    assert "it differs from its journal" in result.stdout
     assert result.stdout.splitlines()[-1] == "Problems: 1"
 
 
@@ -48,7 +48,9 @@ def test_tables_of_sessions_that_were_cut_off_are_made_on_demand(data):
     (data / "sub-01" / "beh" / "sub-01_task-pinhole_beh.tsv").unlink()
     result = run(data)
     assert result.exit_code == 1
-    assert "has no table: resume the session, or make the table with 'focalgradient validate --export'" in result.stdout
+    assert (
+        "has no table: resume the session, or write the table with 'focalgradient validate --export'" in result.stdout
+    )
     result = run(data, "--export")
     assert result.exit_code == 0, result.output
     assert "Trials: 6" in result.stdout
@@ -86,7 +88,7 @@ def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
     result = run(tmp_path)
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")
-    assert "holds no data set, as it has no dataset_description.json: give the folder" in result.stderr
+    assert "is not a data set, as it has no dataset_description.json: give the folder" in result.stderr
     assert result.stderr.count("\n") == 1
 
 

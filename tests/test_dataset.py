@@ -281,8 +281,8 @@ SPOILT = {
     ),
     "unknown aperture": (lambda root: edit(rating_file(root), 3, "aperture", "f22"), "row 3: aperture is 'f22', but"),
     "no truth": (lambda root: edit(rating_file(root), 3, "catch", "yes"), "row 3: catch is 'yes', but must be true or"),
-    "trial twice": (lambda root: edit(rating_file(root), 3, "trial", "1"), "row 3: its trial stands in a row above"),
-    "column gone": (lambda root: edit(rating_file(root), 1, "rating", "score"), "there is no column rating"),
+    "trial twice": (lambda root: edit(rating_file(root), 3, "trial", "1"), "row 3: its trial is also in a row above"),
+    "column gone": (lambda root: edit(rating_file(root), 1, "rating", "score"), "the column rating is missing"),
     "cell gone": (
         lambda root: rating_file(root).write_text(rating_file(root).read_text().rpartition("\t")[0] + "\n"),
         "row 35: there are 16 cells, but must be 17",
@@ -293,7 +293,7 @@ SPOILT = {
         "sub-01 is mis",
     ),
     "no sidecar": (lambda root: rating_file(root).with_suffix(".json").unlink(), "beh.json cannot be read"),
-    "no description": (lambda root: (root / "dataset_description.json").unlink(), "holds no data set"),
+    "no description": (lambda root: (root / "dataset_description.json").unlink(), "is not a data set"),
 }
 
 
@@ -404,7 +404,7 @@ def test_what_contradicts_the_design_is_found(data, name):
 
 def test_a_table_that_was_changed_by_hand_is_found_by_its_journal(data):
     edit(rating_file(data), 4, "rating", "2.5")
-    assert any("does not say what its journal says" in problem for problem in validate(data).problems)
+    assert any("differs from its journal" in problem for problem in validate(data).problems)
 
 
 def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
@@ -414,7 +414,7 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
     assert "is not the set of pictures that was shown" in validate(data, others).problems[0]
     with Session.begin(data, RATING, "05", apparatus=APPARATUS, stimuli=pictures):
         pass  # left at once
-    with pytest.raises(InputError, match="others is given for the pictures, which is not what the session began"):
+    with pytest.raises(InputError, match="others is given for the pictures, but the session began"):
         Session.resume(data, "depthrating", "05", apparatus=APPARATUS, stimuli=others)
     with pytest.raises(InputError, match=r"no folder is given .*\(the set whose manifest is .*\): give that"):
         Session.resume(data, "depthrating", "05", apparatus=APPARATUS)
@@ -427,5 +427,5 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
     (others / "manifest.json").write_text("{}")
     with pytest.raises(InputError, match="is no manifest of stimuli"):
         check_stimuli(others)
-    with pytest.raises(InputError, match="'focalgradient stimuli' has made"):
+    with pytest.raises(InputError, match="written by 'focalgradient stimuli'"):
         check_stimuli(tmp_path)

@@ -58,13 +58,13 @@ def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path
     place, table = session
     whole = table.read_text()
     table.write_text(whole.replace("20.1235", "10.1235", 1))
-    assert "row 2: latency_ms does not say what its journal says" in problems(place)
+    assert "row 2: latency_ms differs from its journal" in problems(place)
     table.write_text("\n".join(whole.splitlines()[:-1]) + "\n")
-    assert "has 2 changes of focus, but its journal 3" in problems(place)
+    assert "has 2 changes of focus, but its journal has 3" in problems(place)
     table.write_text("onset\n")
-    assert "there is no column focus_dioptre" in problems(place)
+    assert "the column focus_dioptre is missing" in problems(place)
     table.unlink()
-    assert "the session was killed" in problems(place)
+    assert "the session crashed" in problems(place)
 
 
 def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
@@ -78,11 +78,11 @@ def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ('"task": "gazefocus"', '"task": "gaze"', "Settings differs from what the journal says"),
-        ('"ms": 21.623', '"ms": 11.623', "Latency differs from what the journal says"),
-        ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate differs from what the journal says"),
-        ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from what the journal says"),
-        ('"TaskName"', '"Note": 1, "TaskName"', "Note stands in it, but not in its journal: restore it"),
+        ('"task": "gazefocus"', '"task": "gaze"', "Settings differs from the journal"),
+        ('"ms": 21.623', '"ms": 11.623', "Latency differs from the journal"),
+        ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate differs from the journal"),
+        ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from the journal"),
+        ('"TaskName"', '"Note": 1, "TaskName"', "Note is not in the journal: restore it"),
         ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' occurs twice"),
         ("{", "[{", "is not valid JSON"),
     ],
@@ -94,7 +94,7 @@ def test_a_sidecar_that_was_changed_is_found(session: tuple[Path, Path], old: st
     path.write_text(path.read_text().replace(old, new, 1))
     assert sentence in problems(place)
     path.write_text("[1]")
-    assert "is no JSON object: restore it" in problems(place)
+    assert "is not a JSON object: restore it" in problems(place)
     path.unlink()
     assert "cannot be read" in problems(place)
 

@@ -173,7 +173,7 @@ def test_an_input_is_never_an_output(args: str, given: Path) -> None:
     result = CliRunner().invoke(main, args.split())
     assert result.exit_code == 2, result.output
     assert isinstance(result.exception, SystemExit), result.exc_info
-    assert "would be overwritten, but it is read" in result.stderr or "is a file, where" in result.stderr
+    assert "would be overwritten, but it is read" in result.stderr or "is a file, but must be" in result.stderr
     assert {path: path.read_bytes() for path in given.iterdir() if path.is_file()} == before
 
 

@@ -120,10 +120,10 @@ def test_damage_that_no_kill_explains_is_told(tmp_path):
     whole = path.read_bytes()
     lines = whole.split(b"\n")
     path.write_bytes(b"\n".join([lines[0], lines[1][:50], *lines[2:]]))
-    with pytest.raises(InputError, match="line 2 is damaged, which no kill of the program explains: restore"):
+    with pytest.raises(InputError, match="line 2 is damaged, which a crash of the program does not explain: restore"):
         read_journal(path)
     path.write_bytes(b"\n".join(lines[1:]))
-    with pytest.raises(InputError, match="does not begin as a journal does"):
+    with pytest.raises(InputError, match="does not start with the first line of a journal"):
         resumed(tmp_path / "data")
     path.write_bytes(b"\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
     with pytest.raises(InputError, match="lines before line 2 are missing, or were changed or moved: restore"):
@@ -133,7 +133,9 @@ def test_damage_that_no_kill_explains_is_told(tmp_path):
 def test_nothing_is_overwritten(tmp_path):
     session = partly(tmp_path / "data", 3)
     before = session.files.journal.read_bytes()
-    with pytest.raises(InputError, match=r"holds a session of sub-01 already.*resume it, or give a new session label"):
+    with pytest.raises(
+        InputError, match=r"already contains a session of sub-01.*resume it, or give a new session label"
+    ):
         partly(tmp_path / "data")
     export(session.files.journal)
     session.files.journal.rename(tmp_path / "kept")
@@ -153,7 +155,7 @@ def test_tables_grow_but_never_change(tmp_path):
         again.record(again.remaining()[0], answer(2))
     assert table.read_text().startswith(first)
     table.write_text(first.replace("1.1", "1.9"))
-    with pytest.raises(InputError, match=r"does not say what its journal .* says: move it away"):
+    with pytest.raises(InputError, match=r"differs from its journal .*: move it away"):
         export(session.files.journal)
     assert "1.9" in table.read_text()
 
@@ -234,7 +236,7 @@ def test_what_begin_and_resume_would_refuse_can_be_checked_before_and_nothing_is
         Session.check(root, SHORT, "02", kind="simulated")
     assert session.files.journal.read_bytes() == before
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="is a file, where the folder of a data set is to be"):
+    with pytest.raises(InputError, match="is a file, but must be the folder of a data set"):
         Session.check(tmp_path / "file", SHORT, "01")
 
 
@@ -285,18 +287,18 @@ def test_a_full_disk_is_said_and_costs_no_finished_trial(tmp_path):
     assert len(finished) >= 2
     assert len(said) == len(finished) + 2  # a second try adds nothing after the line cut short
     assert "jsonl cannot be written (File too large): make room on the disk" in said[-2]
-    assert "is safe, and can be resumed" in said[-2]
+    assert "can be resumed" in said[-2]
     session = Session.resume(tmp_path / "data", "pinhole", "01", apparatus=APPARATUS)
     assert session.remaining()[0].trial == finished[-1] + 1
 
 
 def test_folders_that_cannot_be_written_are_said(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="file is a file, where the folder of a data set is to be"):
+    with pytest.raises(InputError, match="file is a file, but must be the folder of a data set"):
         partly(tmp_path / "file")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.doc").write_text("")
-    with pytest.raises(InputError, match="holds files but is no data set: give a new or an empty folder"):
+    with pytest.raises(InputError, match="contains files but is not a data set: give a new or an empty folder"):
         partly(tmp_path / "other")
     partly(tmp_path / "data", 1, kind="simulated")
     with pytest.raises(InputError, match="is a data set of simulated observers, which a person cannot join"):

@@ -38,9 +38,11 @@ def test_of_two_that_begin_or_resume_at_once_one_succeeds_and_the_other_gets_a_s
 def test_a_session_that_is_running_is_refused_to_a_second_program_and_goes_on(tmp_path):
     session = begin(tmp_path / "data")
     for way in (begin, resume):
-        with pytest.raises(InputError, match=r"holds a session of sub-01|is being recorded by another program"):
+        with pytest.raises(
+            InputError, match=r"already contains a session of sub-01|is being recorded by another program"
+        ):
             way(tmp_path / "data")
-    with pytest.raises(InputError, match="is being recorded by another program: let that go on"):
+    with pytest.raises(InputError, match="is being recorded by another program: wait for it"):
         Session.check(tmp_path / "data", DESIGN, "01", resume=True)
     with pytest.raises(InputError, match="is being recorded by another program"):
         export(session.files.journal)

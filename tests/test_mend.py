@@ -130,7 +130,7 @@ def test_that_no_finished_trial_was_lost_is_said_where_the_chain_shows_it(data):
     journal(data).write_bytes(b"".join(whole[:4]) + whole[4][:30])
     table(data).unlink()
     (note,) = (note for note in validate(data).notes if "cut off" in note)
-    assert "cannot be known" in note
+    assert "is unknown" in note
     with Session.resume(data, "pinhole", "07", apparatus=APPARATUS):
         pass
     (note,) = (note for note in validate(data).notes if "cut off" in note)
@@ -142,11 +142,11 @@ def test_a_session_that_two_programs_doubled_is_repaired(data):
     resumed = json.dumps({**json.loads(old[0]), "event": "resumed"}).encode() + b"\n"
     journal(data).write_bytes(b"".join([*old[:4], resumed, *old[3:]]))
     table(data).unlink()
-    assert any("stands there more than once" in problem for problem in validate(data).problems)
+    assert any("occurs more than once" in problem for problem in validate(data).problems)
     before = journal(data).read_bytes()
     result = run("repair", data)
     assert result.exit_code == 0
-    assert "Line 6, main trial 3, which stands above already." in result.output
+    assert "Line 6, main trial 3, which is recorded above already." in result.output
     kept = journal(data).with_name(journal(data).name + ".original")
     assert kept.read_bytes() == before
     assert trials(data) == [1, 2, 3, 4, 5, 6]
@@ -186,7 +186,7 @@ def test_a_table_changed_by_hand_is_made_anew_and_kept(data):
     edit(table(data), 3, "rating", "2.0")
     changed = table(data).read_bytes()
     (done,) = repair(data)
-    assert done.done == (f"{table(data).name} differed from the journal, and was made anew.",)
+    assert done.done == (f"{table(data).name} differed from the journal, and was written again.",)
     assert done.originals[0].read_bytes() == changed
     assert validate(data).problems == ()
 
@@ -197,7 +197,7 @@ def test_what_cannot_be_repaired_is_named_and_the_others_are_repaired(data):
     with Session.begin(data, DESIGN, "20", apparatus=APPARATUS):
         result = run("repair", data)
     assert result.exit_code == 1
-    assert "sub-08_task-pinhole_beh.jsonl does not begin as a journal does" in result.output
+    assert "sub-08_task-pinhole_beh.jsonl does not start with the first line of a journal" in result.output
     assert "sub-20_task-pinhole_beh.jsonl is being recorded by another program" in result.output
     assert "Repaired: " in result.output
 
@@ -243,7 +243,7 @@ def test_who_withdraws_is_named_nowhere(data):
     assert "1 participant withdrew; the data were removed." in found.notes
     again = run("withdraw", data, "07")
     assert again.exit_code == 2
-    assert "has no participant sub-07: see participants.tsv" in again.output
+    assert "has no participant sub-07: give a label of participants.tsv" in again.output
 
 
 def test_labels_and_dates_that_an_earlier_version_kept_go_with_the_next_who_withdraws(data):

@@ -240,9 +240,12 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
 
 
 BAD = {
-    "missing column": (("rating", 1, "score"), r"sub-01_task-depthrating_beh\.tsv: there is no column rating"),
+    "missing column": (("rating", 1, "score"), r"sub-01_task-depthrating_beh\.tsv: the column rating is missing"),
     "unknown level": (("fixation", 4, "middle"), r"sub-01_task-depthrating_beh\.tsv, row 4: fixation is 'middle'"),
-    "duplicate trial": (("trial", 3, "1"), r"sub-01_task-depthrating_beh\.tsv, row 3: its trial stands in a row above"),
+    "duplicate trial": (
+        ("trial", 3, "1"),
+        r"sub-01_task-depthrating_beh\.tsv, row 3: its trial is also in a row above",
+    ),
     "no positive rating": (("rating", 5, "0"), r"sub-01_task-depthrating_beh\.tsv, row 5: rating is '0'"),
 }
 

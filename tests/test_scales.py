@@ -176,6 +176,6 @@ def test_answers_that_a_participant_wants_removed_are_a_problem_until_they_are(t
     root = record(tmp_path / "data", design, 2)
     with Session.begin(root, design, "03", apparatus=APPARATUS) as session:
         session.note("keep", kept=False)
-    assert any("asked that the answers be removed" in problem for problem in validate(root).problems)
+    assert any("asked for removal of the answers" in problem for problem in validate(root).problems)
     withdraw(root, "sub-03")
     assert validate(root).problems == ()

@@ -120,7 +120,7 @@ def test_a_session_of_an_own_task_is_recorded_and_checked(tmp_path: Path) -> Non
     text = table.read_text()
     assert text.splitlines()[1].split("\t")[-3:-1] == ["0", "1"]  # before the date
     table.write_text(text.replace("\tyes\t", "\tno\t", 1))
-    assert any("it does not say what its journal says" in problem for problem in validate(tmp_path / "data").problems)
+    assert any("it differs from its journal" in problem for problem in validate(tmp_path / "data").problems)
 
 
 @pytest.mark.parametrize(

@@ -53,14 +53,20 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
         ("--participant", "argument --participant: expected one argument: see --help"),
         ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
         ("--participant 01 --design set", "set is a folder: give the path of a settings file"),
-        ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but must be one of 'necker'"),
+        (
+            "--participant 01 --design short.toml",
+            "short.toml is a design of 'depthrating', but must be one of 'necker'",
+        ),
         (
             "--participant 01 --consent no.txt",
             "no.txt cannot be read (No such file or directory): give the path of a text to agree to",
         ),
-        ("--participant 01 --markers no.py", "--markers no.py does not define a function mark(code, name, seconds, trial)"),
+        (
+            "--participant 01 --markers no.py",
+            "--markers no.py does not define a function mark(code, name, seconds, trial)",
+        ),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
-        ("--participant 01 --data set", "set holds files but is no data set: give a new or an empty folder"),
+        ("--participant 01 --data set", "set contains files but is not a data set: give a new or an empty folder"),
         ("--participant 01", "there is no display (DISPLAY is not set): run this on a machine with a screen"),
     ],
 )
@@ -91,7 +97,9 @@ def test_pictures_that_are_missing_or_changed(place, capsys):
     more = ["--participant", "01", "--stimuli", "set"]
     assert "the set in set has no picture of 'spheres-02'" in refused(capsys, "depth-rating", *more)
     (place / "mm.toml").write_text((place / "short.toml").read_text() + "focal_length_mm = 28.0\n")
-    assert "the pictures were made with 50: give that" in refused(capsys, "depth-rating", *given, "--design", "mm.toml")
+    assert "the pictures were made with 50: set it to 50" in refused(
+        capsys, "depth-rating", *given, "--design", "mm.toml"
+    )
     picture = place / "set" / "spheres-01" / "pinhole.png"
     whole = picture.read_bytes()
     picture.write_bytes(whole[:-1])
@@ -108,12 +116,12 @@ def test_a_session_that_is_there_is_never_overwritten(place, capsys):
     Session.begin(place / "data", design, "01", **more)._journal.close()
     given = ["--participant", "01", "--design", "short.toml", "--stimuli", "set"]
     said = refused(capsys, "depth-rating", *given)
-    assert "holds a session of sub-01 already, which is never overwritten: resume it" in said
+    assert "already contains a session of sub-01, which is never overwritten: resume it" in said
     assert "there is no display" in refused(capsys, "depth-rating", *given, "--resume")
     assert "there is no display" in refused(capsys, "depth-rating", *given, "--session", "2")
     manifest = json.loads((place / "set" / "manifest.json").read_text())
     (place / "set" / "manifest.json").write_text(json.dumps(manifest | {"seed": 2}))
-    assert "is not what the session began with" in refused(capsys, "depth-rating", *given, "--resume")
+    assert "but the session began with other ones" in refused(capsys, "depth-rating", *given, "--resume")
 
 
 @psychopy_here
@@ -156,7 +164,7 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
         ),
         ("--monitor bare", "'bare' has no width or no viewing distance: enter them in PsychoPy's Monitor Center"),
         ("--monitor old", "'old' was calibrated at 1280 x 1024 pixels, but the screen has 1920 x 1080"),
-        ("--monitor far", r"the screen has 50\.\d\d: sit at 0\.5\d\d m"),
+        ("--monitor far", r"the screen has 50\.\d\d: change the viewing distance to 0\.5\d\d m"),
         ("--uncalibrated --windowed", "the pictures have 1100 x 100 pixels, but the window has only 1024 x 768"),
     ],
 )
@@ -283,7 +291,7 @@ def test_pictures_smaller_than_the_field_are_refused(place, capsys, monkeypatch)
     (place / "show.toml").write_text('task = "pinhole"\nforms = ["picture"]\nscenes = ["spheres-01"]\n')
     given = ["--design", "show.toml", "--stimuli", "set", "--uncalibrated"]
     said = refused(capsys, "pinhole", *given)
-    assert "pixels, but the pictures of spheres-01 have only 40 x 30 and would cut it off" in said
+    assert "pixels, but the pictures of spheres-01 have only 40 x 30, and would cut it off" in said
 
 
 def test_a_tone_is_played_by_what_is_there(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Data sets of the experiments: a journal that survives any kill, BIDS files made of it, reading back, checking."""
+"""Data sets of the experiments: crash-safe journals, BIDS files derived from them, reading and validation."""
 
 from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Noted, Rated, Response, Watched, answer_event
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals

@@ -1,4 +1,4 @@
-"""Whether a file beside a table says what the journal makes: every key of JSON in its kind, every row of samples."""
+"""Comparison of derived files with the content that the journal implies: keys of JSON, and rows of samples."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from focalgradient.files import parse_json, read_bytes, read_json
 
 __all__ = ["REMEDY", "differences", "same_content", "same_json"]
 
-REMEDY = "move it away, and make it anew with 'focalgradient validate --export'."
+REMEDY = "move it away, and write it again with 'focalgradient validate --export'."
 
 
 def differences(found: Mapping[str, Any], made: Mapping[str, Any], remedy: str = REMEDY) -> Iterator[str]:
-    """Name the keys in which a sidecar differs from what its journal makes, and those that it has besides.
+    """Yield sentences on keys of a sidecar that differ from those that its journal implies, and on additional keys.
 
     >>> list(differences({"Seed": True, "Note": 1}, {"Seed": 1}, "restore it."))
-    ['Seed differs from what the journal says: restore it.', 'Note stands in it, but not in its journal: restore it.']
+    ['Seed differs from the journal: restore it.', 'Note is not in the journal: restore it.']
     """
     other = [key for key, value in made.items() if key not in found or not same_json(found[key], value)]
     if other:
-        yield f"{', '.join(other)} {'differs' if len(other) == 1 else 'differ'} from what the journal says: {remedy}"
+        yield f"{', '.join(other)} {'differs' if len(other) == 1 else 'differ'} from the journal: {remedy}"
     besides = [str(key) for key in found if key not in made]
     if besides:
         named = ", ".join(key[:40] for key in besides[:5])
-        yield f"{named} {'stands' if len(besides) == 1 else 'stand'} in it, but not in its journal: {remedy}"
+        yield f"{named} {'is' if len(besides) == 1 else 'are'} not in the journal: {remedy}"
 
 
 def same_json(one: Any, other: Any) -> bool:
-    """Whether two values are the same to JSON, where true is not 1.
+    """Return whether two values are equal as JSON, where true differs from 1.
 
     >>> same_json({"a": [1]}, {"a": [1.0]}), same_json({"a": [1]}, {"a": [True]})
     (True, False)
@@ -46,12 +46,12 @@ def same_json(one: Any, other: Any) -> bool:
 
 
 def same_content(path: Path, made: bytes) -> bool:
-    """Whether a file of the gaze says what was made of the journal: its rows, or every key of a sidecar."""
+    """Return whether a gaze file has the expected content: equal rows, or equal keys of a sidecar."""
     content = read_bytes(path, "a file of the gaze")
     if content == made:
         return True
     try:
-        if path.suffix == ".gz":  # another machine may compress otherwise
+        if path.suffix == ".gz":  # another machine may compress differently
             wanted = gzip.decompress(made)
             with gzip.GzipFile(fileobj=io.BytesIO(content)) as file:
                 return file.read(len(wanted) + 1) == wanted

@@ -1,4 +1,4 @@
-"""What is recorded of a session: what it was run with, and how each kind of trial was answered."""
+"""Records of a session: the apparatus, and the answer to each kind of trial."""
 
 from __future__ import annotations
 
@@ -17,34 +17,37 @@ __all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watch
 
 @dataclass(frozen=True, slots=True)
 class Apparatus:
-    """What a sitting was run with.
+    """Apparatus of a sitting.
 
     Parameters
     ----------
     clock
-        What onsets are counted by and from, in words.
+        Description of the clock and its origin.
     screen_px, screen_m
-        Width and height of the screen.
+        Width and height of the screen, in px and m.
     screen_sd_m
-        Standard errors of width and height, where they were estimated from a card held against the screen.
+        Standard errors of width and height in m, if they were estimated with a card held against the screen.
     viewing_distance_m
-        From the eye to the screen.
+        Distance from the eye to the screen, in m.
     viewing_distance_sd_m
-        Its standard error, where it was estimated by the blind spot; the screen's own error is in it.
+        Standard error of the viewing distance in m, if it was estimated by the blind spot; includes the error of the
+        screen's size.
     refresh_hz
-        Measured.
+        Measured refresh rate, in Hz.
     gamma
-        That the screen was corrected for; None where it was not.
+        Gamma for which the pictures were corrected; None if they were not.
     gamma_channels
-        Measured, of red, green and blue; None where they were not.
+        Measured gammas of red, green and blue; None if unknown.
     gamma_seen
-        The screen's own and its standard error, where a participant matched greys by eye; it was not corrected for.
+        Gamma and its standard error from grey matches by the participant; it was not corrected for.
     white_cd_m2
-        Luminance of white, measured.
+        Measured luminance of white, in cd/m2.
     versions
-        Of what else was used, by name.
+        Versions of other software, by name.
     stereoscope
-        Layout, offset in pixels and gamma of each eye, where each eye saw a part of its own; None: both saw one screen.
+        Layout, offset in px and gamma of each eye, if the eyes saw different parts of a screen; None: both saw the
+        whole
+        screen.
     """
 
     clock: str
@@ -64,31 +67,30 @@ class Apparatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rated(metaclass=OpenRecord):
-    """An answer on how three-dimensional something looks.
+    """Answer to a rating trial.
 
     Parameters
     ----------
     onset
-        When the picture appeared, in seconds of the sitting's clock.
+        Onset of the picture, in s on the clock of the sitting.
     rating
-        Ratio to the standard; or what else the scale of the design has.
+        Ratio to the standard, or a value on the design's other scale.
     response_time
-        From the question to the answer, in seconds.
+        Time from the question to the answer, in s.
     dropped_frames
-        That came late during the trial.
+        Number of frames dropped during the trial.
     confidence
-        From 0 to 1, where it was asked.
+        Confidence from 0 to 1, if it was asked for.
     stimulus
-        The picture's file, as the manifest names it.
+        File of the picture, as named in the manifest.
     start
-        Where the marker first stood on the scale, at random.
+        Random initial position of the marker on the scale.
     gaze_away
-        Where the gaze was recorded: greatest distance of a fixation from the fixated object, in degrees; None where
-        that is not known.
+        Largest distance of a fixation from the object to be fixated, in degrees; None if unknown or not recorded.
     gaze_left
-        Whether that is farther than the design allows, or not known; None where the gaze was not recorded.
+        Whether that exceeds the design's limit or is unknown; None if gaze was not recorded.
     extra
-        Values noted beside it, by name: keywords that name none of these.
+        Additional values by name, from keywords other than the fields above.
     """
 
     onset: float
@@ -111,20 +113,20 @@ class Rated(metaclass=OpenRecord):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Watched(metaclass=OpenRecord):
-    """What was pressed while the cube turned.
+    """Answer to a Necker cube trial: the key presses and releases.
 
     Parameters
     ----------
     onset
-        When the trial began, in seconds of the sitting's clock.
+        Onset of the trial, in s on the clock of the sitting.
     presses
-        In order of time.
+        Presses and releases in order of time, in s from the onset.
     trial_duration
-        How long it lasted, in seconds.
+        Duration of the trial, in s.
     dropped_frames
-        That came late during the trial.
+        Number of frames dropped during the trial.
     extra
-        Values noted beside it, by name: keywords that name none of these.
+        Additional values by name, from keywords other than the fields above.
     """
 
     onset: float
@@ -141,26 +143,26 @@ class Watched(metaclass=OpenRecord):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chosen(metaclass=OpenRecord):
-    """Which of two intervals was chosen, at the level that a procedure had set.
+    """Answer to a two-interval forced-choice (2IFC) trial, with the level that a procedure had chosen.
 
     Parameters
     ----------
     onset
-        When the first picture appeared, in seconds of the sitting's clock.
+        Onset of the first picture, in s on the clock of the sitting.
     level
-        What was added in one interval: dioptres, or millimetres.
+        Level added in one interval, in dioptres or millimetres.
     answer
-        The interval that was chosen, 1 or 2.
+        Interval chosen, 1 or 2.
     correct
-        Whether that is the one with the level.
+        Whether the interval with the added level was chosen.
     response_time
-        From the question to the answer, in seconds.
+        Time from the question to the answer, in s.
     dropped_frames
-        That came late during the trial.
+        Number of frames dropped during the trial.
     stimulus
-        The file of the picture that was blurred, as the manifest names it.
+        File of the picture that was blurred, as named in the manifest.
     extra
-        Values noted beside it, by name: keywords that name none of these.
+        Additional values by name, from keywords other than the fields above.
     """
 
     onset: float
@@ -180,11 +182,11 @@ class Chosen(metaclass=OpenRecord):
 
 
 Answer = Rated | Watched | Chosen | Response
-"""What a trial is answered by; a `Response` is that of a task of one's own."""
+"""Answer to any trial; `Response` belongs to user-defined tasks."""
 
 
 def answer_event(answer: Answer) -> dict[str, Any]:
-    """Return what a journal keeps of an answer."""
+    """Return an answer as a journal entry."""
     event = asdict(answer)
     event.pop(EXTRA)
     return event | ({EXTRA: {name: one.entry() for name, one in answer.extra.items()}} if answer.extra else {})

@@ -1,7 +1,8 @@
-"""Append whole lines to a file: a journal, the links of a server, the table of participants.
+"""Append whole lines to a file: a journal, a server's links, the table of participants.
 
-A line is on the disk before the call returns, or the file is as it was before: a full disk accepts a part of what is
-written (a short count) before it refuses the rest.
+Either the lines are on disk when the call returns, or the file is unchanged: a full disk accepts part of a write (a
+short
+count) before it rejects the rest.
 """
 
 from __future__ import annotations
@@ -19,23 +20,23 @@ __all__ = ["append", "writing"]
 
 
 def append(file: int, path: Path, lines: bytes, *, durable: bool = True) -> None:
-    r"""Append lines to a file that is open for reading and appending, on a new line after one that a kill cut short.
+    r"""Append lines to a file opened for reading and appending, after a newline if a crash truncated its last line.
 
     Parameters
     ----------
     file
-        Its number; nobody else appends to it meanwhile.
+        File descriptor; no other process may append meanwhile.
     path
-        Its name, for the message.
+        Path of the file, for the message.
     lines
-        One line or several, each with its end.
+        One or more lines, each with its line end.
     durable
-        Whether to wait until they are on the disk.
+        Whether to wait until the lines are on disk.
 
     Raises
     ------
     InputError
-        If they cannot be written, as on a full disk; what was written of them is removed.
+        If they cannot be written, for example because the disk is full; partly written lines are removed.
 
     Examples
     --------
@@ -64,14 +65,14 @@ def append(file: int, path: Path, lines: bytes, *, durable: bool = True) -> None
             if durable:
                 flush(file)
     except BaseException:
-        with suppress(OSError):  # what cannot be removed is a line cut short, which the next call leaves alone
+        with suppress(OSError):  # a truncated line that cannot be removed is ended by the next call
             os.ftruncate(file, before)
         raise
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Say in one sentence, as an InputError, that a file cannot be written, as on a full disk."""
+    """Turn an `OSError` of a failed write, such as that of a full disk, into an `InputError`."""
     try:
         yield
     except FileExistsError:
@@ -79,5 +80,5 @@ def writing(path: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(
             f"{error.filename or path} cannot be written ({error.strerror or error}): make room on the disk or choose "
-            "a folder that you may write in; what was recorded before is safe, and can be resumed."
+            "a folder that you may write in; trials recorded so far are safe, and the session can be resumed."
         ) from error

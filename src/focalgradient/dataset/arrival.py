@@ -1,8 +1,8 @@
-"""When the answers of a browser reached the server, against the time that the trials themselves take.
+"""Arrival times of a browser's answers at the server, compared with the durations of the trials.
 
-The page keeps answers while the network is away and sends them in a burst later: how close two answers come together
-proves nothing. But no trial is shown before the server has handed it out, so from then to the arrival of an answer
-there was time for all trials up to it.
+The page stores answers while the network is down and then sends them in a burst, so short intervals between answers are
+uninformative. But a trial cannot be shown before the server sent it, so between then and the arrival of an answer there
+must have been time for all trials up to it.
 """
 
 from __future__ import annotations
@@ -19,25 +19,27 @@ from focalgradient.design import Trial
 __all__ = ["late_arrivals", "too_early"]
 
 SLACK_S = 2.0
-"""Seconds that the answers of a session may seem to take longer than there was time: the page's first frame and the
-server's first answer are not measured by one clock. Our choice."""
+"""Tolerance in s by which a session's answers may seem to take longer than the available time: the page's first frame
+and
+the server's first response are not timed by one clock (our choice).
+"""
 
 BURST_S = 1.0
-"""Seconds by which an answer must have come too soon after the one before it to have waited. Our choice."""
+"""Time in s by which an answer must arrive too soon after the previous one to count as delayed (our choice)."""
 
 DRIFT = 0.01
-"""Share by which two clocks may go at different rates: a hundred times what quartz does (100 parts in a million)."""
+"""Tolerated relative rate difference between two clocks: a hundred times that of quartz clocks (100 ppm)."""
 
 FRAMES_S = 0.1
-"""Seconds by which one trial may be shorter than its design says: a frame at either end of mark and picture, 40 Hz."""
+"""Tolerance in s by which a trial may be shorter than designed: one frame at 40 Hz at each end of mark and picture."""
 
 SAME_PAGE_S = 1.0
-"""Seconds for which a page that goes on has waited: from then on the trials may be those that it had before."""
+"""Waiting time in s of a resumed page above which its trials may be those that it received before."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Came:
-    """An answer that has come: its trial, the seconds that trials and answers took up to it, and those that passed."""
+    """Arrival of an answer: its trial, the time spent on trials and answers up to it, and the time elapsed, in s."""
 
     trial: Event
     answers: int
@@ -51,26 +53,26 @@ class _Came:
 
 
 def too_early(log: Log, design: Any, trials: Sequence[Trial]) -> Iterator[str]:
-    """Say that answers of a session came before their trials can have been shown and answered, in one sentence.
+    """Yield a sentence if answers of a session arrived before their trials can have been shown and answered.
 
     Parameters
     ----------
     log
-        The journal.
+        Journal of the session.
     design, trials
-        Of the session.
+        Design and trials of the session.
     """
     worst = max(_came(log, design, trials), key=lambda one: one.missing_s, default=None)
     if worst is not None and worst.missing_s > 0:
         yield (
             f"the {worst.answers} answers up to {worst.trial['phase']} trial {worst.trial['trial']} came "
             f"{worst.elapsed_s:.3g} s after the {worst.since} began by the server's clock, but trials and answers take "
-            f"{worst.spent_s:.3g} s: a program gave them, or the server's clock was set; leave the session out."
+            f"{worst.spent_s:.3g} s: a program generated them, or the server's clock was changed; exclude the session."
         )
 
 
 def late_arrivals(log: Log, design: Any, trials: Sequence[Trial]) -> str | None:
-    """Say how many answers came so soon after others that they must have waited; None where none did."""
+    """Return a sentence on the number of answers that arrived in bursts; None if there are none."""
     late = total = 0
     before: datetime | None = None
     for event, spent in _spent(log, design, trials):
@@ -84,7 +86,7 @@ def late_arrivals(log: Log, design: Any, trials: Sequence[Trial]) -> str | None:
     if not late:
         return None
     return (
-        f"{late} of {total} answers reached the server in bursts, as after the network was away; a program that waits "
+        f"{late} of {total} answers reached the server in bursts, as after a network failure; a program that waits "
         "and then sends does the same."
     )
 
@@ -95,7 +97,7 @@ def _came(log: Log, design: Any, trials: Sequence[Trial]) -> Iterator[_Came]:
     spent = spent_in_sitting = 0.0
     for event, seconds in _spent(log, design, trials):
         if event["event"] == "resumed":
-            # Until its note says how long it has waited, it is a page that was loaded anew.
+            # Until its note states its waiting time, it is treated as a reloaded page.
             sitting, of_sitting, spent_in_sitting = datetime.fromisoformat(event["time"]), 0, 0.0
             continue
         if event["event"] == "note" and event.get("kind") == "sitting":
@@ -112,7 +114,7 @@ def _came(log: Log, design: Any, trials: Sequence[Trial]) -> Iterator[_Came]:
 
 
 def _spent(log: Log, design: Any, trials: Sequence[Trial]) -> Iterator[tuple[Event, float]]:
-    """Events that bear on the time, each with the seconds that its trial and its answer took."""
+    """Yield events relevant to timing, each with the time in s that its trial and answer took."""
     listed = {(trial.phase, trial.trial): trial for trial in trials}
     if not all(_is_time(event.get("received")) for event in log.of("trial")):
         return

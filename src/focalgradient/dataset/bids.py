@@ -1,7 +1,8 @@
-"""Files of a data set as BIDS has them: where they are, what they hold, written from the journals.
+"""BIDS files of a data set: their paths and contents, derived from the journals.
 
-The journals lie in ``sourcedata`` and are what was recorded; tables and sidecars are made of them, may be made again,
-and grow when a session is resumed, but rows that were written never change.
+The journals in ``sourcedata`` are the primary record. Tables and sidecars are derived from them and can be written
+again;
+they grow when a session is resumed, but rows once written never change.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ ABOUT: dict[str, dict[str, Any]] = {
     "sex": {"Description": "Sex of the participant, as stated."},
     "handedness": {"Description": "Hand preferred, as stated."},
 }
-"""Columns of ``participants.tsv`` after the label."""
+"""Columns of ``participants.tsv`` after the label, with their descriptions."""
 
 README = """\
 Behavioural data in BIDS, written by focalgradient {version}. Each participant's tables are in sub-*/.../beh; the JSON
@@ -75,7 +76,7 @@ be given more columns. 'focalgradient validate' checks all of it.
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """Where one session's files are.
+    """Paths of one session's files.
 
     >>> files = Files(Path("data"), "necker", "01")
     >>> files.table.as_posix()
@@ -99,36 +100,36 @@ class Files:
 
     @property
     def name(self) -> str:
-        """What the files' names begin with."""
+        """Stem of the files' names."""
         session = "" if self.session is None else f"_ses-{self.session}"
         return f"sub-{self.participant}{session}_task-{self.task}_beh"
 
     @property
     def journal(self) -> Path:
-        """What was recorded."""
+        """Path of the journal."""
         return self.root / "sourcedata" / self._folder / f"{self.name}.jsonl"
 
     @property
     def table(self) -> Path:
-        """The long table."""
+        """Path of the long table."""
         return self.root / self._folder / f"{self.name}.tsv"
 
     @property
     def sidecar(self) -> Path:
-        """What the table's columns mean, and how it came about."""
+        """Path of the table's sidecar, with design, apparatus and descriptions of the columns."""
         return self.table.with_suffix(".json")
 
     def beside(self, end: str) -> Path:
-        """Another file of the session: `end` stands where the table's name has ``beh.tsv``."""
+        """Return the path of another file of the session: `end` replaces ``beh.tsv`` in the table's name."""
         return self.table.with_name(self.name.removesuffix("beh") + end)
 
     def manifest(self, sha256: str) -> Path:
-        """A copy of the manifest of the stimuli."""
+        """Return the path of the copy of the stimuli's manifest."""
         return self.root / "stimuli" / f"manifest-{sha256[:12]}.json"
 
 
 def journals(root: Path) -> Iterator[Path]:
-    """All journals of a data set, in order of name.
+    """Yield all journals of a data set, in order of name.
 
     >>> from tempfile import TemporaryDirectory
     >>> from focalgradient.design import BlurThresholdDesign
@@ -155,30 +156,30 @@ def read_description(root: Path) -> dict[str, Any]:
         found = "does not exist"
         if Path(root).is_dir():
             full = any(Path(root).iterdir())
-            found = "holds no data set, as it has no dataset_description.json" if full else "is an empty folder"
+            found = "is not a data set, as it has no dataset_description.json" if full else "is an empty folder"
         raise InputError(f"{root} {found}: give the folder that 'run', 'serve' or 'simulate' wrote.")
     found = read_json(path, "the description of a data set")
     if not isinstance(found, dict):
-        raise InputError(f"{path} is no JSON object: restore it from a copy.")
+        raise InputError(f"{path} is not a JSON object: restore it from a copy.")
     return found
 
 
 def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None:
-    """Make the files that describe a data set, where they are missing.
+    """Create the files that describe a data set, unless they exist.
 
     Parameters
     ----------
     root
-        The folder: new, empty, or a data set of the same kind.
+        Folder: new, empty, or a data set of the same kind.
     kind
-        Who takes part: data sets of people and of simulated observers are kept apart.
+        Kind of participants: people and simulated observers are stored in separate data sets.
     name
-        Of a new data set.
+        Name of a new data set.
 
     Raises
     ------
     InputError
-        If the folder holds something else, or a data set of the other kind.
+        If the folder contains other files, or a data set of the other kind.
     """
     check_folder(root, kind)
     description = root / "dataset_description.json"
@@ -196,25 +197,25 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     title = str(about["Name"])
     readme = f"{title}\n{'=' * len(title)}\n\n{note}{README.format(version=ours)}"
     for path, content in (
-        (description, json_text(about)),  # first: what is cut off here is known for a data set
+        (description, json_text(about)),  # first, so that an interrupted data set is recognised
         (root / "README", readme),
         (root / "participants.json", json_text(ABOUT)),
         (root / "participants.tsv", "\t".join(("participant_id", *ABOUT)) + "\n"),
     ):
-        with suppress(FileExistsError):  # another session may be beginning beside this one
+        with suppress(FileExistsError):  # another session may begin at the same time
             create_whole(path, content.encode())
 
 
 def check_folder(root: Path, kind: Kind) -> None:
-    """Refuse a folder that can be no data set of that kind.
+    """Raise `InputError` for a folder that cannot be a data set of that kind.
 
     Raises
     ------
     InputError
-        If it holds something else, or a data set of the other kind.
+        If it contains other files, or a data set of the other kind.
     """
     description = root / "dataset_description.json"
-    # Looked at first: a session that begins at this moment makes the description before all else.
+    # Checked first: a session that begins concurrently creates the description before any other file.
     taken = root.is_dir() and any(not entry.name.startswith(".") for entry in root.iterdir())
     if description.exists():
         simulated = read_description(root).get("Simulated", False)
@@ -222,18 +223,18 @@ def check_folder(root: Path, kind: Kind) -> None:
             there, here = ("simulated observers", "a person") if simulated else ("people", "a simulated observer")
             raise InputError(f"{root} is a data set of {there}, which {here} cannot join: give another folder.")
     elif os.path.lexists(root) and not root.is_dir():
-        raise InputError(f"{root} is a file, where the folder of a data set is to be: give another path.")
+        raise InputError(f"{root} is a file, but must be the folder of a data set: give another path.")
     elif taken:
-        raise InputError(f"{root} holds files but is no data set: give a new or an empty folder.")
+        raise InputError(f"{root} contains files but is not a data set: give a new or an empty folder.")
 
 
 def check_participant(root: Path, participant: str, kind: Kind) -> None:
-    """Refuse a participant whom ``participants.tsv`` has otherwise: of the other kind, or as 1 where this is 01.
+    """Raise `InputError` for a participant of the other kind, or whose label is the same number as another's (1, 01).
 
     Raises
     ------
     InputError
-        Naming the row.
+        If ``participants.tsv`` has such a row, which is named.
     """
     path = root / "participants.tsv"
     if not path.exists():
@@ -241,7 +242,7 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
     for row in _participant_rows(path, read_tsv(path, "a table of participants")):
         label = str(row.get("participant_id")).removeprefix("sub-")
         if label == participant and row.get("kind") != kind:
-            raise InputError(f"{path}: sub-{participant} is {row.get('kind')}, not {kind}: mend the row.")
+            raise InputError(f"{path}: sub-{participant} is {row.get('kind')}, not {kind}: correct the row.")
         if label != participant and same_number(label, participant):
             raise InputError(
                 f"{path} has sub-{label}, which is the same number as sub-{participant}: give {label}, or another."
@@ -249,7 +250,7 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
 
 
 def same_number(one: str, other: str) -> bool:
-    """Whether two labels are one number, and so one place in the order of participants.
+    """Return whether two labels are the same number, and thus the same position in the order of participants.
 
     >>> same_number("1", "01"), same_number("1", "a1")
     (True, False)
@@ -261,12 +262,12 @@ def _participant_rows(path: Path, text: str) -> list[dict[str, str]]:
     header, *rows = text.splitlines() or [""]
     names = header.split("\t")
     if "participant_id" not in names:
-        raise InputError(f"{path}: there is no column participant_id: add it.")
+        raise InputError(f"{path}: the column participant_id is missing: add it.")
     return [dict(zip(names, row.split("\t"), strict=False)) for row in rows]
 
 
 def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> None:
-    """Add a participant's row to ``participants.tsv``, if there is none; columns that others have added stay."""
+    """Add a participant's row to ``participants.tsv`` if there is none; columns added by others are kept."""
     path = root / "participants.tsv"
     with locked(path) as file:
         text = read_tsv(path, "a table of participants")
@@ -279,7 +280,7 @@ def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> N
 
 
 def table_rows(log: Log) -> list[dict[str, Any]]:
-    """Rows of the long table that a journal makes."""
+    """Return the rows of the long table derived from a journal."""
     rows: list[dict[str, Any]] = []
     for sitting, event, times in trials_with_times(log):
         noted = {name: one["value"] for name, one in event.get(EXTRA, {}).items()}
@@ -288,7 +289,7 @@ def table_rows(log: Log) -> list[dict[str, Any]]:
 
 
 def _columns(log: Log) -> tuple[Column, ...]:
-    """The columns of the table that a journal makes: of its design, of times, of what was noted with the answers."""
+    """Return the columns of the table derived from a journal: of the design, of times, and of additional values."""
     timed = {name for _, _, times in trials_with_times(log) for name in times}
     of_times = (column for column in TIMES if column.name in timed)
     return (*columns_of(log.head["design"]["task"], log.head["design"]), *of_times, *_noted(log))
@@ -317,26 +318,24 @@ def _rows(event: Event, sitting: int, head: Event) -> list[Event]:
 
 
 def export(journal: Path) -> Files:
-    """Make table and sidecar of a journal, also of one that was cut off.
+    """Write table and sidecar of a journal, also of an interrupted session.
 
     Raises
     ------
     InputError
-        If the journal is damaged or being recorded, or the table that is there differs from it.
+        If the journal is damaged or being recorded, or an existing table differs from it.
     """
     with Journal.take(journal):
         return make_table(journal)
 
 
 def make_table(journal: Path) -> Files:
-    """Make table and sidecar of a journal, for its owner: see `export`."""
+    """Write table and sidecar of a journal that the caller owns: see `export`."""
     log = read_journal(journal)
     files = files_of(log)
     text = table_text(log)
     if files.table.exists() and not _begins(text, read_bytes(files.table, "a table")):
-        raise InputError(
-            f"{files.table} does not say what its journal {journal} says: move it away, and it is made anew."
-        )
+        raise InputError(f"{files.table} differs from its journal {journal}: move it away, and it is written again.")
     with writing(files.table):
         make_folder(files.table.parent)
         create_whole(files.sidecar, json_text(sidecar_of(log)).encode(), replace=True)
@@ -347,7 +346,7 @@ def make_table(journal: Path) -> Files:
 
 
 def _begins(text: str, there: bytes) -> bool:
-    """Whether a table begins as the one that is there, in the columns that it has: what was noted since may be more."""
+    """Return whether a table extends an existing one, in the columns of the latter; later notes may add columns."""
     if text.encode().startswith(there):
         return True
     old, rows = there.split(b"\n", 1)[0].decode(errors="replace").split("\t"), [*map(_cells_of, text.splitlines())]
@@ -361,13 +360,13 @@ def _cells_of(line: str) -> list[str]:
 
 
 def gaze_of(log: Log, files: Files) -> dict[Path, bytes]:
-    """Files of gaze and events that a journal makes: samples, fixations and markers, each with its sidecar, if any."""
+    """Return the gaze and event files derived from a journal: samples, fixations and markers, with their sidecars."""
     screen = screen_of(log.head["apparatus"])
     return {files.beside(end): content for end, content in gaze_files(log.events, screen).items()}
 
 
 def screen_of(apparatus: Mapping[str, Any]) -> dict[str, Any]:
-    """A screen as BIDS describes it for stimuli; without what is not known of it."""
+    """Return the BIDS description of a stimulus screen, without unknown entries."""
     known = {
         "ScreenDistance": apparatus.get("viewing_distance_m"),
         "ScreenOrigin": ["top", "left"],
@@ -379,16 +378,16 @@ def screen_of(apparatus: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def files_of(log: Log) -> Files:
-    """Files of the session that a journal in a data set is of."""
+    """Return the paths of the session that a journal in a data set belongs to."""
     head = log.head
     root = next((folder.parent for folder in log.path.absolute().parents if folder.name == "sourcedata"), None)
     if root is None:
-        raise InputError(f"{log.path} lies in no folder sourcedata of a data set: put it back where it was.")
+        raise InputError(f"{log.path} is not in the folder sourcedata of a data set: move it back there.")
     return Files(root, head["design"]["task"], head["participant"], head["session"])
 
 
 def table_text(log: Log) -> str:
-    """The long table that a journal makes, as its file holds it."""
+    """Return the content of the long table derived from a journal."""
     names = [column.name for column in _columns(log)]
     lines = ["\t".join(names)]
     lines += ["\t".join([cell(value) for value in map(row.get, names)]) for row in table_rows(log)]
@@ -396,7 +395,7 @@ def table_text(log: Log) -> str:
 
 
 def sidecar_of(log: Log) -> dict[str, Any]:
-    """What a session's sidecar holds: its design, how it was run, and what the columns of its table mean."""
+    """Return a session's sidecar: design, apparatus of each sitting, and descriptions of the table's columns."""
     head = log.head
     task = head["design"]["task"]
     sittings = [head, *log.of("resumed")]
@@ -424,5 +423,5 @@ def sidecar_of(log: Log) -> dict[str, Any]:
 
 
 def json_text(value: Mapping[str, Any]) -> str:
-    """A JSON file of the data set, indented, with a line feed at its end."""
+    """Return the text of a JSON file of the data set: indented, with a final line feed."""
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,4 +1,4 @@
-"""Whether a data set is what its design, its journals and its stimuli say."""
+"""Validation of a data set against its designs, journals and stimuli."""
 
 from __future__ import annotations
 
@@ -40,28 +40,28 @@ from focalgradient.tasks import is_task, unknown_task
 __all__ = ["VALIDATOR", "Findings", "bids_problems", "checking", "checking_bids", "validate"]
 
 VALIDATOR = "bids-validator-deno"
-"""The program that knows the standard."""
+"""Program that validates against the BIDS standard."""
 
 BATCH = 25
-"""Sessions that are checked at a time."""
+"""Number of sessions per job."""
 
 
 SAFE = "no finished trial was lost."
-UNSURE = "what the lines cut short held cannot be known."
+UNSURE = "the content of the truncated lines is unknown."
 
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What was found in a data set.
+    """Findings of a validation.
 
     Parameters
     ----------
     sessions, trials
-        How many.
+        Numbers of sessions and of trials.
     problems
-        What is wrong, a sentence each; none in a valid data set.
+        Problems, one sentence each; empty for a valid data set.
     notes
-        What is right, but good to know.
+        Remarks that are not problems.
     """
 
     sessions: int
@@ -71,24 +71,24 @@ class Findings:
 
 
 def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | None = None) -> Findings:
-    """Check that a data set is whole: that every trial of its design is there once, as the journal has it.
+    """Validate a data set: every trial of its design must be present once, in agreement with the journal.
 
-    All that is wrong is listed, session by session; a damaged session does not keep the others from being checked.
+    All problems are listed, session by session; a damaged session does not prevent the others from being checked.
 
     Parameters
     ----------
     root
-        Its folder.
+        Folder of the data set.
     stimuli
-        Folder of the pictures that were shown, to check them too.
+        Folder of the pictures that were shown, to be checked too.
     executor
-        What checks the sessions, some at a time: what is found does not depend on it. Its workers must see the folder
-        under the same path. None: this process.
+        Executor that checks batches of sessions, with the same findings. Its workers must see the folder under the same
+        path. None: this process.
 
     Raises
     ------
     InputError
-        If the folder holds no data set, or a worker does not see it.
+        If the folder is not a data set, or a worker cannot see it.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | No
 
 
 def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | None = None) -> Callable[[], Findings]:
-    """Begin to check, where there is an executor, and give what ends it: see `validate`."""
+    """Start validation, with an executor if given; return a function that waits for the findings: see `validate`."""
     root = Path(root)
     checked = _Checked(root, bool(read_description(root).get("Simulated")))
     of_files = set(sessions_of(root))
@@ -114,7 +114,7 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
         if files is not None and not is_task(files.task):
             checked.problems.append(f"{path} is of a task {unknown_task(files.task)}")
         elif files is None or files.journal != path:
-            checked.problems.append(f"{path} does not lie where its name says: put it back where it was.")
+            checked.problems.append(f"{path} is not in the folder that its name requires: move it back there.")
         else:
             of_files.add(files)
     for path in focus_journals(root):
@@ -144,7 +144,7 @@ def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, s
 def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
     root, simulated, sessions = job
     if not (root / "dataset_description.json").exists():
-        raise InputError(f"a worker does not see {root}: give a path that is the same on every machine.")
+        raise InputError(f"a worker cannot see {root}: give a path that is the same on every machine.")
     checked = _Checked(root, simulated)
     for files in sessions:
         checked.session(files)
@@ -152,13 +152,13 @@ def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
 
 
 def _named(root: Path, path: Path) -> Files | None:
-    """The session that a journal's name gives."""
+    """Return the session to which a journal's name belongs; None for an invalid name."""
     match = NAME.fullmatch(path.with_suffix(".tsv").name)
     return Files(root, match[3], match[1], match[2]) if match else None
 
 
 class _Checked:
-    """A data set while it is checked, a session at a time: what was found, and what later ones are compared with."""
+    """Running validation: the findings so far, and data for comparisons between sessions."""
 
     def __init__(self, root: Path, simulated: bool):
         self.root = root
@@ -173,7 +173,7 @@ class _Checked:
         self.to_resume: set[str] = set()
 
     def add(self, other: _Checked) -> None:
-        """Take over what was found in other sessions, and name files as this one does."""
+        """Add the findings of other sessions, with paths as in this data set."""
 
         def named(sentence: str) -> str:
             return sentence.replace(str(other.root), str(self.root))
@@ -193,7 +193,7 @@ class _Checked:
         log = self._journal(files)
         if not files.table.exists():
             self.problems.append(
-                f"{files.journal} has no table: resume the session, or make the table with 'focalgradient "
+                f"{files.journal} has no table: resume the session, or write the table with 'focalgradient "
                 "validate --export'."
             )
             self.to_resume.add(files.participant)
@@ -204,31 +204,31 @@ class _Checked:
         self.problems += found.problems
         own: list[str] = []
         if log is not None and found.text != table_text(log):
-            own.append(f"it does not say what its journal says: {REMEDY}")
+            own.append(f"it differs from its journal: {REMEDY}")
         if log is not None:
             own += self._gaze(files, log)
         if found.sidecar.get("Simulated", self.simulated) is not self.simulated:
-            own.append("its sidecar and dataset_description.json differ in whether observers were simulated.")
+            own.append("its sidecar and dataset_description.json disagree on whether observers were simulated.")
         self.problems += [f"{files.table}: {sentence}" for sentence in own]
         if log is not None and found.sidecar:
             self.problems += [f"{files.sidecar}: {sentence}" for sentence in wrong_sidecar(found.sidecar, log)]
         self._follow(files, log, found)
 
     def _gaze(self, files: Files, log: Log) -> Iterator[str]:
-        """Compare the files of the gaze with the journal."""
+        """Compare the gaze files with the journal."""
         made = gaze_of(log, files)
         folder = files.table.parent
         there = {*folder.glob(f"{files.beside('recording-').name}*"), *folder.glob(f"{files.beside('events').name}.*")}
         for path in sorted({*made, *there}):
             if path not in there:
-                yield f"{path.name} is missing beside it: make it anew with 'focalgradient validate --export'."
+                yield f"{path.name} is missing beside it: write it with 'focalgradient validate --export'."
             elif path not in made:
-                yield f"{path.name} stands beside it, but its journal has no gaze: move it away."
+                yield f"{path.name} is beside it, but its journal has no gaze: move it away."
             elif not same_content(path, made[path]):
-                yield f"{path.name} does not say what the journal says: {REMEDY}"
+                yield f"{path.name} differs from the journal: {REMEDY}"
 
     def _journal(self, files: Files) -> Log | None:
-        """Read a session's journal; None where it cannot be relied on."""
+        """Read a session's journal; None if it is unusable."""
         path = files.journal
         if not path.exists():
             self.problems.append(
@@ -249,24 +249,26 @@ class _Checked:
             files.participant,
             files.session,
         ):
-            self.problems.append(f"{path} is of another participant, session or task than its name says: restore it.")
+            self.problems.append(
+                f"{path} belongs to a participant, session or task other than that of its name: restore it."
+            )
             return None
         if (head["kind"] == "simulated") != self.simulated:
-            self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json says otherwise.")
+            self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json states the other.")
         if any(note.get("kind") == "keep" and note.get("kept") is False for note in log.of("note")):
             self.problems.append(
-                f"{path}: the participant asked that the answers be removed: 'focalgradient withdraw {self.root} "
+                f"{path}: the participant asked for removal of the answers: run 'focalgradient withdraw {self.root} "
                 f"sub-{files.participant}'."
             )
         if any(note.get("kind") == "same identifier" for note in log.of("note")):
             self.notes.append(
-                f"{path}: somebody else joined with the same identifier of a platform: see in the file of links "
+                f"{path}: someone else joined with the same platform identifier: check in the file of links "
                 "whether one person took part twice."
             )
         if log.broken and not (log.damaged or log.changed):
-            # The chain shows that a resumed session went on right after the last whole line.
+            # The chain shows that a resumed session continued directly after the last whole line.
             safe = log.chained and log.lines[-1] > log.broken[-1]
-            lines = f"the session was cut off {len(log.broken)} times"
+            lines = f"the session was interrupted {len(log.broken)} {'time' if len(log.broken) == 1 else 'times'}"
             self.notes.append(f"{path}: {lines}; {SAFE if safe else UNSURE}")
         for event in log.of("repaired"):
             left = " ".join(event.get("left_out", ())) or "nothing was left out."
@@ -295,7 +297,7 @@ class _Checked:
             if (waited := late_arrivals(log, design, trials)) is not None:
                 self.notes.append(f"{log.path}: {waited}")
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
-            self.problems.append(f"{files.sidecar}: Seed or TaskName differ from its own Design: restore it.")
+            self.problems.append(f"{files.sidecar}: Seed or TaskName disagrees with its Design: restore it.")
         if found is None or len(found.columns) < len(found.expected):
             return
         first = found.columns["trial"]
@@ -312,7 +314,7 @@ class _Checked:
         named = {name for name in found.columns.get("stimulus", np.array([], object)).tolist() if name is not None}
         if sha256 is None:
             if named:
-                yield "it names pictures, but no manifest of them."
+                yield "it names pictures, but not their manifest: restore it."
             return
         if not (isinstance(sha256, str) and SHA256.fullmatch(sha256)):
             yield f"StimuliSHA256 is {str(sha256)[:80]!r}, but must be a SHA-256 in hexadecimal."
@@ -334,7 +336,7 @@ class _Checked:
         return wrong, pictures_of(path), frozenset(manifest.files)
 
     def alike(self) -> None:
-        """Check that participants of one task and session were given one design and one set of pictures."""
+        """Check that all participants of one task and session had the same design and set of pictures."""
         groups: dict[tuple[str, str | None], dict[Files, dict[str, Any]]] = {}
         for files, (_, stated) in self.stated.items():
             groups.setdefault((files.task, files.session), {})[files] = stated
@@ -347,7 +349,8 @@ class _Checked:
                     keys = ", ".join(_differing(group[files], group[like]))
                     where = self.stated[files][0]
                     self.problems.append(
-                        f"{where}: {keys} differ from those of sub-{like.participant}: keep designs in data sets of "
+                        f"{where}: {keys} differ from those of sub-{like.participant}: keep different designs in "
+                        "data sets of "
                         "their own."
                     )
 
@@ -373,12 +376,10 @@ class _Checked:
                 if not is_age(age):
                     self.problems.append(f"{path}, row {row}: age is {age}, but must be a number of years, or n/a.")
         self.problems += [
-            f"{path}: {name} stands there {count} times: leave one row."
-            for name, count in Counter(names).items()
-            if count > 1
+            f"{path}: {name} occurs {count} times: keep one row." for name, count in Counter(names).items() if count > 1
         ]
         known = {name.removeprefix("sub-") for name in names}
-        self.problems += [  # of a session cut off before its row was written, resuming makes that, too
+        self.problems += [  # resuming an interrupted session also adds its missing row
             f"{path}: sub-{label} is missing: add a row, with its kind."
             for label in sorted(self.labels - known - self.to_resume)
         ]
@@ -388,27 +389,29 @@ class _Checked:
                 other = numbers.setdefault(label.lstrip("0"), label)
                 if other != label:
                     self.problems.append(
-                        f"sub-{other} and sub-{label} are one number, and had the same order: join them, or rename one."
+                        f"sub-{other} and sub-{label} are the same number, and had the same trial order: merge them, "
+                        "or rename one."
                     )
         absent = sorted(known - self.labels)
         if absent:
             self.notes.append(f"{path}: sub-{absent[0]} has no session ({len(absent)} such).")
 
     def dropped(self) -> Iterator[str]:
-        """Say how many trials had late frames."""
+        """Yield the number of trials with dropped frames, by task."""
         for task, late in self.late.items():
             if late:
-                yield f"{late} trials of {task} dropped frames (column dropped_frames); none is left out."
+                yield f"{late} {'trial' if late == 1 else 'trials'} of {task} had dropped frames (column "
+                "dropped_frames); none is excluded."
 
 
 def _without_list(stated: Mapping[str, Any]) -> dict[str, Any]:
-    """What is stated of a session, without a list of trials that was given: each participant may have another."""
+    """Return a session's design and pictures without a given list of trials, which may differ between participants."""
     design = {key: value for key, value in stated["Design"].items() if key != "given_trials"}
     return {**stated, "Design": design}
 
 
 def _differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
-    """Name what differs of two designs and sets of pictures."""
+    """Yield the keys in which two designs and sets of pictures differ."""
     if one["StimuliSHA256"] != other["StimuliSHA256"]:
         yield "StimuliSHA256"
     own, usual = one["Design"], other["Design"]
@@ -422,16 +425,17 @@ def _other_stimuli(stimuli: Path, manifests: set[str]) -> Iterator[str]:
         yield str(error)
         return
     if sha256 not in manifests:
-        yield f"{stimuli} is not the set of pictures that was shown: no session names its manifest ({sha256[:12]})."
+        yield f"{stimuli} is not the set of pictures that was shown: no session names its manifest ({sha256[:12]}); "
+        "give another folder."
 
 
 def bids_problems(root: Path) -> list[str] | None:
-    """Ask the validator of the standard for errors, a line each; None where it is not installed.
+    """Return the errors that the BIDS validator reports, one line each; None if it is not installed.
 
     Raises
     ------
     InputError
-        If it does not run to its end.
+        If the validator fails.
     """
     with checking_bids(root) as ended:
         return ended()
@@ -439,7 +443,7 @@ def bids_problems(root: Path) -> list[str] | None:
 
 @contextmanager
 def checking_bids(root: Path) -> Iterator[Callable[[], list[str] | None]]:
-    """Begin to ask the validator of the standard, and give what waits for its answer: see `bids_problems`."""
+    """Start the BIDS validator; yield a function that waits for its errors: see `bids_problems`."""
     program = shutil.which(VALIDATOR, path=str(Path(sys.executable).parent)) or shutil.which(VALIDATOR)
     if program is None:
         yield lambda: None
@@ -451,7 +455,7 @@ def checking_bids(root: Path) -> Iterator[Callable[[], list[str] | None]]:
         try:
             yield partial(_bids_answer, program, running)
         finally:
-            running.kill()  # nothing, where it has ended
+            running.kill()  # no effect if it has ended
 
 
 def _bids_answer(program: str, running: subprocess.Popen[str]) -> list[str]:
@@ -459,8 +463,8 @@ def _bids_answer(program: str, running: subprocess.Popen[str]) -> list[str]:
     try:
         found = json.loads(output)["issues"]
     except (ValueError, KeyError) as error:
-        last = (wrong.strip().splitlines() or ["it said nothing"])[-1]
-        raise InputError(f"{program} did not finish ({last}): install {VALIDATOR} anew.") from error
+        last = (wrong.strip().splitlines() or ["no message"])[-1]
+        raise InputError(f"{program} did not finish ({last}): reinstall {VALIDATOR}.") from error
     return [
         ", ".join(str(issue[key]) for key in ("location", "code", "subCode", "issueMessage") if issue.get(key))
         for issue in found["issues"]

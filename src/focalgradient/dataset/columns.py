@@ -1,4 +1,4 @@
-"""Cells of the long tables; their columns are those of the session's task."""
+"""Cells of the long tables, and their columns, which the session's task defines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from focalgradient.tasks import Column, task_named
 __all__ = ["APERTURE", "FORMULA", "NOTED", "TIMES", "Column", "cell", "columns_of", "columns_stated"]
 
 NOTED = "Noted"
-"""Key of a sidecar that lists the columns of what was noted beside the answers."""
+"""Sidecar key that lists the columns of additional values."""
 
 
 def _onset(name: str, about: str) -> Column:
@@ -26,23 +26,23 @@ TIMES: tuple[Column, ...] = (
     _onset("mask_onset", "the mask appeared, after the picture"),
     _onset("question_onset", "the question appeared"),
 )
-"""Columns after those of the design, each where some trial has a value."""
+"""Columns of times, after those of the design; each is present if any trial has a value."""
 
 APERTURE = re.compile(r"pinhole|f/\d+(\.\d+)?")
 
 FORMULA = ("=", "+", "-", "@")
-"""What a cell that a spreadsheet takes for a formula begins with."""
+"""Initial characters by which spreadsheets recognise a formula."""
 
 
 def cell(value: Any) -> str:
-    """A value as a cell of a table: numbers to nine decimals, "n/a" where there is none.
+    """Format a value as a table cell: numbers with nine decimals, "n/a" if missing.
 
-    A text that a spreadsheet would take for a formula gets an apostrophe before it; one line stays one line.
+    A text that a spreadsheet would take for a formula is prefixed with an apostrophe; line breaks become spaces.
 
     >>> [cell(value) for value in (None, True, 3, 0.1 + 0.2, "f/22", "=1+1")]
     ['n/a', 'true', '3', '0.3', 'f/22', "'=1+1"]
     """
-    kind = type(value)  # first what most cells hold
+    kind = type(value)  # most frequent types first
     if kind is float:
         return repr(round(value, 9)) if value == value else "n/a"
     if kind is str:
@@ -65,14 +65,14 @@ def _text_cell(text: str) -> str:
 
 
 def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...]:
-    """Give the columns that a session's table has, by its design as it was recorded.
+    """Return the columns of a session's table, given the design as recorded.
 
-    Designs of earlier versions say nothing of a scale, and their tables have none of what came with it.
+    Designs of earlier versions state no scale, and their tables lack the columns introduced with it.
 
     Raises
     ------
     InputError
-        If the task or its scale is not known here.
+        If the task or its scale is unknown.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...
 
 
 def columns_stated(task: str, sidecar: Mapping[str, Any]) -> tuple[Column, ...]:
-    """Return the columns that a session's table has, by its sidecar: of the design, then times, then what was noted.
+    """Return the columns of a session's table by its sidecar: of the design, of times, of additional values.
 
     >>> stated = {"Noted": ["interest"], "interest": {"Description": "How interesting.", "Format": "number"}}
     >>> columns_stated("depthrating", stated)[-1].name

@@ -1,4 +1,4 @@
-"""Whether one session is what its design, its journal and its stimuli make it: every contradiction, a sentence each."""
+"""Consistency of one session with its design, journal and stimuli: each contradiction is a sentence."""
 
 from __future__ import annotations
 
@@ -43,31 +43,32 @@ __all__ = [
 ]
 
 CLOCK = 1e-6
-"""Seconds that times may differ by for having been written down."""
+"""Rounding tolerance of recorded times, in s."""
 
 FRAMES = 0.1
-"""Seconds that a picture may be shorter than its design says: three frames at 30 Hz, as times are kept to a frame."""
+"""Tolerance in s by which a picture may be shorter than designed: three frames at 30 Hz."""
 
 LONGER = 0.1
-"""Share of a cube's time, beside one second, by which late frames may lengthen it."""
+"""Tolerance by which late frames may prolong a cube's display, as a fraction, in addition to 1 s."""
 
 SLOW_S, SLOW = 60.0, 100.0
-"""An answer before which nothing bounds its time cannot take over a minute and a hundred times the median: seconds that
-were written as milliseconds are a thousand times too long."""
+"""Limits of a response time that no later trial bounds: implausible above both 60 s and 100 times the median. Seconds
+recorded as milliseconds are a thousand times too long.
+"""
 
 MOST_FURTHER = 8
-"""Further columns of a picture that are looked at: more would make too many combinations."""
+"""Maximum number of further columns of a picture that are used: more would make too many combinations."""
 
 AHEAD = timedelta(days=1)
-"""That one computer's clock may be before another's."""
+"""Maximum by which one computer's clock may be ahead of another's."""
 
 
 def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator[str]:
-    """Say where a journal contradicts its own design."""
+    """Yield a sentence for each contradiction between a journal and its own design."""
     head = log.head
     for event in [head, *log.of("resumed")]:
         if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + AHEAD:
-            yield f"a sitting is dated {event['time'][:10]}, which is to come: see the clock of its computer."
+            yield f"a sitting is dated {event['time'][:10]}, which is in the future: check the clock of its computer."
     percepts = task_named(design.task).percepts
     wanted = design.keys_of(head["participant"]) if percepts else None  # type: ignore[union-attr]
     if head["keys"] != wanted:
@@ -76,7 +77,7 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     recorded = [(event["phase"], event["trial"]) for event in done]
     again = [one for one, count in Counter(recorded).items() if count > 1]
     if again:
-        yield f"{again[0][0]} trial {again[0][1]} stands there more than once: use 'focalgradient repair'."
+        yield f"{again[0][0]} trial {again[0][1]} occurs more than once: use 'focalgradient repair'."
     practice = [trial for trial in trials if trial.phase == "practice"]
     trained = {trial for phase, trial in recorded if phase == "practice"}
     main = any(phase == "main" for phase, _ in recorded)
@@ -87,7 +88,7 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     places = [order[key] for key in recorded if key in order]
     if places != sorted(places):
         yield "its trials are not in the order of the design."
-    # What a procedure chooses stands in the answer, and in the trial that is shown.
+    # Values chosen by an adaptive procedure are in the answer and in the trial shown.
     chosen = {field.name for field in fields(task_named(design.task).answer)}
     names = [field.name for field in fields(trials[0]) if field.name not in chosen]
     for event in done:
@@ -95,7 +96,7 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
         if trial is None:
             yield f"{event['phase']} trial {event['trial']} is not in the design."
             break
-        # What an earlier version did not write down yet is not there.
+        # Earlier versions did not record all fields.
         other = next((name for name in names if name in event and event[name] != getattr(trial, name)), None)
         if other is not None:
             recorded, planned = event[other], getattr(trial, other)
@@ -119,23 +120,23 @@ def _wrong_presses(done: Sequence[Event], head: Event) -> Iterator[str]:
 
 
 def wrong_sidecar(sidecar: Mapping[str, Any], log: Log) -> Iterator[str]:
-    """Name the keys in which a sidecar differs from what its journal makes."""
+    """Yield a sentence for each key in which a sidecar differs from the one derived from its journal."""
     yield from differences(sidecar, json.loads(json.dumps(sidecar_of(log))))
 
 
 def wrong_rows(
     found: SessionTable, design: Design, trials: Sequence[Trial], pictures: Mapping[tuple[str, ...], str]
 ) -> Iterator[str]:
-    """Say where a table contradicts its design, or cannot be.
+    """Yield a sentence for each contradiction between a table and its design, and for each impossible value.
 
     Parameters
     ----------
     found
-        With all its columns.
+        Session table with all its columns.
     design, trials
-        Of the session, practice included.
+        Design and trials of the session, including practice.
     pictures
-        The file of each picture of the manifest, by scene, aperture and fixation.
+        File of each picture in the manifest, by scene, aperture and fixation.
     """
     columns, task = found.columns, task_named(found.files.task)
     first = np.ones(found.rows, bool)
@@ -149,12 +150,12 @@ def wrong_rows(
     if "response_time" in shown:
         none = shown["response_time"] <= 0
         if none.any():
-            yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which no answer takes."
+            yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which is impossible."
         yield from _too_close(shown, design)
 
 
 def check_rating(design: Any, answer: Rated) -> None:
-    """Raise InputError where a rating is off its scale, or its gaze is not what the design records."""
+    """Raise `InputError` for a rating outside its scale, or gaze data that the design does not record."""
     if not design.is_answer(answer.rating):
         least, most = design.bounds
         raise InputError(
@@ -163,11 +164,11 @@ def check_rating(design: Any, answer: Rated) -> None:
         )
     gaze = getattr(design, "gaze", "none")
     if (gaze != "none") is not (answer.gaze_left is not None):
-        raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: mend it.")
+        raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: correct it.")
 
 
 def check_choice(design: Any, trial: Any, answer: Chosen) -> None:
-    """Raise InputError where a level is none of the design's, or an answer contradicts itself."""
+    """Raise `InputError` for a level that the design does not have, or an answer that contradicts itself."""
     if not design.is_level(answer.level):
         raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
     if answer.correct is not (answer.answer == trial.interval):
@@ -175,23 +176,23 @@ def check_choice(design: Any, trial: Any, answer: Chosen) -> None:
 
 
 Picture = Callable[[Rows, int], str | None]
-"""File of the picture of a row's condition."""
+"""Function that returns the file of the picture of a row's condition."""
 
 
 def wrong_ratings(rows: Rows, picture: Picture) -> Iterator[str]:
-    """Say which ratings cannot be, or have another picture than their condition's."""
+    """Yield a sentence for each impossible rating, and each picture other than its condition's."""
     yield from _wrong_ratings(rows.shown, rows.design)
     yield from _wrong_pictures(rows, picture)
 
 
 def wrong_choices(rows: Rows, picture: Picture) -> Iterator[str]:
-    """Say which choices between two intervals cannot be, or have another picture than their condition's."""
+    """Yield a sentence for each impossible interval choice, and each picture other than its condition's."""
     yield from _wrong_choices(rows.shown, rows.design)
     yield from _wrong_pictures(rows, picture)
 
 
 def wrong_percepts(rows: Rows) -> Iterator[str]:
-    """Say which percepts and trials of the cube cannot be."""
+    """Yield a sentence for each impossible percept and Necker cube trial."""
     yield from _wrong_percepts(rows.columns)
     yield from _wrong_durations(rows.shown, rows.planned)
 
@@ -221,7 +222,7 @@ def _wrong_trials(
 
 
 def _planned(trial: Trial, name: str) -> Any:
-    """What a trial of the design says of a column, a factor's own among them; None where it says nothing."""
+    """Return a trial's designed value of a column, including factors; None if it has none."""
     return getattr(trial, name, getattr(trial, "factors", {}).get(name))
 
 
@@ -247,13 +248,13 @@ def _wrong_percepts(columns: Mapping[str, NDArray[Any]]) -> Iterator[str]:
         yield f"trial {trial[gap][0]}: its percepts do not fill the trial from its start to its end."
     none = columns["duration"] <= 0
     if none.any():
-        yield f"trial {trial[none][0]}: a percept lasts 0 s, which none does."
+        yield f"trial {trial[none][0]}: a percept lasts 0 s, which is impossible."
     other = columns["censored"] != last
     if other.any():
         yield f"trial {trial[other][0]}: its last percept, and no other, must be censored."
     same = (columns["percept"][1:] == columns["percept"][:-1]) & ~change
     if same.any():
-        yield f"trial {trial[1:][same][0]}: a percept follows itself, where one of them is to end."
+        yield f"trial {trial[1:][same][0]}: a percept is followed by the same percept."
 
 
 def _wrong_durations(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
@@ -265,7 +266,7 @@ def _wrong_durations(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Tr
             break
     close = (np.diff(shown["trial_onset"]) < lasts[:-1] - FRAMES) & (np.diff(shown["sitting"]) == 0)
     if close.any():
-        yield f"trial {shown['trial'][1:][close][0]}: it begins before the trial before it is over."
+        yield f"trial {shown['trial'][1:][close][0]}: it begins before the previous trial has ended."
 
 
 def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
@@ -284,10 +285,10 @@ def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
         with np.errstate(invalid="ignore"):
             away = (shown["start"] < least - CLOCK) | (shown["start"] > most + CLOCK)
         if away.any():
-            yield f"trial {shown['trial'][away][0]}: start is {shown['start'][away][0]:g}, which is off the scale."
+            yield f"trial {shown['trial'][away][0]}: start is {shown['start'][away][0]:g}, which is outside the scale."
     if "gaze_left" in shown:
         with np.errstate(invalid="ignore"):
-            left = ~(shown["gaze_away"] <= design.gaze_within_deg)  # not known counts as left
+            left = ~(shown["gaze_away"] <= design.gaze_within_deg)  # unknown counts as left
         other = left != shown["gaze_left"]
         if other.any():
             yield (
@@ -301,12 +302,12 @@ def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
 
 
 def _wrong_choices(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
-    """Levels and answers of an adaptive experiment."""
+    """Check levels and answers of an adaptive experiment."""
     for number, level, catch, interval, answer, correct in zip(
         *(shown[name].tolist() for name in ("trial", "level", "catch", "interval", "answer", "correct")), strict=True
     ):
         if not design.is_level(level):
-            yield f"trial {number}: level is {level:g}, which is none of the design's levels."
+            yield f"trial {number}: level is {level:g}, which is not one of the design's levels."
         elif catch and level != design.levels[-1]:
             yield f"trial {number}: level is {level:g}, but catch trials have the greatest, {design.levels[-1]:g}."
         elif answer not in (1, 2):
@@ -319,7 +320,7 @@ def _wrong_choices(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
 
 
 def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
-    """Trials that begin before the picture and the answer before them are over."""
+    """Yield trials that begin before the previous picture and answer are complete, and implausible response times."""
     seconds = shown["response_time"]
     if not len(seconds):
         return
@@ -331,7 +332,7 @@ def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
     if close.any():
         at = int(close.argmax())
         yield (
-            f"trial {shown['trial'][at + 1]}: it begins {onset[at + 1] - onset[at]:g} s after the one before it, "
+            f"trial {shown['trial'][at + 1]}: it begins {onset[at + 1] - onset[at]:g} s after the previous one, "
             f"whose picture and answer took {lasts[at] + seconds[at]:g} s."
         )
     usual = median(seconds.tolist())
@@ -355,10 +356,11 @@ def _wrong_pictures(rows: Rows, picture: Picture) -> Iterator[str]:
 
 
 def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
-    """Files of the pictures that a manifest lists; none where it lists none.
+    """Return the files of the pictures that a manifest lists; empty if it lists none.
 
-    By scene, aperture and fixation, the first where several differ in further columns; and each by those three and any
-    of its further columns, as "light=dim".
+    Keys are scene, aperture and fixation (the first of several that differ in further columns), and those three
+    followed by
+    any of the further columns, such as "light=dim".
     """
     files: dict[tuple[str, ...], str] = {}
     try:
@@ -373,7 +375,7 @@ def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
 
 
 def is_age(age: Any) -> bool:
-    """Whether a cell is an age in years, as BIDS has it: a number, "89+" for all above, or missing.
+    """Return whether a cell is an age in years in BIDS notation: a number, "89+", or missing.
 
     >>> [is_age(age) for age in ("31", "89+", -1, float("nan"), "old")]
     [True, True, False, True, False]

@@ -1,4 +1,4 @@
-"""What the events of a journal must hold before anything is made of them."""
+"""Validation of a journal's events before they are used."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ from focalgradient.tasks.noted import EXTRA, is_noted
 __all__ = ["SHA256", "Event", "Tests", "trial_tests", "wrong_event"]
 
 Event = dict[str, Any]
-"""What a line says; its kind stands under "event"."""
+"""Content of a journal line; its kind is under "event"."""
 
 Tests = tuple[tuple[str, Callable[[Any], bool], str], ...]
-"""Name of each value that a trial of a task holds, what is allowed there, and that in words."""
+"""Name, test and expected value of each field of a task's trials."""
 
 LABEL = re.compile(r"[A-Za-z0-9]+")
 SHA256 = re.compile(r"[0-9a-f]{64}")
 
 MOST = 1e9
-"""Seconds of thirty years, and more frames or trials than they hold: no number of a session is larger."""
+"""Upper limit of any number in a session: 30 years in s, and more frames or trials than occur."""
 
 FOCUS = "gazefocus"
-"""Task of focus by gaze, whose sessions have no design and no trials."""
+"""Task name of gaze-contingent focus, whose sessions have neither design nor trials."""
 
 DERIVED = {"sitting", "trial_onset"}
-"""Columns that no event holds."""
+"""Table columns that are not fields of events."""
 
 OF_PERCEPTS = {"onset", "duration", "percept", "censored"}
-"""Columns of the cube's table that are made of the keys pressed."""
+"""Columns of the Necker cube's table that are derived from the key presses."""
 
 
 def trial_tests(head: Event) -> Tests:
-    """Tests of what the trials of a journal hold, by the event that began it; none for focus by gaze."""
+    """Return tests of the fields of a journal's trials, given its first event; none for gaze-contingent focus."""
     if head.get("task") == FOCUS:
         return ()
     return _cells(columns_of(head["design"]["task"], head["design"]))
 
 
 def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | None:
-    """Say what keeps an event from being used; None where nothing does. `head` is the event that began the journal.
+    """Return why an event is invalid; None if it is valid. `head` is the journal's first event.
 
-    `tests` are the `trial_tests` of `head`: where they are given, they are not looked up for each event.
+    `tests` are the `trial_tests` of `head`; passing them avoids a look-up for each event.
 
     >>> wrong_event({"event": "note"}, {})
     >>> wrong_event({"event": "trial", "phase": "main", "trial": 0}, {"design": {"task": "pinhole"}})
@@ -81,11 +81,11 @@ def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | 
         return f"extra is {_shown(event, EXTRA)}, but must be a table of values with their units and descriptions"
     if task_named(head["design"]["task"]).percepts:
         return _wrong_presses(event)
-    return "presses stand in a trial in which no keys are held" if "presses" in event else None
+    return "presses are given in a trial in which no keys are held" if "presses" in event else None
 
 
 def _wrong_focus(event: Event) -> str | None:
-    """Say what keeps an event of a session of focus by gaze from being used."""
+    """Return why an event of a gaze-contingent focus session is invalid; None if it is valid."""
     if event["event"] == "begun":
         return None if _label(event.get("participant")) else f"participant is {_shown(event, 'participant')}"
     if event["event"] == "note" and event.get("kind") == "gaze":
@@ -100,9 +100,9 @@ def _wrong_focus(event: Event) -> str | None:
 
 
 def _wrong_places(samples: Any) -> str | None:
-    """Say what keeps the samples of a session of focus by gaze from being used."""
+    """Return why the gaze samples of a gaze-contingent focus session are invalid; None if they are valid."""
     if not isinstance(samples, list):
-        return "samples of the gaze are no list"
+        return "samples of the gaze are not a list"
     for one in samples:
         if not (isinstance(one, list) and len(one) == 3 and all(type(each) in (int, float) for each in one)):
             return f"a sample of the gaze is {one!r}"[:90] + ", but must be a time, x and y"
@@ -210,22 +210,22 @@ def _wrong_presses(event: Event) -> str | None:
 
 
 def _wrong_times(event: Event) -> str | None:
-    """Say what keeps the times of what happened in a trial from being used."""
+    """Return why the times of a trial's events are invalid; None if they are valid."""
     for one in event.get("events", ()):
         match one:
             case [str(), float() | int(), float() | int()]:
                 continue
-        return f"something that happened is {one!r}"[:90] + ", but must be a name, a time and a time of the wall clock"
+        return f"an event is {one!r}"[:90] + ", but must be a name, a time and a time of the wall clock"
     for one in event.get("shown", ()):
         match one:
             case {"event": str(), "stamps": [float() | int(), *_]}:
                 continue
-        return f"something shown is {one!r}"[:90] + ", but must be an event with its time stamps"
+        return f"a display interval is {one!r}"[:90] + ", but must be an event with its time stamps"
     return None
 
 
 def _wrong_gaze(event: Event) -> str | None:
-    """Say what keeps samples of the gaze, or what is said of an eye tracker, from being used."""
+    """Return why gaze samples, or the metadata of an eye tracker, are invalid; None if they are valid."""
 
     def number(value: Any) -> bool:
         return type(value) in (int, float) and abs(value) < MOST

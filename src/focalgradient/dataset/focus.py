@@ -1,6 +1,6 @@
-"""Sessions of focus by gaze: the files that their journal makes, and whether they agree with it.
+"""Sessions of gaze-contingent focus: files derived from their journal, and their validation.
 
-Made of the journal are the table of the changes of focus, and the samples and fixations of the gaze as BIDS has them.
+Derived files are the table of focus changes, and the gaze samples and fixations in BIDS format.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ ABOUT: dict[str, dict[str, Any]] = {
 
 
 class Change(NamedTuple):
-    """A change of focus; the fields are described in the table's sidecar."""
+    """Change of focus; its fields are described in the table's sidecar."""
 
     onset: float
     focus_dioptre: float
@@ -61,8 +61,8 @@ class Change(NamedTuple):
 def about_changes(
     settings: Mapping[str, Any], changes: Sequence[Change], refresh_hz: float | None, frame_s: float
 ) -> dict[str, Any]:
-    """What the sidecar of the table of changes holds."""
-    # The first choice of a focus waits for nothing that was shown before.
+    """Return the sidecar of the table of focus changes."""
+    # The first focus replaces no earlier one, and so has no latency.
     milliseconds = np.array([change.latency_ms for change in changes[1:]])
     content: dict[str, Any] = {"TaskName": "gazefocus", **ABOUT, "Settings": settings}
     content["RefreshRate"] = refresh_hz
@@ -84,12 +84,12 @@ def _paced(frame_s: float) -> str:
 
 
 def focus_journals(root: Path) -> list[Path]:
-    """Journals of sessions of focus by gaze, in order of name."""
+    """Return the journals of gaze-contingent focus sessions, in order of name."""
     return sorted(Path(root, "sourcedata").rglob(f"sub-*{ENDS}.jsonl"))
 
 
 def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
-    """Return the files that the journal of a session makes, with their content: tables, samples, and their sidecars."""
+    """Return the files derived from a session's journal, by path: tables, samples, and their sidecars."""
     files = Files(root, log.head["task"], log.head["participant"], log.head.get("session"))
     changes = _changes(log)
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
@@ -100,7 +100,7 @@ def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
 
 
 def export_focus(path: Path) -> list[Path]:
-    """Make the files of a session anew of its journal, and its row in the table of participants.
+    """Write the files derived from a session's journal, and its row in the table of participants.
 
     Raises
     ------
@@ -122,20 +122,20 @@ def _root_of(path: Path) -> Path:
 
 
 def _tracker(log: Log) -> dict[str, Any]:
-    """What the journal says of the gaze and the screen; an earlier version did not write it down."""
+    """Return the journal's metadata of gaze and screen; earlier versions did not record them."""
     noted = (note for note in log.of("note") if note.get("kind") == "eye tracker")
     return next(noted, {"name": log.head.get("gaze", "unknown"), "pixels_per_degree": None})
 
 
 def _presented(tracker: Mapping[str, Any]) -> dict[str, Any]:
-    """The screen that the samples are counted on, as BIDS has it; an earlier version did not write it down."""
+    """Return the screen on which the samples are defined, in BIDS format; earlier versions did not record it."""
     if "window_px" not in tracker:
         return {}
     return {"StimulusPresentation": screen_of({**tracker, "screen_px": tracker["window_px"]})}
 
 
 def _frame_s(log: Log, changes: Sequence[Change]) -> float:
-    """Length of a frame in seconds; NaN where nothing says it."""
+    """Return the frame duration in s; NaN if unknown."""
     if (noted := _tracker(log).get("frame_s")) is not None:
         return float(noted)
     frames = [change.latency_ms / 1e3 / change.latency_frames for change in changes if change.latency_frames]
@@ -152,7 +152,7 @@ def _table(changes: Sequence[Change]) -> bytes:
 
 
 def _corner(tracker: Mapping[str, Any]) -> tuple[float, float]:
-    """Upper left corner of the picture on the screen (px): half a pixel off where a side is odd, as it is shown."""
+    """Return the picture's upper left corner on the screen (px), with the half-pixel offset of odd differences."""
     window, picture = tracker.get("window_px"), tracker.get("picture_px")
     if window is None or picture is None:
         return 0.0, 0.0
@@ -161,7 +161,7 @@ def _corner(tracker: Mapping[str, Any]) -> tuple[float, float]:
 
 
 def _samples(log: Log, tracker: Mapping[str, Any]) -> dict[str, bytes]:
-    """Samples and fixations, in pixels of the screen; of the picture where its place on the screen is not known."""
+    """Return files of samples and fixations, in screen pixels, or in picture pixels if its position is unknown."""
     left, top = _corner(tracker)
     found = [sample for note in log.of("note") if note.get("kind") == "gaze" for sample in note["samples"]]
     samples = [Sample(time, x + left, y + top) for time, x, y in found]
@@ -175,7 +175,7 @@ def _samples(log: Log, tracker: Mapping[str, Any]) -> dict[str, bytes]:
 
 
 def wrong_focus(root: Path, path: Path) -> Iterator[str]:
-    """Say what is wrong with a session of focus by gaze, a sentence each."""
+    """Yield a sentence for each problem of a gaze-contingent focus session."""
     try:
         log = scan_journal(path)
     except InputError as error:
@@ -184,7 +184,8 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
     yield from (*log.damaged, *log.changed)
     table = root / path.relative_to(root / "sourcedata").with_suffix(".tsv")
     if not table.exists():
-        yield f"{table} is missing, but its journal is there: the session was killed; use 'focalgradient repair'."
+        yield f"{table} is missing, although its journal exists, because the session crashed: use 'focalgradient "
+        "repair'."
         return
     try:
         header, *rows = [line.split("\t") for line in read_tsv(table).splitlines()] or [[]]
@@ -193,7 +194,7 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
         return
     if not set(Change._fields) <= set(header):
         missing = next(name for name in Change._fields if name not in header)
-        yield f"{table}: there is no column {missing}: restore the table."
+        yield f"{table}: the column {missing} is missing: restore the table."
         return
     changes = _changes(log)
     yield from _wrong_rows(table, header, rows, changes)
@@ -203,39 +204,39 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
 
 
 def _wrong_samples(log: Log, root: Path) -> Iterator[str]:
-    """Compare the samples with the journal; an earlier version did not write them out."""
+    """Compare the samples with the journal; earlier versions did not write them."""
     for place, content in focus_files(log, root).items():
         if "_recording-" not in place.name:
             continue
         if not place.exists():
             if "frame_s" in _tracker(log):
-                yield f"{place} is missing, but its journal has it: use 'focalgradient repair'."
+                yield f"{place} is missing, but its journal contains the data: use 'focalgradient repair'."
         elif not same_content(place, content):
-            yield f"{place} does not say what its journal says: use 'focalgradient repair'."
+            yield f"{place} differs from its journal: use 'focalgradient repair'."
 
 
 def _wrong_rows(
     table: Path, header: Sequence[str], rows: Sequence[Sequence[str]], changes: Sequence[Change]
 ) -> Iterator[str]:
     if len(rows) != len(changes):
-        yield f"{table} has {len(rows)} changes of focus, but its journal {len(changes)}: restore the table."
+        yield f"{table} has {len(rows)} changes of focus, but its journal has {len(changes)}: restore the table."
         return
     for number, (row, change) in enumerate(zip(rows, changes, strict=True), start=2):
         for name, value in change._asdict().items():
             if len(row) != len(header) or row[header.index(name)] != f"{value:.6g}":
-                yield f"{table}, row {number}: {name} does not say what its journal says: restore the table."
+                yield f"{table}, row {number}: {name} differs from its journal: restore the table."
                 return
 
 
 def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[str]:
-    """Compare the sidecar with the journal, of which an earlier version says the screen's rate by its frames only."""
+    """Compare the sidecar with the journal; earlier versions recorded the refresh rate only through frame durations."""
     try:
         found = read_json(path, "a sidecar")
     except InputError as error:
         yield str(error)
         return
     if not isinstance(found, dict):
-        yield f"{path} is no JSON object: restore it."
+        yield f"{path} is not a JSON object: restore it."
         return
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
     frame_s, rate = _frame_s(log, changes), _tracker(log).get("refresh_hz")

@@ -1,8 +1,8 @@
-"""Gaze: fixations found in samples, how far they were from the fixated object, and the files that BIDS has for both.
+"""Gaze: fixation detection, distance from the fixated object, and BIDS files of both.
 
-A session's samples are in its journal, a note of kind "gaze" after each trial. The files ``_recording-eye1_physio``
-(samples), ``_recording-eye1_physioevents`` (fixations) and ``_events`` (when pictures were shown, and on which screen)
-are made of it, as the tables are; their columns are those of BIDS 1.11 (BEP020).
+A session's samples are in its journal, in a note of kind "gaze" after each trial. The files ``_recording-eye1_physio``
+(samples), ``_recording-eye1_physioevents`` (fixations) and ``_events`` (display times of the pictures, and the screen)
+are derived from it; their columns are those of BIDS 1.11 (BEP020).
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ __all__ = [
 ]
 
 DISPERSION_DEG = 1.0
-"""Largest dispersion of a fixation, width + height in degrees (I-DT, Salvucci & Goldberg 2000: 0.5 to 1 degree)."""
+"""Maximum dispersion of a fixation, width + height in degrees (I-DT, Salvucci & Goldberg 2000: 0.5 to 1 degree)."""
 
 SHORTEST_S = 0.1
-"""Shortest fixation in seconds (Salvucci & Goldberg 2000: 0.1 to 0.2 s)."""
+"""Minimum duration of a fixation in s (Salvucci & Goldberg 2000: 0.1 to 0.2 s)."""
 
 FOUND = 0.5
-"""Least share of the samples, while a picture is shown, that must have a gaze; below, the trial is not informative."""
+"""Minimum fraction of samples with a gaze position while a picture is shown; below it the trial is uninformative."""
 
 LEAST_RATE = 20.0
-"""Samples a second below which a recording is taken for interrupted."""
+"""Sampling rate in Hz below which a recording counts as interrupted."""
 
 RECORDING = "recording-eye1"
 
 
 class Sample(NamedTuple):
-    """Where somebody looked.
+    """Gaze sample.
 
-    `time` in seconds; `x`, `y` in pixels from the screen's upper left corner, None where no eye was found; `pupil` as
-    the tracker gives it, None where it does not.
+    `time` in s; `x`, `y` in pixels from the screen's upper left corner, None if no eye was found; `pupil` in the
+    tracker's units, None if not measured.
     """
 
     time: float
@@ -60,7 +60,7 @@ class Sample(NamedTuple):
 
 
 class Fixation(NamedTuple):
-    """A stay of the gaze: when it began, how long it lasted (s), and its mean place (pixels, as `Sample`)."""
+    """Fixation: onset and duration in s, and mean position in pixels, as in `Sample`."""
 
     onset: float
     duration: float
@@ -69,17 +69,18 @@ class Fixation(NamedTuple):
 
 
 def fixations(samples: Iterable[Sample], pixels_per_degree: float) -> list[Fixation]:
-    """Find fixations by their dispersion (I-DT of Salvucci & Goldberg 2000).
+    """Detect fixations by dispersion (I-DT, Salvucci & Goldberg 2000).
 
-    A fixation is a run of samples, 0.1 s or longer, whose width and height add up to 1 degree at most. A sample without
-    a gaze, or a pause, ends it.
+    A fixation is a run of samples of at least 0.1 s whose width and height add up to at most 1 degree. A sample without
+    a
+    gaze position, or a gap in the recording, ends it.
 
     Parameters
     ----------
     samples
-        In order of time.
+        Samples in order of time.
     pixels_per_degree
-        Of the screen.
+        Resolution of the screen, in pixels per degree.
 
     Examples
     --------
@@ -123,7 +124,7 @@ def fixations(samples: Iterable[Sample], pixels_per_degree: float) -> list[Fixat
 
 
 class Shown(NamedTuple):
-    """A picture while it was shown: from when to when (s), and where its fixated object was (pixels, as `Sample`)."""
+    """Display of a picture: start and end in s, and position of its object to be fixated in pixels, as in `Sample`."""
 
     start: float
     end: float
@@ -132,9 +133,9 @@ class Shown(NamedTuple):
 
 
 def away(samples: Sequence[Sample], shown: Iterable[Shown], pixels_per_degree: float) -> float | None:
-    """Greatest distance in degrees between a fixation and the fixated object, while pictures were shown.
+    """Return the largest distance in degrees of a fixation from the object to be fixated, while pictures were shown.
 
-    None where the eyes were not found for half of the time, or never stayed anywhere.
+    Returns None if fewer than half of the samples have a gaze position, or there was no fixation.
 
     Examples
     --------
@@ -153,7 +154,7 @@ def away(samples: Sequence[Sample], shown: Iterable[Shown], pixels_per_degree: f
 
 
 class Recording(NamedTuple):
-    """Samples of a trial; `offset` carries their times over to the session's, which begins with its first sitting."""
+    """Samples of a trial; `offset` (s) converts their times to the clock of the session's first sitting."""
 
     sitting: int
     trial: int
@@ -163,7 +164,7 @@ class Recording(NamedTuple):
 
 
 def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
-    """The recordings in a journal, in order."""
+    """Yield the recordings in a journal, in order."""
     device = math.nan
     for sitting, offset, event in timed(events):
         if event["event"] == "note" and event.get("kind") == "eye tracker":
@@ -175,10 +176,10 @@ def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
 
 
 def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
-    """Return what the files of a session hold whose journal has these events, by the end of their names.
+    """Return the gaze and event files derived from a session's events, by the end of their names.
 
-    Samples and fixations where the gaze was recorded, and the table of all events where that or triggers were; journals
-    of earlier versions give a table of pictures. `screen` is the sidecar's entry ``StimulusPresentation``.
+    Samples and fixations are included if gaze was recorded, the table of all events if gaze or triggers were recorded;
+    journals of earlier versions give a table of pictures. `screen` is the sidecar's entry ``StimulusPresentation``.
     """
     marked = marked_files(events, screen)
     found = {"events.tsv": marked["events.tsv"].encode(), "events.json": _json(marked["events.json"])} if marked else {}
@@ -189,7 +190,7 @@ def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -
 
 
 def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
-    """The table of the pictures that were shown: the samples' timeline, and the screen that their places are on."""
+    """Return the table of pictures shown, on the timeline of the samples, and its sidecar."""
     seconds = float(events[0]["design"].get("picture_s", 0.0))
     lines = ["onset\tduration\ttrial_type\tsitting\ttrial"]
     for sitting, offset, event in timed(events):
@@ -209,7 +210,7 @@ def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any])
 
 
 def recording_files(recordings: Sequence[Recording], device: Mapping[str, Any]) -> dict[str, bytes]:
-    """Samples and fixations as BIDS has them, tables without a header and compressed, each with its sidecar."""
+    """Return samples and fixations as compressed BIDS tables without headers, each with its sidecar."""
     rows = _sample_rows(recordings)
     found = [
         (each.onset + one.offset, each.duration, "fixation", each.x, each.y, one.sitting, one.trial)
@@ -231,7 +232,7 @@ def _sample_rows(
     for one in recordings:
         for sample in one.samples:
             time = round(sample.time + one.offset, 6)
-            if time > last:  # a clock that was set back between two sittings must not turn the order round
+            if time > last:  # times must increase even if the clock was set back between two sittings
                 rows.append((time, sample.x, sample.y, sample.pupil, one.sitting, one.trial))
                 last = time
     return rows
@@ -297,7 +298,7 @@ TRIAL = {"Description": "Number of the trial, as in the table of the answers; 0 
 
 def _packed(rows: Iterable[Sequence[Any]]) -> bytes:
     lines = "".join("\t".join(map(_cell, row)) + "\n" for row in rows)
-    return gzip.compress(lines.encode(), mtime=0)  # the same samples give the same bytes
+    return gzip.compress(lines.encode(), mtime=0)  # equal samples give equal bytes
 
 
 def _cell(value: Any) -> str:

@@ -1,12 +1,12 @@
-"""The journal of a session: one line of JSON an event, on the disk before the next trial begins.
+"""Journal of a session: one line of JSON per event, on disk before the next trial begins.
 
-Lines are only ever added, by one program at a time, which holds the file's lock. Whatever kills the program, a kill of
-the process or of the power, finished lines stay and at most the last one is cut short: it is passed over and listed,
-and what goes on after it begins on a line of its own.
+Lines are only appended, by one program at a time, which locks the file. After a crash or power failure all finished
+lines are kept, and at most the last one is truncated: it is skipped and listed, and the next line begins after a
+newline.
 
-Each line ends in its "chain": the digest of the line before it, and its own, of that and of the rest of the line. A
-line that was changed, added or taken away later no longer fits. Journals of earlier versions have no chain; what is
-added to them chains all that stands above it.
+Each line ends with its "chain": the digest of the previous line, and its own, computed from that and the rest of the
+line. Lines that were changed, added or removed later break the chain. Journals of earlier versions have no chain; lines
+appended to them chain everything above.
 """
 
 from __future__ import annotations
@@ -43,39 +43,39 @@ __all__ = [
 ]
 
 CHAIN = re.compile(rb', "chain": \["([0-9a-f]{32})?", "([0-9a-f]{32})"\]\}$')
-"""How a line ends."""
+"""End of a line."""
 
 LONGEST_CHAIN = 90
-"""Bytes of that."""
+"""Maximum length of a line's end in bytes."""
 
 MOST_BYTES = 1 << 30
-"""Of a journal that is read: two thousand trials (the most of a design) of half a megabyte each."""
+"""Maximum size of a journal in bytes: 2000 trials (the maximum of a design) of 0.5 MB each."""
 
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """What a journal holds.
+    """Content of a journal.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     events
-        All that can be read, in order; the first describes the session.
+        All readable events, in order; the first describes the session.
     broken
-        Numbers of the lines, from 1, that a kill cut short.
+        Numbers, from 1, of lines that a crash truncated.
     damaged
-        What no kill explains, a sentence each: the journal cannot be relied on.
+        Damage that a crash does not explain, one sentence each: the journal is unreliable.
     changed
-        Where the chain does not hold, a sentence each: lines were changed, added or taken away after they were written.
+        Breaks of the chain, one sentence each: lines were changed, added or removed after they were written.
     altered
-        Numbers of the lines whose own digest does not hold.
+        Numbers of lines whose own digest is wrong.
     lines
-        Number of the line of each event.
+        Line number of each event.
     chained
-        Whether every line has its chain.
+        Whether every line is chained.
     last
-        Digest of the last line, "" where there is none.
+        Digest of the last line; "" for an empty journal.
     """
 
     path: Path
@@ -90,16 +90,16 @@ class Log:
 
     @property
     def head(self) -> Event:
-        """The event that began it."""
+        """First event, which describes the session."""
         return self.events[0]
 
     def of(self, kind: str) -> list[Event]:
-        """Events of one kind."""
+        """Return the events of one kind."""
         return [event for event in self.events if event["event"] == kind]
 
 
 class Journal:
-    """A journal that is being written; nobody else can write to it meanwhile.
+    """Journal open for writing, locked against other writers.
 
     Examples
     --------
@@ -120,22 +120,23 @@ class Journal:
 
     @classmethod
     def begin(cls, path: Path, head: Mapping[str, Any], *, durable: bool = True) -> Journal:
-        """Begin a journal where there is none; from its first moment it has its `head`.
+        """Create a new journal that contains its `head` from the start.
 
         Parameters
         ----------
         path
-            Of the file; its folder is made.
+            Path of the file; its folder is created.
         head
-            Its first event.
+            First event.
         durable
-            Whether to wait, at each line, until it is on the disk: a few milliseconds, and safe from a loss of power.
-            Without it lines are safe from a kill of the process alone.
+            Whether to wait for each line until it is on disk, which takes a few ms and protects it from a power
+            failure.
+            Otherwise lines survive only a crash of the process.
 
         Raises
         ------
         FileExistsError
-            If there is one already.
+            If the journal already exists.
         InputError
             If it cannot be written.
         """
@@ -149,23 +150,23 @@ class Journal:
 
     @classmethod
     def take(cls, path: Path) -> Journal:
-        """Become the owner of a journal that is there: nobody else can write to it until it is closed.
+        """Lock an existing journal against other writers until it is closed.
 
         Raises
         ------
         InputError
-            If there is none, another program has it, or it cannot be written.
+            If it does not exist, another program has locked it, or it cannot be written.
         """
         try:
             file = os.open(path, os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0))
         except FileNotFoundError as error:
             raise InputError(f"{path} is missing: there is no such session to resume; begin it.") from error
         except OSError as error:
-            raise InputError(f"{path} cannot be written ({error.strerror}): see who may write to it.") from error
+            raise InputError(f"{path} cannot be written ({error.strerror}): change its permissions.") from error
         try:
             if not try_lock(file, path):
                 raise InputError(
-                    f"{path} is being recorded by another program: let that go on, or end it and resume the session."
+                    f"{path} is being recorded by another program: wait for it, or end it and resume the session."
                 )
         except InputError:
             os.close(file)
@@ -173,7 +174,7 @@ class Journal:
         return cls(path, file, True, "")
 
     def resume(self, log: Log, event: Mapping[str, Any], *, durable: bool = True) -> None:
-        """Go on after what was read, after its broken line if it ends in one; `event` says that it goes on.
+        """Continue after the events read, on a new line if the last one is broken; `event` records the resumption.
 
         Raises
         ------
@@ -184,28 +185,28 @@ class Journal:
         self.write(event)
 
     def follow(self, log: Log, *, durable: bool = True) -> None:
-        """Go on after what was read, which ends in a whole line, in the same sitting."""
+        """Continue the same sitting after the events read, whose last line must be whole."""
         self._durable, self._last = durable, log.last
 
     def write(self, *events: Mapping[str, Any]) -> None:
-        """Add a line for each event, and come back when all are safe: however many, the disk is waited for once.
+        """Append a line for each event, and return when all are safe, after a single wait for the disk.
 
         Raises
         ------
         InputError
-            If it cannot be written, as on a full disk.
+            If they cannot be written, for example because the disk is full.
         """
         lines, last = _lines(events, self._last)
         try:
             append(self._file, self.path, lines, durable=self._durable)
         except InputError:
-            self.close()  # the session is resumed when there is room again
+            self.close()  # the session can be resumed when there is room
             raise
         self._last = last
 
     def close(self) -> None:
-        """Let go of the file."""
-        file, self._file = self._file, -1  # first: cut off by a signal, it must not be closed twice
+        """Close and unlock the file."""
+        file, self._file = self._file, -1  # first: after a signal it must not be closed twice
         if file >= 0:
             with suppress(OSError):
                 unlock(file)
@@ -222,14 +223,14 @@ class Journal:
 
 
 def _line(event: Mapping[str, Any], before: str) -> tuple[bytes, str]:
-    """A line of a journal, and its digest."""
+    """Return a line of a journal, and its digest."""
     body = json.dumps(event, allow_nan=False, ensure_ascii=False, default=_plain).encode()
     own = _digest(before, body)
     return body[:-1] + f', "chain": ["{before}", "{own}"]}}\n'.encode(), own
 
 
 def _lines(events: Iterable[Mapping[str, Any]], last: str) -> tuple[bytes, str]:
-    """Lines of a journal after one of digest `last`, and the digest of the last of them."""
+    """Return lines of a journal that follow a line with digest `last`, and the digest of the last of them."""
     lines = []
     for event in events:
         line, last = _line(event, last)
@@ -238,39 +239,39 @@ def _lines(events: Iterable[Mapping[str, Any]], last: str) -> tuple[bytes, str]:
 
 
 def whole_lines(events: Iterable[Mapping[str, Any]]) -> bytes:
-    """Lines of a journal that holds these events from its beginning."""
+    """Return the lines of a journal that contains these events from its start."""
     return _lines(events, "")[0]
 
 
 def _digest(before: str, body: bytes) -> str:
-    """128 bits: a change by accident or by hand alters them."""
+    """Return a 128-bit digest, which detects accidental and manual changes."""
     return hashlib.sha256(before.encode() + body).hexdigest()[:32]
 
 
 def _plain(value: Any) -> Any:
-    """NumPy's numbers and arrays, as JSON knows them."""
+    """Convert NumPy numbers and arrays to types that JSON supports."""
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     raise TypeError(f"{value!r} cannot be written as JSON.")
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it that are missing, for their owner alone."""
+    """Create a folder and its missing parents, accessible only to their owner."""
     missing = [one for one in (folder, *folder.parents) if not one.exists()]
     for one in reversed(missing):
         one.mkdir(mode=0o700, exist_ok=True)
 
 
 def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
-    """Write a file for its owner alone, so that it is never there in part: out of sight, to the disk, into its place.
+    """Write a file atomically, accessible only to its owner: to a hidden file, flushed to disk, then moved.
 
     Raises
     ------
     FileExistsError
-        If it is there already, and is not to be replaced: of several programs that try at once, one succeeds.
+        If it already exists and `replace` is false; if several programs create it at once, one succeeds.
     """
     if not replace and os.path.lexists(path):
-        raise FileExistsError(f"{path} is there already.")
+        raise FileExistsError(f"{path} already exists.")
     with staged(path.parent) as folder:
         hidden = folder / path.name
         with os.fdopen(
@@ -283,7 +284,7 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
             move(hidden, path)
         else:
             _place(hidden, path, content)
-    if os.name == "posix":  # elsewhere folders cannot be opened, and need not be
+    if os.name == "posix":  # on Windows folders cannot be opened, and need no flush
         number = os.open(path.parent, os.O_RDONLY)
         try:
             os.fsync(number)
@@ -292,16 +293,16 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
 
 
 def _place(hidden: Path, path: Path, content: bytes) -> None:
-    """Give a file its name, if nothing has that name."""
+    """Move a file to a path that must not exist."""
     if sys.platform == "win32":
-        os.rename(hidden, path)  # refuses there what is taken
+        os.rename(hidden, path)  # fails on Windows if the path exists
         return
     try:
         os.link(hidden, path)
     except OSError as error:
         if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK):
             raise
-        # Without hard links, as on a memory stick's file system, a kill may leave it in part; never two owners.
+        # Without hard links, as on FAT, a crash may leave a partial file, but never two owners.
         with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:
             stream.write(content)
             stream.flush()
@@ -309,12 +310,12 @@ def _place(hidden: Path, path: Path, content: bytes) -> None:
 
 
 def read_journal(path: Path) -> Log:
-    """Read a journal, also one that is being written or was cut off.
+    """Read a journal, also one that is being written or was interrupted.
 
     Raises
     ------
     InputError
-        If it cannot be read, or a line is damaged as no kill explains; the first such line is named.
+        If it cannot be read, or a line has damage that a crash does not explain; the first such line is named.
     """
     log = scan_journal(path)
     if log.damaged:
@@ -323,12 +324,12 @@ def read_journal(path: Path) -> Log:
 
 
 def scan_journal(path: Path) -> Log:
-    """Read what can be read of a journal, and list what is wrong with it.
+    """Read all readable events of a journal, and list its faults.
 
     Raises
     ------
     InputError
-        If the file cannot be read at all.
+        If the file cannot be read.
     """
     scan = _Scan(path)
     content = read_bytes(path, "a journal", MOST_BYTES)
@@ -339,7 +340,7 @@ def scan_journal(path: Path) -> Log:
 
 
 class _Scan:
-    """A journal while it is read, line by line."""
+    """Line-by-line reader of a journal."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -363,7 +364,7 @@ class _Scan:
             self.beheaded = self.beheaded or not self.events
             return
         if self.cut and event["event"] != "resumed":
-            self._damage(f"line {self.cut} is damaged, which no kill of the program explains")
+            self._damage(f"line {self.cut} is damaged, which a crash of the program does not explain")
         self.cut = 0
         self._follow(number, line.rstrip(b"\r"), event)
         if not self.events and event["event"] != "begun":
@@ -371,7 +372,7 @@ class _Scan:
         if self.beheaded:
             return
         head = self.events[0] if self.events else event
-        wrong = "a session begins here, but it began above" if self.events and event["event"] == "begun" else None
+        wrong = "a second session begins here" if self.events and event["event"] == "begun" else None
         wrong = wrong or wrong_event(event, head, self.tests)
         if wrong is not None:
             self._damage(f"line {number}: {wrong}")
@@ -390,7 +391,7 @@ class _Scan:
         self.changed.append(f"{self.path}: {what}: restore the file from a copy, or use 'focalgradient repair'.")
 
     def _follow(self, number: int, line: bytes, event: Event) -> None:
-        """Follow the chain over a line."""
+        """Verify the chain at a line."""
         found = CHAIN.search(line, max(len(line) - LONGEST_CHAIN, 0))
         if found is None:
             if self.first_chained or "chain" in event:
@@ -410,7 +411,7 @@ class _Scan:
 
     def done(self) -> Log:
         if self.beheaded or not self.events:
-            sentence = f"{self.path} does not begin as a journal does: restore the file from a copy."
+            sentence = f"{self.path} does not start with the first line of a journal: restore the file from a copy."
             self.damaged.insert(0, sentence)
         first = self.lines[0] if self.lines else 0
         return Log(
@@ -427,7 +428,7 @@ class _Scan:
 
 
 def _parsed(line: bytes) -> Event | None:
-    """What a line holds; None if it is broken: no piece of a line is JSON itself."""
+    """Parse a line; return None if it is truncated, as no part of a line is valid JSON."""
     try:
         event = DECODER.decode(line.decode())
     except (ValueError, RecursionError):
@@ -437,7 +438,7 @@ def _parsed(line: bytes) -> Event | None:
 
 
 def _no_number(name: str) -> Any:
-    raise ValueError(f"{name} is no number that a journal holds.")
+    raise ValueError(f"{name} is not a valid number in a journal.")
 
 
 DECODER = json.JSONDecoder(parse_constant=_no_number)

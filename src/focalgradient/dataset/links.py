@@ -1,8 +1,8 @@
-"""Read and redact the links of a server: which label belongs to which link, and to which name at a platform.
+"""Read and redact a server's file of links, which assign labels to links and to platform identifiers.
 
-The file lies beside the data set and has one line of JSON for each link and for each session that was stopped. Lines of
-a participant who withdraws are overwritten where they stand, which needs no room on the disk and leaves the other lines
-to a server that is running.
+The file is stored beside the data set, with one line of JSON per link and per stopped session. Lines of a participant
+who
+withdraws are overwritten in place, which requires no disk space and does not disturb a running server.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from focalgradient.files import flush, read_bytes
 __all__ = ["Link", "Links", "forget_links", "links_beside", "number_of", "read_links"]
 
 START = b'{"participant": '
-"""First bytes of each line."""
+"""Start of each line."""
 
 BEGINNING = START + b'"'
-"""First bytes of a line that names a participant."""
+"""Start of a line that names a participant."""
 
 NOBODY = START + b"null, "
-"""First bytes of a line that was overwritten, whose end is filled with spaces."""
+"""Start of an overwritten line, which is padded with spaces."""
 
 PIECES = re.compile(b"(?=%s)" % re.escape(START))
-"""Where a line begins, also behind one cut short: its quotes cannot stand in an identifier."""
+"""Start of a line, also after a truncated one: its quotes cannot occur in an identifier."""
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A line of a link.
+    """Entry of a link.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ class Link:
     sha256
         Digest of the link's secret.
     platform
-        Names at a platform.
+        Identifiers at a platform.
     offset
-        Bytes of the file before the line.
+        Position of the line in the file, in bytes.
     """
 
     participant: str
@@ -58,21 +58,21 @@ class Link:
 
 @dataclass
 class Links:
-    """All lines of a file of links.
+    """Content of a file of links.
 
     Parameters
     ----------
     links
-        Of participants who have not withdrawn.
+        Links of participants who have not withdrawn.
     stopped
         Labels whose sessions were stopped.
     labels
-        Number of labels that have been given, also to those who have withdrawn; none is given again. Overwritten lines
-        have it, and no participant.
+        Highest label number assigned, including withdrawn participants; numbers up to it are not reused. Overwritten
+        lines store it instead of a participant.
     lines
-        Offset and bytes of each line of a participant.
+        Label, offset and size in bytes of each participant's line.
     torn
-        Offset and bytes of each line that was cut short, also while it was overwritten.
+        Offset and size in bytes of each truncated line, including those truncated while being overwritten.
     """
 
     links: list[Link] = field(default_factory=list)
@@ -82,7 +82,7 @@ class Links:
     torn: list[tuple[int, int]] = field(default_factory=list)
 
     def add(self, line: object, offset: int, size: int) -> bool:
-        """Add a line; False if it is none of a file of links."""
+        """Add a line; return whether it is a valid line of a file of links."""
         match line:
             case {"participant": str(participant), "sha256": str(digest), "platform": dict(platform)}:
                 self.links.append(Link(participant, digest, platform, offset))
@@ -99,23 +99,23 @@ class Links:
 
 
 def number_of(label: str) -> int:
-    """Return the number that a label is; 0 if it is none."""
+    """Return a label as a number; 0 if it is not one."""
     return int(label) if label.isascii() and label.isdigit() else 0
 
 
 def links_beside(root: Path) -> Path:
-    """Return the place of a data set's links, unless its server was given another."""
+    """Return the default path of a data set's file of links."""
     place = Path(os.path.abspath(root)) if root.name in ("", "..") else root
     return place.parent / f"{place.name}-links.jsonl"
 
 
 def read_links(path: Path) -> Links:
-    """Read a file of links; lines that a full disk, a kill or a loss of power cut short are passed over.
+    """Read a file of links; lines truncated by a full disk, a crash or a power failure are skipped.
 
     Raises
     ------
     InputError
-        If it cannot be read, or a line is of something else.
+        If it cannot be read, or contains an invalid line.
     """
     found, offset = Links(), 0
     for number, line in enumerate(read_bytes(path, "the links of a server").split(b"\n"), 1):
@@ -127,7 +127,9 @@ def read_links(path: Path) -> Links:
             except (ValueError, RecursionError):
                 known, torn = False, content.startswith(START) or START.startswith(content)
             if not (known or torn):
-                raise InputError(f"{path}, line {number}, is no link: give a file of links of 'focalgradient serve'.")
+                raise InputError(
+                    f"{path}, line {number}, is not a link: give a file of links of 'focalgradient serve'."
+                )
             if not known:
                 found.torn.append((offset, len(piece)))
             offset += len(piece)
@@ -136,24 +138,24 @@ def read_links(path: Path) -> Links:
 
 
 def forget_links(path: Path, participant: str | None = None, *, owned: bool = False) -> int:
-    """Overwrite all lines of a participant, and those that were cut short; gives how many these were.
+    """Overwrite all lines of a participant, and truncated lines; return the number of lines overwritten.
 
     Parameters
     ----------
     path
-        The file; a server that is running may have it.
+        Path of the file, which a running server may have open.
     participant
-        Label in the data; without it, lines that were cut short alone.
+        Label in the data; None: only truncated lines.
     owned
         Whether the caller has locked the file.
 
     Raises
     ------
     InputError
-        If the file cannot be read or written, or is no file of links.
+        If the file cannot be read or written, or is not a file of links.
     """
     with writing(path), path.open("r+b") as file:
-        alone = owned or try_lock(file.fileno(), path)  # else a server may be adding the last line
+        alone = owned or try_lock(file.fileno(), path)  # otherwise a server may be writing the last line
         found, end = read_links(path), file.seek(0, os.SEEK_END)
         gone = [(offset, size) for label, offset, size in found.lines if label == participant]
         gone += [(offset, size) for offset, size in found.torn if alone or offset + size < end]

@@ -1,4 +1,4 @@
-"""One owner of a file: a lock that ends with the program that holds it, however that ends."""
+"""Exclusive file locks that end with the process that holds them."""
 
 from __future__ import annotations
 
@@ -15,23 +15,26 @@ from focalgradient.errors import InputError
 __all__ = ["locked", "try_lock", "unlock"]
 
 PLACE = 2**31 - 2
-"""Windows keeps others from reading the bytes that are locked: this one is the last that its C library can lock, and
-no file of a data set is so long."""
+"""Position in bytes of the locked byte on Windows, where locked bytes cannot be read: the last that its C library can
+lock,
+beyond the end of any file of a data set.
+"""
 
 PATIENCE = 30.0
-"""Seconds that a lock held for the writing of one line is waited for."""
+"""Time limit in s for a lock that another program holds while it writes a line."""
 
 
 def try_lock(file: int, path: Path) -> bool:
-    """Lock a file that is open for writing, until it is closed or the process ends; False where another holds the lock.
+    """Lock a file opened for writing until it is closed or the process ends; return False if it is already locked.
 
-    It is `flock` on POSIX (over NFS too, where the kernel makes it a lock of the server) and `LockFile` on Windows:
-    the system releases both when the process ends, also by a kill.
+    This is `flock` on POSIX (over NFS too, where the kernel turns it into a lock on the server) and `LockFile` on
+    Windows;
+    the system releases both when the process ends, also after a crash.
 
     Raises
     ------
     InputError
-        If the file system has no locks.
+        If the file system does not support locks.
 
     Examples
     --------
@@ -55,13 +58,13 @@ def try_lock(file: int, path: Path) -> bool:
             return False
         raise InputError(
             f"{path} cannot be locked ({error.strerror}): put the data set on a disk of this computer, or on a share "
-            "with locks."
+            "that supports locks."
         ) from error
     return True
 
 
 def unlock(file: int) -> None:
-    """Release the lock at once, where the system would do so a little after the file is closed."""
+    """Release the lock immediately, because the system may release it only some time after the file is closed."""
     if sys.platform == "win32":
         import msvcrt
 
@@ -71,12 +74,12 @@ def unlock(file: int) -> None:
 
 @contextmanager
 def locked(path: Path) -> Iterator[int]:
-    """Open a file to add to it, wait for its lock, and hold it: for what takes milliseconds.
+    """Open a file for appending and hold its lock, for operations of a few milliseconds.
 
     Raises
     ------
     InputError
-        If another program holds the lock for half a minute.
+        If another program holds the lock for 30 s.
     """
     file = os.open(path, os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0))
     try:

@@ -1,7 +1,8 @@
-"""The table of all events that were marked, as BIDS has it (``_events.tsv``), with HED tags in its sidecar.
+"""Table of all marked events in BIDS format (``_events.tsv``), with HED tags in its sidecar.
 
-It is made of the journal where triggers were sent or the gaze was recorded: onsets are on the clock of the session's
-first sitting, as are those of the gaze.
+It is derived from the journal if triggers were sent or gaze was recorded. Onsets are on the clock of the session's
+first
+sitting, as are those of gaze.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ COLUMNS = ("onset", "duration", "trial_type", "value", "sitting", "phase", "tria
 
 
 def timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Mapping[str, Any]]]:
-    """Each event with its sitting, and what carries that sitting's times over to the first's (s)."""
+    """Yield each event with its sitting, and the offset in s from that sitting's clock to the first sitting's."""
     sitting, offset = 1, 0.0
     began = datetime.fromisoformat(events[0]["time"])
     for event in events:
@@ -32,12 +33,12 @@ def timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Map
 
 
 def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table and its sidecar, by the end of their names; none where no triggers were noted.
+    """Return the event table and its sidecar, by the end of their names; empty if no triggers were noted.
 
     Parameters
     ----------
     events
-        Of a journal.
+        Events of a journal.
     screen
         The sidecar's entry ``StimulusPresentation``.
 

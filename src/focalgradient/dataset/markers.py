@@ -1,6 +1,6 @@
-"""Markers: code, meaning and HED tags of each event, and the codes that a laboratory gives instead.
+"""Markers: code, meaning and HED tags of each event, and custom codes of a laboratory.
 
-A code fits one byte, as parallel ports and trigger boxes take it. HED tags follow schema 8.3.0.
+Codes fit in one byte, as required by parallel ports and trigger boxes. HED tags follow schema 8.3.0.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from focalgradient.files import printable, read_toml
 __all__ = ["HED_VERSION", "MARKERS", "Codes", "Marker", "read_codes"]
 
 HED_VERSION = "8.3.0"
-"""Schema of the HED tags."""
+"""Version of the HED schema of the tags."""
 
 LARGEST = 255
 """Largest code: one byte."""
 
 
 class Marker(NamedTuple):
-    """An event's code, what it means, and its HED tags."""
+    """Code, meaning and HED tags of an event."""
 
     code: int
     about: str
@@ -67,21 +67,21 @@ MARKERS: Mapping[str, Marker] = {
     "debriefing": Marker(52, "The debriefing appeared.", _PAGE),
     "test": Marker(60, "A test pulse of focalgradient doctor.", "Experiment-control"),
 }
-"""Those that focalgradient sends."""
+"""Markers that focalgradient sends, by event."""
 
 
 @dataclass(frozen=True, slots=True)
 class Codes:
-    """Which code is sent for which event, by its name and by the condition of its trial.
+    """Codes sent for events, by event name and by the condition of the trial.
 
     Parameters
     ----------
     markers
-        By name; a laboratory's own among them.
+        Markers by name, including custom ones.
     conditions
-        Name of an event, code, and the levels of the trial that it stands for; the first that fits is sent.
+        Event name, code, and the levels of the trial to which the code applies; the first match is sent.
     pulse_ms
-        After how many milliseconds a port goes back to 0; 0: never. None: 5 ms on a parallel port, never on another.
+        Pulse duration after which a port returns to 0, in ms; 0: never. None: 5 ms on a parallel port, never on others.
 
     Examples
     --------
@@ -100,9 +100,9 @@ class Codes:
         Parameters
         ----------
         name
-            Of the event.
+            Name of the event.
         trial
-            The condition of its trial, by name; None outside trials.
+            Condition of its trial, by name; None between trials.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class Codes:
         return self.markers[name].code
 
     def entry(self) -> dict[str, Any]:
-        """Return what a journal keeps of them."""
+        """Return the codes as a journal entry."""
         markers = {name: list(marker) for name, marker in self.markers.items()}
         return {
             "markers": markers,
@@ -126,40 +126,40 @@ class Codes:
 
     @classmethod
     def recorded(cls, entry: Mapping[str, Any]) -> Codes:
-        """Return the codes that a journal kept."""
+        """Return the codes stored in a journal entry."""
         markers = {name: Marker(*marker) for name, marker in entry["markers"].items()}
         return cls(markers, tuple((name, code, levels) for name, code, levels in entry["conditions"]))
 
 
 def read_codes(path: Path | None) -> Codes:
-    """Read a laboratory's own codes (TOML); those of focalgradient without a file.
+    """Read custom codes (TOML); without a file, return focalgradient's codes.
 
-    ``[codes]`` has a code for each name, or a table with ``code``, ``about`` and ``hed``; each ``[[condition]]`` an
-    ``event``, a ``code`` and the levels of the trial that it stands for; ``pulse_ms`` how long a pulse lasts.
+    ``[codes]`` has a code for each name, or a table with ``code``, ``about`` and ``hed``; each ``[[condition]]`` has an
+    ``event``, a ``code`` and the levels of the trial to which it applies; ``pulse_ms`` is the pulse duration.
 
     Raises
     ------
     InputError
-        If the file cannot be read, a code is not a whole number from 1 to 255, or stands for two events.
+        If the file cannot be read, a code is not a whole number from 1 to 255, or two events share a code.
     """
     if path is None:
         return Codes()
     table, name = read_toml(path, "the codes of markers"), printable(path)
     unknown = sorted(set(table) - {"codes", "condition", "pulse_ms"})
     if unknown:
-        raise InputError(f"{name} has {unknown[0]!r}, but may hold codes, condition and pulse_ms: take it out.")
+        raise InputError(f"{name} has {unknown[0]!r}, but may contain only codes, condition and pulse_ms: remove it.")
     markers = {**MARKERS, **dict(_own(name, table.get("codes", {})))}
     conditions = tuple(_conditions(name, table.get("condition", []), markers))
     _refuse_shared(name, markers, conditions)
     pulse = table.get("pulse_ms")
     if pulse is not None and not (type(pulse) in (int, float) and 0 <= pulse <= 1000):
-        raise InputError(f"{name}: pulse_ms is {described(pulse)}, but must be milliseconds from 0 to 1000.")
+        raise InputError(f"{name}: pulse_ms is {described(pulse)}, but must be from 0 to 1000 ms.")
     return Codes(markers, conditions, pulse)
 
 
 def _own(file: str, codes: Any) -> Iterator[tuple[str, Marker]]:
     if not isinstance(codes, dict):
-        raise InputError(f"{file}: codes must be a table of names with their codes, as picture = 11.")
+        raise InputError(f"{file}: codes must be a table of names with their codes, such as picture = 11.")
     for name, given in codes.items():
         known = MARKERS.get(name, Marker(0, "An event of the laboratory's own.", "Experiment-control"))
         stated = given if isinstance(given, dict) else {"code": given}
@@ -169,20 +169,22 @@ def _own(file: str, codes: Any) -> Iterator[tuple[str, Marker]]:
         ]
         if wrong or texts:
             key = (wrong or texts)[0]
-            raise InputError(f"{file}: {name} has {key} = {described(stated[key])}, but may hold code, about and hed.")
+            raise InputError(
+                f"{file}: {name} has {key} = {described(stated[key])}, but may contain only code, about and hed."
+            )
         yield name, known._replace(**{**stated, "code": _code(file, name, stated.get("code", known.code))})
 
 
 def _conditions(file: str, given: Any, markers: Mapping[str, Marker]) -> Iterator[tuple[str, int, Mapping[str, Any]]]:
     if not (isinstance(given, list) and all(isinstance(one, dict) for one in given)):
-        raise InputError(f"{file}: condition must be tables, each begun by [[condition]].")
+        raise InputError(f"{file}: condition must be a list of tables, each begun by [[condition]].")
     for one in given:
         levels = {key: level for key, level in one.items() if key not in ("event", "code")}
         event = one.get("event", "picture")
         if event not in markers:
             raise InputError(f"{file}: a condition names the event {described(event)}, which has no code: add it.")
         if not levels:
-            raise InputError(f'{file}: a condition of {event!r} names no level: add one, as aperture = "pinhole".')
+            raise InputError(f'{file}: a condition of {event!r} names no level: add one, such as aperture = "pinhole".')
         yield event, _code(file, event, one.get("code")), levels
 
 

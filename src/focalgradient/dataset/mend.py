@@ -1,4 +1,4 @@
-"""A data set set right: damaged sessions made readable."""
+"""Repair of damaged data sets: damaged sessions become readable."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ __all__ = ["Repair", "repair", "sweep_all"]
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """What became of one damaged session.
+    """Result of repairing one session.
 
     Parameters
     ----------
     journal
-        Of the session.
+        Path of the session's journal.
     done
-        What was done and what was left out, a sentence each; none where it could not be repaired.
+        Changes and omissions, one sentence each; empty if the session could not be repaired.
     originals
-        Files as they were, kept beside the journal.
+        Copies of the original files, beside the journal.
     problem
-        Why it could not be repaired.
+        Why the session could not be repaired.
     """
 
     journal: Path
@@ -53,16 +53,17 @@ class Repair:
 
 
 def repair(root: Path) -> list[Repair]:
-    """Make every damaged session of a data set readable; what was there is kept beside its journal as ``.original``.
+    """Make every damaged session of a data set readable; original files are kept beside its journal as ``.original``.
 
-    A journal keeps its whole lines. Left out are lines that cannot be read or used, lines that were changed after they
-    were written, a trial's second record, and trials that the design does not have; a last line says so. A table or
-    sidecar that differs from its journal is made anew.
+    A journal keeps its whole lines. Omitted are lines that are unreadable, invalid, or changed after they were written,
+    second records of a trial, and trials that the design does not have; a last line lists the omissions. Tables and
+    sidecars
+    that differ from their journal are written again.
 
     Raises
     ------
     InputError
-        If the folder holds no data set, or something cannot be written.
+        If the folder is not a data set, or something cannot be written.
     """
     read_description(root)
     sweep_all(root)
@@ -102,7 +103,7 @@ def _repaired(path: Path) -> Repair:
 
 
 def _repaired_focus(path: Path) -> Repair:
-    """Repair a session of focus by gaze: a journal, and all files that it makes."""
+    """Repair a gaze-contingent focus session: its journal, and all files derived from it."""
     done: list[str] = []
     originals: list[Path] = []
     with Journal.take(path) as journal, writing(path):
@@ -122,7 +123,7 @@ def _repaired_focus(path: Path) -> Repair:
     root = next(folder.parent for folder in path.absolute().parents if folder.name == "sourcedata")
     for place, content in focus_files(log, root).items():
         if not place.exists():
-            done.append(f"{place.name} was missing, and was made of the journal.")
+            done.append(f"{place.name} was missing, and was written from the journal.")
         elif not same_content(place, content) and place.read_bytes() != content:
             _replace(path, place, content, done, originals)
     if done:
@@ -133,7 +134,7 @@ def _repaired_focus(path: Path) -> Repair:
 def _rewrite(
     log: Log, journal: Journal, kept: list[Event], left_out: list[str], done: list[str], originals: list[Path]
 ) -> None:
-    """Write a journal anew of the events that it keeps, where something was wrong with it."""
+    """Write a journal again with the events that it keeps, if it had faults."""
     path = log.path
     if not (log.damaged or log.changed or left_out):
         return
@@ -146,18 +147,18 @@ def _rewrite(
         "original": originals[-1].name,
         "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
     }
-    if sys.platform == "win32":  # where an open file cannot be replaced
+    if sys.platform == "win32":  # where open files cannot be replaced
         journal.close()
     create_whole(path, whole_lines([*kept, event]), replace=True)
-    done += left_out or ["Every line was kept, and chained anew."]
+    done += left_out or ["Every line was kept, and the chain was computed again."]
 
 
 def _replace(path: Path, place: Path, content: bytes, done: list[str], originals: list[Path]) -> None:
-    """Make a file anew, and keep what was there beside the journal."""
+    """Write a file again, and keep the original beside the journal."""
     with writing(path):
         originals.append(_kept_beside(place, path.parent))
         create_whole(place, content, replace=True)
-    done.append(f"{place.name} differed from the journal, and was made anew.")
+    done.append(f"{place.name} differed from the journal, and was written again.")
 
 
 def _begins(place: Path, content: bytes) -> bool:
@@ -165,7 +166,7 @@ def _begins(place: Path, content: bytes) -> bool:
 
 
 def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
-    """Events that a repaired journal keeps, and what it leaves out."""
+    """Return the events that a repaired journal keeps, and descriptions of those that it omits."""
     design = checked_design(str(log.path), log.head["design"])
     planned = {(trial.phase, trial.trial) for trial in design.trials(log.head["participant"], log.head["session"])}
     filled = {number for number, line in enumerate(content.split(b"\n"), start=1) if line.strip()}
@@ -182,21 +183,21 @@ def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
         elif trial and key not in planned:
             left_out.append(f"{what}, which the design does not have.")
         elif trial and key in met:
-            left_out.append(f"{what}, which stands above already.")
+            left_out.append(f"{what}, which is recorded above already.")
         else:
             kept.append(event)
-            if trial:  # notes name their trial, too
+            if trial:  # notes also name their trial
                 met.add(key)
     return kept, left_out
 
 
 def _what(sentence: str, path: Path) -> str:
-    """A problem without the file's place and the remedy."""
+    """Return a problem without the file's path and the remedy."""
     return sentence.removeprefix(f"{path}: ").partition(": restore")[0]
 
 
 def _kept_beside(path: Path, folder: Path) -> Path:
-    """Copy a file into a folder under a name that is free, unless a repair that was cut off did so before."""
+    """Copy a file to an unused name in a folder, unless an interrupted repair already did so."""
     content = path.read_bytes()
     place, number = folder / f"{path.name}.original", 1
     while place.exists():
@@ -209,6 +210,6 @@ def _kept_beside(path: Path, folder: Path) -> Path:
 
 
 def sweep_all(root: Path) -> None:
-    """Remove what dead runs left half done in a data set: it may be somebody's data."""
+    """Remove temporary folders that crashed runs left in a data set: they may contain participants' data."""
     for folder, _, _ in os.walk(root):
         sweep(folder)

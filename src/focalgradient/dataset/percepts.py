@@ -1,4 +1,4 @@
-"""From keys pressed and released to what was seen when."""
+"""Conversion of key presses and releases to percepts over time."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Percept = Literal["rigid", "nonrigid", "none", "both"]
 
 
 class Press(NamedTuple):
-    """A key that went down, or up again.
+    """Key press or release.
 
-    `time` is in seconds from the start of the trial.
+    `time` is in s from the start of the trial.
     """
 
     time: float
@@ -28,9 +28,9 @@ class Press(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """One percept from `onset` to `end`, in seconds from the start of the trial.
+    """One percept from `onset` to `end`, in s from the start of the trial.
 
-    `censored` where the trial's end cut it off: it would have lasted longer.
+    `censored` if the end of the trial cut it off, so that its duration is a lower bound.
     """
 
     onset: float
@@ -40,20 +40,21 @@ class Seen:
 
 
 def percepts(presses: Sequence[Press], keys: Mapping[str, str], trial_duration: float) -> list[Seen]:
-    """Divide a trial into percepts: one ends exactly where the next begins, and together they fill the trial.
+    """Divide a trial into percepts: each ends exactly when the next begins, and together they fill the trial.
 
-    Where neither key is held the percept is "none", where both are it is "both". A key that goes down while it is held
-    (a keyboard's repeat) changes nothing; one that goes up though it was not seen to go down was held from the start.
-    What happens outside the trial counts for what is held as it starts. Other keys are passed over.
+    The percept is "none" while neither key is held, and "both" while both are. Repeated presses of a held key (keyboard
+    repeat) have no effect; a key released without a press was held from the start. Events before the trial determine
+    the
+    keys held at its start. Other keys are ignored.
 
     Parameters
     ----------
     presses
-        In order of time.
+        Presses and releases in order of time.
     keys
-        The key held for "rigid" and for "nonrigid".
+        Keys for "rigid" and "nonrigid".
     trial_duration
-        In seconds.
+        Duration of the trial, in s.
 
     Raises
     ------
@@ -82,7 +83,7 @@ def percepts(presses: Sequence[Press], keys: Mapping[str, str], trial_duration: 
         if press.key not in met and not press.down:
             held.add(press.key)
         met.add(press.key)
-    # Percept and onset; at one moment the last word counts.
+    # Percept by onset; of simultaneous events the last counts.
     turns: dict[float, Percept] = {0.0: _percept(held, percept_of)}
     for press in known:
         if press.time >= trial_duration:

@@ -1,4 +1,4 @@
-"""A data set read back: long tables, each cell checked against what its column may hold."""
+"""Reading of data sets: long tables, each cell checked against the permitted values of its column."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ NAME = re.compile(r"sub-([A-Za-z0-9]+)(?:_ses-([A-Za-z0-9]+))?_task-([A-Za-z0-9]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DataSet:
-    """A data set in memory.
+    """Data set in memory.
 
     Parameters
     ----------
     root
-        Its folder.
+        Folder of the data set.
     participants
-        One row each: participant_id, kind ("human" or "simulated"), and whatever else is known of them.
+        One row per participant: participant_id, kind ("human" or "simulated"), and other known data.
     tables
-        The long table of each task, ours and those that have sessions; its index gives the file, and the row in it,
-        that each row comes from.
+        Long table of each built-in task and of other tasks with sessions; the index gives the file and row from which
+        each row was read.
     sidecars
-        What each session's sidecar holds.
+        Sidecar of each session.
     problems
-        Why sessions were left out, a sentence each, with file and row.
+        Reasons why sessions were left out, one sentence each, with file and row.
     """
 
     root: Path
@@ -65,48 +65,48 @@ class DataSet:
 
     @property
     def depth_rating(self) -> pd.DataFrame:
-        """One row a trial of experiment 1; empty where nobody took part."""
+        """One row per trial of experiment 1; empty without sessions."""
         return self.tables["depthrating"]
 
     @property
     def necker(self) -> pd.DataFrame:
-        """One row a percept of experiment 2; empty where nobody took part."""
+        """One row per percept of experiment 2; empty without sessions."""
         return self.tables["necker"]
 
     @property
     def pinhole(self) -> pd.DataFrame:
-        """One row a look of the demonstration; empty where nobody took part."""
+        """One row per look of the demonstration; empty without sessions."""
         return self.tables["pinhole"]
 
     @property
     def blur_threshold(self) -> pd.DataFrame:
-        """One row a trial of the adaptive experiment; empty where nobody took part."""
+        """One row per trial of the adaptive experiment; empty without sessions."""
         return self.tables["blurthreshold"]
 
     @property
     def simulated(self) -> bool:
-        """Whether simulated observers took part."""
+        """Whether any observer was simulated."""
         return bool((self.participants["kind"] == "simulated").any())
 
 
 @dataclass(slots=True)
 class SessionTable:
-    """The table and the sidecar of one session.
+    """Table and sidecar of one session.
 
     Parameters
     ----------
     files
-        Where they are.
+        Paths of the files.
     columns
-        Values of each column that is as it should be, by name.
+        Values of each valid column, by name.
     rows
-        How many there are.
+        Number of rows.
     sidecar
-        What it holds; empty where it cannot be read.
+        Content of the sidecar; empty if it cannot be read.
     problems
-        What is wrong with either, a sentence each.
+        Problems of either, one sentence each.
     text
-        The table as it stands.
+        Text of the table.
     """
 
     files: Files
@@ -118,12 +118,12 @@ class SessionTable:
 
     @property
     def expected(self) -> tuple[Column, ...]:
-        """The columns that the table is to have, by the design in the sidecar."""
+        """Columns that the table must have, by the design in the sidecar."""
         return columns_stated(self.files.task, self.sidecar)
 
 
 def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]:
-    """Sessions that have a table, in the order of their names."""
+    """Return the sessions that have a table, in order of name."""
     matches = (NAME.fullmatch(path.name) for path in sorted(root.glob("sub-*/**/*_beh.tsv")))
     return [
         Files(root, match[3], match[1], match[2])
@@ -133,7 +133,7 @@ def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]
 
 
 def read_session(files: Files) -> SessionTable:
-    """Read table and sidecar of a session, and say all that is wrong with them."""
+    """Read table and sidecar of a session, and list all their problems."""
     found = SessionTable(files)
     missing: list[str] = []
     try:
@@ -157,14 +157,16 @@ def _read_table(found: SessionTable) -> None:
     for number, line in enumerate(lines, start=2):
         cells = line.split("\t")
         if len(cells) != len(there):
-            raise InputError(f"{path}, row {number}: there are {len(cells)} cells, but must be {len(there)}, as above.")
+            raise InputError(
+                f"{path}, row {number}: there are {len(cells)} cells, but must be {len(there)}, as in the header."
+            )
         rows.append(cells)
     found.rows = len(rows)
     cells_of = dict(zip(there, zip(*rows, strict=True) if rows else [()] * len(there), strict=False))
     for column in columns:
         if column.name not in cells_of:
             found.problems.append(
-                f"{path}: there is no column {column.name}: restore the table, or make it anew of its journal."
+                f"{path}: the column {column.name} is missing: restore the table, or write it again from its journal."
             )
             continue
         texts = cells_of[column.name]
@@ -180,13 +182,13 @@ def _read_table(found: SessionTable) -> None:
         met: set[tuple[Any, ...]] = set()
         for row, key in enumerate(zip(*(found.columns[key].tolist() for key in keys), strict=True), start=2):
             if key in met:
-                found.problems.append(f"{path}, row {row}: its trial stands in a row above: leave one of them out.")
+                found.problems.append(f"{path}, row {row}: its trial is also in a row above: remove one of them.")
                 break
             met.add(key)
 
 
 def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int | None]:
-    """A column's texts as what they stand for, and the place of the first that may not stand there."""
+    """Convert a column's texts to values; also return the index of the first invalid one."""
     absent = {"n/a"} if column.optional else set()
     if column.form == "bool":
         other = _first(texts, set(texts) - {"true", "false"} - absent)
@@ -222,7 +224,7 @@ def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int |
 
 
 def _number(text: str) -> float:
-    """A number as JSON and tables write it; NaN for any other text."""
+    """Parse a number in the notation of JSON and tables; NaN for any other text."""
     try:
         return float(text) if "_" not in text else float("nan")
     except ValueError:
@@ -239,26 +241,28 @@ def read_dataset(
     *,
     damaged: Literal["refuse", "leave out"] = "refuse",
 ) -> DataSet:
-    """Read a data set, or of it the tables of some tasks; nothing in it is changed.
+    """Read a data set, or the tables of some of its tasks; files are not changed.
 
-    Every table has the columns participant_id ("sub-01"), session (its label, "" without one), simulated, and those of
-    `focalgradient.dataset.columns.columns_of` its design, in SI units but for what says otherwise, then what was noted
-    beside the answers; any others are left aside.
+    Every table has the columns participant_id ("sub-01"), session (its label, or ""), simulated, those of its design
+    (`focalgradient.dataset.columns.columns_of`; SI units unless stated otherwise), and those of additional values.
+    Other
+    columns are ignored.
 
     Parameters
     ----------
     root
-        Its folder.
+        Folder of the data set.
     tasks
-        Of which to read the tables; None: all.
+        Tasks whose tables are read; None: all.
     damaged
-        What becomes of a session whose table or sidecar is not what it should be: "refuse" raises; "leave out" reads
-        all others, and names it in `DataSet.problems`.
+        Treatment of sessions with an invalid table or sidecar: "refuse" raises; "leave out" reads all other sessions,
+        and
+        names the invalid ones in `DataSet.problems`.
 
     Raises
     ------
     InputError
-        If the folder holds no data set, or a table is not what it should be: file and row are named.
+        If the folder is not a data set, or a table is invalid: file and row are named.
 
     Examples
     --------
@@ -298,7 +302,7 @@ def read_dataset(
 
 
 def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]) -> pd.DataFrame:
-    """The tables of all sessions, one below the other."""
+    """Concatenate the tables of all sessions."""
     import pandas as pd
 
     counts = [found.rows for found in sessions]
@@ -335,7 +339,7 @@ def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]
 
 
 def participants_of(path: Path) -> pd.DataFrame:
-    """Read ``participants.tsv``: one row each, "n/a" as missing.
+    """Read ``participants.tsv``: one row per participant, with "n/a" as missing.
 
     Raises
     ------
@@ -357,7 +361,7 @@ def participants_of(path: Path) -> pd.DataFrame:
         raise InputError(f"{path} cannot be read ({error}): restore it from a copy.") from error
     for name in ("participant_id", "kind"):
         if name not in table:
-            raise InputError(f"{path}: there is no column {name}: add it.")
+            raise InputError(f"{path}: the column {name} is missing: add it.")
     return table
 
 
@@ -368,13 +372,13 @@ def _wrong_kind(participants: pd.DataFrame, participant: str, path: Path) -> str
 
 
 def _sidecar(files: Files) -> dict[str, Any]:
-    path, remedy = files.sidecar, "make it anew of its journal, with 'focalgradient validate --export'"
+    path, remedy = files.sidecar, "write it again from its journal with 'focalgradient validate --export'"
     try:
         found = read_json(path, "a sidecar")
     except InputError as error:
         raise InputError(f"{str(error).rstrip('.')}; or {remedy}.") from error
     if not (isinstance(found, dict) and isinstance(found.get("Design"), dict)):
-        raise InputError(f"{path} does not hold the design: {remedy}.")
+        raise InputError(f"{path} does not contain the design: {remedy}.")
     sittings = found.get("Sittings", [])
     if not (isinstance(sittings, list) and all(isinstance(one, dict) for one in sittings)):
         raise InputError(f"{path}: Sittings must be a list of tables: {remedy}.")
@@ -393,12 +397,12 @@ def _design(recorded: str) -> Design:
 
 
 def checked_design(name: str, recorded: Mapping[str, Any]) -> Design:
-    """Make a design of its settings, once for all sessions that have the same.
+    """Create a design from its recorded settings, once for all sessions with equal settings.
 
     Raises
     ------
     InputError
-        If they are none.
+        If the settings are invalid.
     """
     try:
         return _design(json.dumps(recorded, sort_keys=True))

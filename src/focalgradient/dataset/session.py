@@ -1,4 +1,4 @@
-"""A session as a program runs it: which trial is next, and what was answered, safe before the next begins."""
+"""Session as recorded by a program: the next trial, and answers that are saved before the next trial begins."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ RESERVED = frozenset(
         *(column.name for column in TIMES),
     }
 )
-"""Names with a meaning of their own beside the columns of a table: of its rows, of events, of the sidecar."""
+"""Names reserved for columns of all tables, fields of events and keys of sidecars."""
 
 ROOM = 1 << 20
-"""Bytes that must be free on the disk before a session begins."""
+"""Disk space in bytes that must be free before a session begins."""
 
 
 class Session:
-    r"""A session of one participant, being recorded.
+    r"""Session of one participant, being recorded.
 
-    Leaving it as a context closes the journal, and makes table and sidecar of what was recorded, finished or not.
+    Leaving the context closes the journal, and writes table and sidecar of the trials recorded so far.
 
     Examples
     --------
@@ -87,24 +87,24 @@ class Session:
         kind: Kind = "human",
         stimuli: Path | None = None,
     ) -> Design:
-        """Say what is wrong before the participant waits: raise what `begin` or `resume` would, and record nothing.
+        """Check a session before the participant arrives: raise what `begin` or `resume` would, without recording.
 
         Parameters
         ----------
         root, design, participant, session, kind, stimuli
             As for `begin`.
         resume
-            Whether the session is to be resumed; of `design` only the task counts then.
+            Whether the session is to be resumed; then only the task of `design` is used.
 
         Returns
         -------
         Design
-            The one that is going to be run: with `resume` that of the session.
+            Design that will be run; with `resume` that of the session.
 
         Raises
         ------
         InputError
-            As `begin` or `resume` does; also if the disk is full.
+            As for `begin` or `resume`; also if the disk is full.
 
         Examples
         --------
@@ -142,34 +142,36 @@ class Session:
         time: datetime | None = None,
         durable: bool = True,
     ) -> Session:
-        """Begin a session, and the data set where it is missing.
+        """Begin a session, and create the data set if necessary.
 
         Parameters
         ----------
         root
             Folder of the data set.
         design
-            What to run.
+            Design to run.
         participant, session
-            Labels: letters and digits.
+            Labels of letters and digits.
         apparatus
-            What it is run with.
+            Apparatus of the sitting.
         kind
-            Whether a person answers. What is simulated can be computed again, and is not waited for on the disk.
+            Whether a person or a simulated observer answers. Simulated answers are reproducible, and so not flushed to
+            disk.
         stimuli
-            Folder of the pictures, which are checked against their manifest; or that, once checked.
+            Folder of the pictures, which are checked against their manifest; or the manifest, once checked.
         about
-            Of the participant, for ``participants.tsv``: age (years), sex, handedness.
+            Data of the participant for ``participants.tsv``: age (years), sex, handedness.
         time
-            When it began, where that is not now.
+            Start of the session; None: now.
         durable
-            Whether each answer of a person is waited for on the disk.
+            Whether to wait until each answer of a person is on disk.
 
         Raises
         ------
         InputError
-            If a label is not alphanumeric, the session is there already, the pictures have changed, the folder is no
-            data set or one of the other kind, or cannot be written.
+            If a label is not alphanumeric, the session already exists, the pictures were changed, or the folder is not
+            a data
+            set, is one of the other kind, or cannot be written.
         """
         files = Files(root, design.task, participant, session)
         manifest = _new(files, stimuli)
@@ -217,18 +219,18 @@ class Session:
         time: datetime | None = None,
         durable: bool = True,
     ) -> Session:
-        """Go on with a session that was cut off, by the design that it began with, after its last finished trial.
+        """Resume an interrupted session with its original design, after its last finished trial.
 
         Parameters
         ----------
         root, participant, session
-            As it began.
+            As at the beginning of the session.
         task
-            Of its design.
+            Task of its design.
         apparatus
-            What this sitting is run with.
+            Apparatus of this sitting.
         stimuli
-            Folder of the pictures, which must still be the same; or their manifest, once checked.
+            Folder of the pictures, which must be unchanged; or their manifest, once checked.
         time, durable
             As for `begin`.
 
@@ -236,14 +238,15 @@ class Session:
         ------
         InputError
             If there is no such session, another program records it, it is finished, its journal is damaged, or the
-            pictures have changed.
+            pictures
+            were changed.
         """
         files = Files(root, task, participant, session)
         journal = Journal.take(files.journal)
         try:
             log, design, done = _to_resume(files, stimuli)
             kind = log.head["kind"]
-            with writing(root):  # a kill may have come before the row
+            with writing(root):  # the row may be missing after a crash
                 add_participant(root, participant, {"kind": kind, **log.head.get("about", {})})
             journal.resume(log, _event("resumed", apparatus, time), durable=durable and kind == "human")
         except BaseException:
@@ -252,26 +255,27 @@ class Session:
         return cls(files, design, journal, done)
 
     def remaining(self) -> tuple[Trial, ...]:
-        """Trials still to be run, practice among them, in their order."""
+        """Return the remaining trials in order, including practice."""
         return self.trials[len(self._recorded) :]
 
     @property
     def recorded(self) -> tuple[Event, ...]:
-        """The trials recorded so far with their answers, in order, from which an adaptive procedure is replayed."""
+        """Trials recorded so far with their answers, in order; input of adaptive procedures."""
         return tuple(self._recorded)
 
     def record(
         self, trial: Trial, answer: Answer, *, notes: Sequence[tuple[str, Mapping[str, Any]]] = (), **noted: Any
     ) -> None:
-        """Write what was answered in the next trial, and come back when it is safe.
+        """Record the answer to the next trial, and return when it is saved.
 
-        What is `noted` beside it, as the times of a second clock, stays in the journal. So do `notes`, each a kind
-        and its content: they are written before it as `note` would write them, but the disk is waited for once.
+        Values of `noted`, such as times on a second clock, are kept in the journal only. So are `notes`, each a kind
+        and its
+        content: they are written before the answer, as by `note`, with a single wait for the disk.
 
         Raises
         ------
         InputError
-            If it is not that trial's turn, the answer is not of its kind, or it cannot be written.
+            If it is not the trial's turn, the answer has the wrong type, or it cannot be written.
         """
         self.check_answer(trial, answer)
         event = {**noted, "event": "trial", **asdict(trial), **answer_event(answer)}
@@ -279,12 +283,14 @@ class Session:
         self._recorded.append(event)
 
     def check_answer(self, trial: Trial, answer: Answer) -> None:
-        """Raise what `record` would for this answer, and record nothing."""
+        """Raise what `record` would for this answer, without recording it."""
         done = len(self._recorded)
         if done == len(self.trials) or trial != self.trials[done]:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
         if not isinstance(answer, self.task.answer):
-            raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
+            raise InputError(
+                f"the answer is {type(answer).__name__}, but {self.design.task} requires {self.task.answer.__name__}."
+            )
         if isinstance(answer, Response):
             for column in self.task.columns(None):
                 value = getattr(answer, column.name, None)
@@ -293,25 +299,25 @@ class Session:
         if answer.extra:
             taken = RESERVED | {column.name for column in self.task.columns(self.design.model_dump(mode="json"))}
             if wrong := sorted(taken & {*answer.extra}):
-                raise InputError(f"{wrong[0]!r} has a meaning in the data set already: note it by another name.")
+                raise InputError(f"{wrong[0]!r} is a reserved name in data sets: use another name.")
             check_noted([*self._recorded, answer_event(answer)])
         self.task.check_answer(self.design, trial, answer)
 
     def note(self, kind: str, **content: Any) -> None:
-        """Write down something else that happened, as a break or a marker sent; it stays in the journal."""
+        """Record another event, such as a break, in the journal."""
         self._journal.write(_note(kind, content))
 
     def __enter__(self) -> Session:
         return self
 
     def __exit__(self, *error: object) -> None:
-        # While the journal is still ours: whoever resumes the session next makes a longer table.
+        # While the journal is still locked: whoever resumes the session next writes a longer table.
         with self._journal:
             make_table(self.files.journal)
 
 
 def _new(files: Files, stimuli: Path | Manifest | None) -> Manifest | None:
-    """Make sure that a session is not there yet, and that its pictures are as they were made."""
+    """Check that a session does not exist yet, and that its pictures are unchanged."""
     there = next((path for path in (files.journal, files.table) if path.exists()), None)
     if there is not None:
         raise _taken(files, there)
@@ -320,13 +326,13 @@ def _new(files: Files, stimuli: Path | Manifest | None) -> Manifest | None:
 
 def _taken(files: Files, there: Path) -> InputError:
     return InputError(
-        f"{there} holds a session of sub-{files.participant} already, which is never overwritten: resume it, "
+        f"{there} already contains a session of sub-{files.participant}, which is never overwritten: resume it, "
         "or give a new session label."
     )
 
 
 def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Design, list[Event]]:
-    """Read what a session has recorded whose journal is ours, its design, and the trials that are done."""
+    """Read a session whose journal is locked by the caller: its journal, its design, and the trials recorded."""
     log = read_journal(files.journal)
     if log.changed:
         raise InputError(log.changed[0])
@@ -337,14 +343,14 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
     if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
         raise InputError(f"{files.journal} does not follow the order of its design: begin a new session.")
     if len(done) == len(trials):
-        make_table(files.journal)  # the end may have come between the last trial and the table
+        make_table(files.journal)  # a crash may have come between the last trial and the table
         raise InputError(f"{files.journal} is finished, all {len(trials)} trials: give a new session label.")
     began_with = log.head["stimuli"]
     manifest = check_stimuli(stimuli) if isinstance(stimuli, Path) else stimuli
     if (None if manifest is None else manifest.sha256) != began_with:
         raise InputError(
-            f"{_folder_of(stimuli)} is given for the pictures, which is not what the session began with "
-            f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give that."
+            f"{_folder_of(stimuli)} is given for the pictures, but the session began with other ones "
+            f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give those."
         )
     return log, design, recorded
 

@@ -1,4 +1,4 @@
-"""The pictures that a session shows: whether they still are what their manifest says."""
+"""Verification of a session's pictures against their manifest."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ __all__ = ["Manifest", "check_stimuli", "read_manifest"]
 
 
 LARGEST_MANIFEST = 256 << 20
-"""Bytes: one of ten thousand pictures has some 10 MB."""
+"""Maximum size of a manifest in bytes: one of ten thousand pictures has some 10 MB."""
 
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """A manifest of stimuli.
+    """Manifest of stimuli.
 
     Parameters
     ----------
-    content
+    Content of its file.
         As it stands in its file.
-    sha256
+    SHA-256 of the content, in hexadecimal.
         Of that, in hexadecimal.
-    files
+    SHA-256 of each file, by its path relative to the manifest.
         SHA-256 of each file, by its path from the manifest.
     """
 
@@ -42,14 +42,15 @@ def read_manifest(path: Path) -> Manifest:
     Raises
     ------
     InputError
-        If it cannot be read or is no manifest.
+        If it cannot be read or is not a manifest.
     """
-    content = read_bytes(path, "a folder that 'focalgradient stimuli' has made", LARGEST_MANIFEST)
+    content = read_bytes(path, "a folder written by 'focalgradient stimuli'", LARGEST_MANIFEST)
     found = parse_json(content, str(path), "a manifest of stimuli")
     files = found.get("files") if isinstance(found, dict) else None
     if not (isinstance(files, dict) and all(isinstance(sha, str) for sha in files.values())):
         raise InputError(
-            f'{path} is no manifest of stimuli: its key "files" must give each file\'s SHA-256; make the stimuli anew.'
+            f'{path} is not a manifest of stimuli: its key "files" must give each file\'s SHA-256; make the stimuli '
+            "again."
         )
     for name in files:
         inner_name(name, f"{path}: a file's name")
@@ -71,8 +72,8 @@ def check_stimuli(folder: Path) -> Manifest:
         except InputError as error:
             raise InputError(
                 f"{folder / name} is in the manifest but cannot be read ({error.__cause__ or error}): make the stimuli "
-                "anew."
+                "again."
             ) from error
         if found != sha256:
-            raise InputError(f"{folder / name} has changed since the manifest was written: make the stimuli anew.")
+            raise InputError(f"{folder / name} has changed since the manifest was written: make the stimuli again.")
     return manifest

@@ -1,4 +1,4 @@
-"""When what belongs to a trial appeared, and when its sitting began: columns made of the journal's notes of events."""
+"""Onsets of a trial's mark, mask and question, and start of its sitting, derived from the journal's notes of events."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from focalgradient.dataset.journal import Log
 __all__ = ["times_of_events", "trials_with_times"]
 
 BESIDE = ("mark", "mask", "question")
-"""Events that are not what is judged, which appears at the trial's onset."""
+"""Events other than the judged stimulus, which appears at the trial's onset."""
 
 
 def trials_with_times(log: Log) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
-    """Give each trial that counts: number of its sitting, its event, and its times by column."""
+    """Yield each main trial: number of its sitting, its event, and its times by column."""
     sitting, began = 1, log.head["time"]
     simulated = log.head["kind"] == "simulated"
     note: Mapping[str, Any] = {}
@@ -36,7 +36,7 @@ def _utc(time: str) -> str:
 
 
 def _onsets(onset: float, note: Mapping[str, Any]) -> dict[str, float]:
-    """Return when the last mark before the onset of what is judged appeared, and the first mask and question after."""
+    """Return the onset of the last mark before the judged stimulus, and of the first mask and question after it."""
     happened = [*times_of_events(onset, note)]
     found = {"mark": max((seconds for name, seconds in happened if name == "mark" and seconds <= onset), default=None)}
     for name in ("mask", "question"):
@@ -45,7 +45,7 @@ def _onsets(onset: float, note: Mapping[str, Any]) -> dict[str, float]:
 
 
 def times_of_events(onset: float, note: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    """Name and time (s of the sitting) of each event; the browser notes stamps of another clock."""
+    """Yield name and time (s of the sitting) of each event, converting time stamps of a browser's clock."""
     for name, seconds, _ in note.get("events", ()):
         yield name, seconds
     shown = note.get("shown", ())

@@ -1,4 +1,4 @@
-"""Remove a participant who withdraws, so that nothing that is left names them: from the data set and from its links."""
+"""Removal of a participant who withdraws, from the data set and its links."""
 
 from __future__ import annotations
 
@@ -29,35 +29,37 @@ __all__ = [
 ]
 
 KEY = "Withdrawn"
-"""Of ``dataset_description.json``: a list of the digests of records that were removed, null for one that had no record.
-While a participant is being removed, an entry has the label, so that what is cut off can be gone on with.
+"""Key of ``dataset_description.json`` with one entry per removed record: its digest, or null without a record.
 
-A session in a browser has a random number, its record. Whoever collects it once more, from a platform's file or from
-another folder, has the record, too, and is refused; the digest leads nobody else to anything."""
+While a participant is being removed, the entry contains the label, so that an interrupted removal can be completed. A
+browser session has a random number, its record: if it is imported again, from a platform's file or another folder, its
+record identifies it and it is rejected; the digest reveals nothing to anyone else.
+"""
 
 
 def withdraw(root: Path, participant: str, links: Path | None = None, *, elsewhere: bool = False) -> list[Path]:
-    """Remove a participant from a data set and from the links of its server.
+    """Remove a participant from a data set and from its server's links.
 
-    Removed are tables, journals, what repairs kept, rows of tables, links and names at a platform.
-    ``dataset_description.json`` keeps the number of those who withdrew; it has no label and no date. Cut off, the same
-    call goes on. Copies elsewhere, and reports, are not reached.
+    This removes tables, journals, copies made by repairs, rows of tables, links and platform identifiers.
+    ``dataset_description.json`` keeps the number of withdrawals, without label or date. After an interruption the same
+    call
+    completes the removal. Copies elsewhere, and reports, are not affected.
 
     Parameters
     ----------
     root
         Folder of the data set.
     participant
-        As ``sub-07`` or ``07``.
+        Label, such as ``sub-07`` or ``07``.
     links
-        File of links of 'focalgradient serve'; by default that beside the data set, where there is one.
+        File of links of 'focalgradient serve'; default: the one beside the data set, if it exists.
     elsewhere
-        Whether the participant was removed from a store before: then neither data nor folder need be there.
+        Whether the participant was already removed from a store: then data and folder need not exist.
 
     Returns
     -------
     list of Path
-        What was removed, and files that lost rows or lines.
+        Files and folders that were removed, and files that lost rows or lines.
 
     Raises
     ------
@@ -82,14 +84,14 @@ def withdraw(root: Path, participant: str, links: Path | None = None, *, elsewhe
     if (links is not None or place.exists()) and forget_links(place, label):
         gone.append(place)
     if not (gone or elsewhere):
-        raise InputError(f"{root} has no participant sub-{label}: see participants.tsv.")
+        raise InputError(f"{root} has no participant sub-{label}: give a label of participants.tsv.")
     return gone
 
 
 def remove_participant(root: Path, participant: str) -> list[Path]:
-    """Remove a participant from a data set alone, as `withdraw` does; gives nothing where there is none."""
+    """Remove a participant from a data set only, as `withdraw` does; return an empty list if there is none."""
     label = participant.removeprefix("sub-")
-    Files(root, "necker", label)  # refuses what is no label
+    Files(root, "necker", label)  # raises for an invalid label
     description = read_description(root)
     sweep_all(root)
     name = f"sub-{label}"
@@ -99,7 +101,7 @@ def remove_participant(root: Path, participant: str) -> list[Path]:
     with ExitStack() as owned:
         own = [path for path in journals(root) if path.name.startswith(f"{name}_")]
         for path in own:
-            owned.enter_context(Journal.take(path))  # nobody records it
+            owned.enter_context(Journal.take(path))  # locked against recording
         records = [digest_of_record(record) for path in own if (record := record_of(scan_journal(path)))]
         with writing(root):
             entries = withdrawals(root)
@@ -127,30 +129,30 @@ def _note(root: Path, description: dict[str, Any], entries: list[Any]) -> None:
 
 
 def _without_label(entry: Any) -> Any:
-    """An entry as it stays; those of earlier versions had label and date."""
+    """Return an entry without the label and date that earlier versions stored."""
     return entry if isinstance(entry, str) or (isinstance(entry, dict) and "records" in entry) else None
 
 
 def files_naming(root: Path, participant: str) -> list[Path]:
-    """Return files of a data set that still name a participant, as reports and tables of others may."""
+    """Return files of a data set that still name a participant, such as reports and other tables."""
     word = re.compile(rb"(?<![A-Za-z0-9])sub-%s(?![A-Za-z0-9])" % participant.removeprefix("sub-").encode())
     return [path for path in sorted(root.rglob("*")) if path.is_file() and word.search(path.read_bytes())]
 
 
 def withdrawals(root: Path) -> list[Any]:
-    """Return an entry for each participant, or record, that was removed from a data set."""
+    """Return one entry for each participant or record removed from a data set."""
     entries = read_description(root).get(KEY, [])
     return entries if isinstance(entries, list) else []
 
 
 def record_of(log: Log) -> str | None:
-    """Return the record of a session in a browser; None of another session."""
+    """Return the record of a browser session; None for any other session."""
     found = [note.get("record") for note in log.of("note") if note.get("kind") == "sitting"]
     return found[0] if found and isinstance(found[0], str) else None
 
 
 def digest_of_record(record: str) -> str:
-    """Return what is kept of a record that was removed."""
+    """Return the digest that is stored of a removed record."""
     return hashlib.sha256(f"withdrawn {record}".encode()).hexdigest()
 
 
@@ -165,11 +167,11 @@ def _rows_of(path: Path, name: str) -> list[bytes]:
 
 
 def _without(path: Path, name: str) -> None:
-    """Take a participant's rows out of a table."""
+    """Remove a participant's rows from a table."""
     with locked(path):
         gone = _rows_of(path, name)
         lines = [line for line in path.read_bytes().splitlines(keepends=True) if line not in gone]
         if sys.platform != "win32":
             create_whole(path, b"".join(lines), replace=True)
-    if sys.platform == "win32":  # where an open file cannot be replaced
+    if sys.platform == "win32":  # where open files cannot be replaced
         create_whole(path, b"".join(lines), replace=True)
