@@ -46,7 +46,7 @@ def test_both_intervals_come_equally_often_and_no_one_too_often_in_a_row():
     ("given", "sentence"),
     [
         ({"judged": "colour"}, "judged is 'colour', but must be 'blur' or 'depth'"),
-        ({"most_level": 0.03}, "most_level is 0.03, but must be twice least_level, here 0.02, or more"),
+        ({"most_level": 0.03}, "most_level is 0.03, but must be at least twice least_level, which is 0.02"),
         ({"least_level": 0.0}, "least_level is 0.0, but must be a number above 0"),
         ({"level_steps": 4}, "level_steps is 4, but must be a whole number from 5 to 100"),
         ({"scenes": ["a", "a"]}, "scenes names 'a' more than once"),

@@ -147,7 +147,7 @@ def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
 
 def test_another_study_is_refused(tmp_path):
     run(Study(Model(), SMALL), [3], 1, tmp_path / "file.jsonl")
-    with pytest.raises(InputError, match="experiments of another effect, design, bound, seed or version"):
+    with pytest.raises(InputError, match="experiments with another effect, design, bound, seed or version"):
         run(Study(Model(effect=1.4), SMALL), [3], 1, tmp_path / "file.jsonl")
 
 
@@ -205,7 +205,7 @@ def test_a_share_that_leaves_nothing_of_a_reading_is_refused(tmp_path):
         ["power", "necker", "--nonrigid", "1e-320", "--out", str(tmp_path / "power")],
     )
     assert result.exit_code == 2
-    assert "nonrigid is 1e-320, but must be a share from 0.001 to 0.999" in result.stderr
+    assert "nonrigid is 1e-320, but must be a proportion from 0.001 to 0.999" in result.stderr
 
 
 def test_on_a_full_disk_the_experiments_are_kept_and_nothing_else_is_said(tmp_path, monkeypatch):

@@ -94,9 +94,9 @@ def test_blocks_and_conditions_follow_the_squares_over_participants() -> None:
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        ({"runs": {"colour": 2}}, "runs names 'colour', which is not a setting"),
+        ({"runs": {"colour": 2}}, "runs names 'colour', which is not a field"),
         ({"distances": {"shape": 5}}, "no order of the 12 trials was found with shape 5 apart"),
-        ({"condition_order": "latin-square", "runs": {"shape": 1}}, "constraints on a random order"),
+        ({"condition_order": "latin-square", "runs": {"shape": 1}}, "constrain random orders only"),
     ],
 )
 def test_what_cannot_be_ordered_is_refused(settings, sentence: str) -> None:

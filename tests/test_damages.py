@@ -355,7 +355,7 @@ DAMAGES = {
         "most_rating differ from those of sub-02",
     ),
     "all: other pictures": (forged(head(stimuli=None)), "it names pictures, but not their manifest"),
-    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json says"),
+    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json states"),
     "all: other keys": (
         forged(head(keys={"rigid": "j", "nonrigid": "f"}), "necker"),
         "the keys are .*, but the design gives this participant",
@@ -383,7 +383,7 @@ DAMAGES = {
     # Participants, manifest and description.
     "age below 0": (people("\t30\t", "\t-3\t"), r"row 2: age is -3, but must be a number of years"),
     "age in words": (people("\t30\t", "\tthirty\t"), "row 2: age is thirty, but must be a number of years"),
-    "row doubled": (people("sub-02\t", "sub-01\thuman\t30\tn/a\tn/a\nsub-02\t"), "sub-01 stands there 2 times"),
+    "row doubled": (people("sub-02\t", "sub-01\thuman\t30\tn/a\tn/a\nsub-02\t"), "sub-01 occurs 2 times"),
     "row lost, too": (people("sub-02\thuman\t30\tn/a\tn/a\n", ""), "sub-02 is missing: add a row, with its kind"),
     "kind unknown": (people("human", "robot"), "row 2: kind is 'robot', but must be one of human, simulated"),
     "kind changed": (

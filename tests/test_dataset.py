@@ -416,7 +416,7 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
         pass  # left at once
     with pytest.raises(InputError, match="others is given for the pictures, but the session began"):
         Session.resume(data, "depthrating", "05", apparatus=APPARATUS, stimuli=others)
-    with pytest.raises(InputError, match=r"no folder is given .*\(the set whose manifest is .*\): give that"):
+    with pytest.raises(InputError, match=r"no folder is given .*\(the set whose manifest is .*\): give those"):
         Session.resume(data, "depthrating", "05", apparatus=APPARATUS)
     (others / "a_f22.png").write_bytes(b"changed")
     with pytest.raises(InputError, match=r"a_f22\.png has changed since the manifest was written: make .* anew"):

@@ -244,7 +244,7 @@ REFUSED = {
     "too many": ({"task": "depthrating", "repetitions": 50}, r"make 4800 trials, .* 2000 at most: lower repetitions"),
     "more catches than trials": (
         {"task": "necker", "catch_trials": 20},
-        r"catch_trials is 20, but must be less than the other trials, here 20",
+        r"catch_trials is 20, but must be less than the number of other trials, which is 20",
     ),
     "no conditions": ({"task": "depthrating", "scenes": []}, r"no scenes is given, but there must be a list"),
     "unknown level": ({"task": "necker", "gradients": ["soft"]}, r"gradients is 'soft', but must be a list of 'none'"),
@@ -253,14 +253,17 @@ REFUSED = {
         {"task": "depthrating", "apertures": ["f22"]},
         r"aperture is 'f22', but must be 'pinhole' or an f-",
     ),
-    "one key for both": ({"task": "necker", "keys": ["f", "F"]}, r"keys maps 'f' to both percepts: name two"),
-    "three keys": ({"task": "necker", "keys": ["f", "g", "h"]}, r"keys names 3 keys, but must name two"),
+    "one key for both": ({"task": "necker", "keys": ["f", "F"]}, r"keys assigns 'f' to both percepts: name two"),
+    "three keys": ({"task": "necker", "keys": ["f", "g", "h"]}, r"keys names 3, but must name two"),
     "the key that quits": ({"task": "necker", "keys": ["f", "escape"]}, r"'escape', which ends the experiment"),
     "impossible order": (
         {"task": "necker", "gradients": ["none", "rigid"], "strengths_mm": [1, 2, 3, 4, 5, 6, 7, 8], "longest_run": 2},
         r"32 trials show 'rigid' and only 4 another level.*raise longest_run",
     ),
-    "blind demonstration": ({"task": "pinhole", "natural_aperture": "pinhole"}, r"natural viewing has an f-number"),
+    "blind demonstration": (
+        {"task": "pinhole", "natural_aperture": "pinhole"},
+        r"natural_aperture is 'pinhole', but must be an f-number",
+    ),
     "infinite": ({"task": "necker", "trial_s": float("inf")}, r"trial_s is inf, but must be a number of seconds"),
 }
 
@@ -285,7 +288,7 @@ def test_files_that_are_no_designs_are_refused(tmp_path):
 
 @pytest.mark.parametrize("label", ["", "0 1", "01_a", "é", "../01", "0-1"])
 def test_labels_that_cannot_be_file_names_are_refused(label):
-    with pytest.raises(InputError, match=r"participant label is .* letters and digits alone"):
+    with pytest.raises(InputError, match=r"participant label is .* letters and digits only"):
         NeckerDesign().trials(label)
     with pytest.raises(InputError, match="session label is"):
         NeckerDesign().trials("01", label)

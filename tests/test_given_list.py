@@ -87,7 +87,7 @@ def test_the_command_writes_what_simulated_observers_are_shown(tmp_path: Path) -
     table = read_dataset(tmp_path / "data").blur_threshold
     assert table.groupby("participant_id").size().to_dict() == {"sub-01": 8, "sub-02": 4}
     assert table["interval"].tolist() == [int(row["interval"]) for row in kept]
-    with pytest.raises(InputError, match="no rows of participant 03"):
+    with pytest.raises(InputError, match="no rows for participant 03"):
         design.trials("03")
 
 
@@ -113,7 +113,7 @@ def test_drawings_and_practice_are_written_as_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda rows: [{**row, "colour": "red"} for row in rows], "colour is not a setting of a trial"),
+        (lambda rows: [{**row, "colour": "red"} for row in rows], "colour is not a field of a trial"),
         (lambda rows: [{"form": row["form"]} for row in rows], "the column scene is missing"),
         (
             lambda rows: [{**row, "catch": "perhaps"} for row in rows],
@@ -121,7 +121,7 @@ def test_drawings_and_practice_are_written_as_files(tmp_path: Path) -> None:
         ),
         (lambda rows: [{**row, "phase": "test"} for row in rows], "phase is 'test', but must be 'practice' or 'main'"),
         (lambda rows: [{**row, "scene": "moon"} for row in rows], "scene is 'moon', but the design has room"),
-        (lambda rows: [*rows, {**rows[0], "phase": "practice"}], "practice first, then trials that count"),
+        (lambda rows: [*rows, {**rows[0], "phase": "practice"}], "practice trials first, then main trials"),
         (lambda rows: rows * 200, "has more than 2000 trials"),
         (lambda rows: [{**row, "participant": "0/1"} for row in rows], "participant label is '0/1'"),
     ],

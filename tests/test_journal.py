@@ -192,7 +192,7 @@ def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):
         for wrong in (session.trials[0], session.trials[2]):
             with pytest.raises(InputError, match=r"is not the next: record the trials in their order"):
                 again.record(wrong, answer(0))
-        with pytest.raises(InputError, match="the answer is Watched, which pinhole does not ask for"):
+        with pytest.raises(InputError, match="the answer is Watched, but pinhole requires Rated"):
             again.record(session.trials[1], Watched(onset=0.0, presses=[], trial_duration=1.0))
         again.note("break", seconds=3.0)
     assert len(read_journal(session.files.journal).of("trial")) == 1

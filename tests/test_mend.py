@@ -265,7 +265,7 @@ def test_sub_1_is_not_sub_10_and_a_session_that_runs_is_not_removed(data):
     assert journal(data, "10").exists()
     with pytest.raises(InputError, match=r"participant label is '\.\./07'"):
         withdraw(data, "../07")
-    with pytest.raises(InputError, match="has no participant sub-99: see participants"):
+    with pytest.raises(InputError, match="has no participant sub-99: give a label of participants"):
         withdraw(data, "99")
 
 

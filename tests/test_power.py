@@ -83,7 +83,7 @@ def test_bounds_are_those_published(rule, published) -> None:
 
 def test_one_look_spends_all_and_wrong_shares_are_refused() -> None:
     assert spending_bounds([1.0], "pocock") == pytest.approx([0.05], rel=1e-6)
-    with pytest.raises(InputError, match="must rise to 1"):
+    with pytest.raises(InputError, match="must increase to 1"):
         spending_bounds([0.5, 0.4, 1.0], "pocock")
 
 

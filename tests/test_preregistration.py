@@ -185,7 +185,7 @@ def test_a_preregistration_of_thresholds(tmp_path: Path) -> None:
 
 def test_power_of_ratios_refuses_other_scales(tmp_path: Path) -> None:
     design = load_design(design_of(tmp_path, "steps"))
-    with pytest.raises(InputError, match="has the scale 'steps', but this is a model of ratios"):
+    with pytest.raises(InputError, match="scale is 'steps', but must have answers that are ratios"):
         Study(Model(), design)
 
 

@@ -135,7 +135,7 @@ def test_words_of_ones_own_may_have_the_texts_of_a_scale(tmp_path: Path) -> None
     (tmp_path / "own.toml").write_text(words_text("en") + own, encoding="utf-8")
     assert scale.instructions(load_words("own.toml", tmp_path)) == "How deep?\nFrom 0 to 100."
     (tmp_path / "own.toml").write_text(words_text("en") + own.replace("example", "sample"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"visual-analogue\.sample is no entry"):
+    with pytest.raises(InputError, match=r"visual-analogue\.sample is not an entry"):
         load_words("own.toml", tmp_path)
 
 

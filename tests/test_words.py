@@ -29,13 +29,13 @@ def test_german_says_nothing_in_english():
 
 
 WRONG = {
-    "missing": ("stop_keys =", "xyz_unused =", r"common\.xyz_unused is no entry of the words"),
+    "missing": ("stop_keys =", "xyz_unused =", r"common\.xyz_unused is not an entry of the texts"),
     "left out": ('moment = "One moment ..."\n', "", r"common\.moment is missing: copy the entry"),
-    "misspelt": ("moment =", "momemt =", r"common\.momemt is no entry of the words: did you mean common\.moment"),
+    "misspelt": ("moment =", "momemt =", r"common\.momemt is not an entry of the texts: did you mean common\.moment"),
     "a number": ('moment = "One moment ..."', "moment = 3", r"common\.moment must be a text"),
     "empty": ('moment = "One moment ..."', 'moment = " "', r"common\.moment must be a text, and not empty"),
-    "strange brace": ("{done} of {total}", "{doen} of {total}", r"session\.rest has \{doen\}, which is not filled in"),
-    "lone brace": ("One moment ...", "One { moment", r"common\.moment has a brace without its pair"),
+    "strange brace": ("{done} of {total}", "{doen} of {total}", r"session\.rest has \{doen\}, which is unknown"),
+    "lone brace": ("One moment ...", "One { moment", r"common\.moment has an unmatched brace"),
     "one key": ('yes_key = "y"', 'yes_key = "n"', r"common\.yes_key and common\.no_key must be two different letters"),
 }
 
@@ -76,4 +76,4 @@ def test_words_are_printed_and_a_wrong_file_is_refused_before_the_window(tmp_pat
         run(EXPERIMENTS["depth-rating"], ["--print-words", "de"])
     assert capsys.readouterr().out == words_text("de")
     assert run(EXPERIMENTS["depth-rating"], ["--print-words", "fr"]) == 2
-    assert "there are no words in 'fr': give one of en, de" in capsys.readouterr().err
+    assert "there are no texts in 'fr': give one of en, de" in capsys.readouterr().err

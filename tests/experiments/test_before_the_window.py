@@ -45,8 +45,8 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ("--participant 0_1", "the participant label is '0_1', but must be letters and digits alone"),
-        ("--participant 01 --session a-b", "the session label is 'a-b', but must be letters and digits alone"),
+        ("--participant 0_1", "the participant label is '0_1', but must be letters and digits only"),
+        ("--participant 01 --session a-b", "the session label is 'a-b', but must be letters and digits only"),
         ("--participant 01 --resume", "there is no such session to resume; begin it"),
         ("--resume", "--resume is given without the participant whose session is to be resumed: give --participant"),
         ("--participant 01 --screen -1", "--screen is -1, but must be 0 or more"),
@@ -77,10 +77,13 @@ def test_what_is_wrong_is_said_before_a_window_opens(place, capsys, given, sente
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        ('keys = ["f", "F"]', "keys maps 'f' to both percepts: name two different keys"),
+        ('keys = ["f", "F"]', "keys assigns 'f' to both percepts: name two different keys"),
         ('keys = ["f", "escape"]', "keys names 'escape', which ends the experiment"),
         ("repetitions = 0", "repetitions is 0, but must be a whole number from 1 to 100"),
-        ("repetitions = 100\ncatch_trials = 1000", "catch_trials is 1000, but must be less than the other trials"),
+        (
+            "repetitions = 100\ncatch_trials = 1000",
+            "catch_trials is 1000, but must be less than the number of other trials",
+        ),
     ],
 )
 def test_designs_that_cannot_be_run(place, capsys, settings, sentence):
@@ -160,7 +163,8 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
     [
         (
             "",
-            "the screen's size and viewing distance are unknown: enter them in PsychoPy's Monitor Center and give --monitor",
+            "the screen's size and viewing distance are unknown: enter them in PsychoPy's Monitor Center and give "
+            "--monitor",
         ),
         ("--monitor bare", "'bare' has no width or no viewing distance: enter them in PsychoPy's Monitor Center"),
         ("--monitor old", "'old' was calibrated at 1280 x 1024 pixels, but the screen has 1920 x 1080"),

@@ -1,8 +1,7 @@
-"""Designs of the experiments: conditions, order, catch trials, practice and breaks, all from one seed.
+"""Designs of the experiments: conditions, trial order, catch trials, practice and breaks, determined by one seed.
 
 A design is read from a TOML file; its trial list for a participant is the same on every machine. No window is needed.
-The designs of the paper, and that of a threshold of blur, come with the package as such files, to be copied and changed
-(`design_text`).
+The package contains settings files for the paper's designs and for blur thresholds, as templates (`design_text`).
 """
 
 from __future__ import annotations
@@ -65,21 +64,22 @@ __all__ = [
 ]
 
 Design = DepthRatingDesign | NeckerDesign | Pinhole | BlurThresholdDesign | Plan
-"""Ours, or that of a task of one's own."""
+"""Built-in designs, and those of user-defined tasks."""
 
 
 def design_text(name: str) -> str:
-    """Read the settings file of the paper's design, with all its settings and what each means.
+    """Return the text of a design's settings file: all settings of the paper's design, with comments.
 
     Parameters
     ----------
     name
-        That of a task on the command line: "depth-rating", "necker", "pinhole", "blur-threshold", or one of your own.
+        Name of a task on the command line: "depth-rating", "necker", "pinhole", "blur-threshold", or a user-defined
+        task.
 
     Raises
     ------
     InputError
-        If there is no design of that name.
+        If there is no task of that name.
 
     Examples
     --------
@@ -95,7 +95,7 @@ def load_design(path: str | os.PathLike[str]) -> Design:
     Raises
     ------
     InputError
-        If it cannot be read, is not TOML, has unknown or wrong keys, or asks for what cannot be run.
+        If it cannot be read, is not TOML, has unknown or invalid keys, or cannot be run.
 
     Examples
     --------
@@ -111,12 +111,12 @@ def load_design(path: str | os.PathLike[str]) -> Design:
 
 
 def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
-    """Make a design of what a journal or a sidecar says, also of an earlier version.
+    """Create a design from the settings in a journal or sidecar, also of an earlier version.
 
     Raises
     ------
     InputError
-        As `load_design` does.
+        As for `load_design`.
 
     Examples
     --------
@@ -127,12 +127,12 @@ def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
 
 
 def check_design(name: str, data: Mapping[str, Any]) -> Design:
-    """Make a design of the settings that messages call `name`.
+    """Create a design from a table of settings, which messages refer to as `name`.
 
     Raises
     ------
     InputError
-        As `load_design` does.
+        As for `load_design`.
 
     Examples
     --------
@@ -149,5 +149,5 @@ def check_design(name: str, data: Mapping[str, Any]) -> Design:
 
 
 def _earlier(task: Any) -> Mapping[str, Any]:
-    """What settings meant that designs of earlier versions of a task do not state."""
+    """Return the settings that designs of earlier versions of a task imply without stating them."""
     return task_named(task).earlier if is_task(task) else {}

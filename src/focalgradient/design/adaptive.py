@@ -1,7 +1,7 @@
-"""Procedures that choose the level of the next trial: staircases, QUEST+, constant stimuli.
+"""Adaptive procedures that choose the level of the next trial: staircases, QUEST+, constant stimuli.
 
-Each is a function of the answers so far, so that a session that was cut off goes on as it would have. Several are
-interleaved by giving each the trials that name it (`answers_of`).
+Each is a function of the answers so far, so that an interrupted session continues unchanged. To interleave several
+procedures, give each the answers to its own trials (`answers_of`).
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from focalgradient.errors import InputError
 __all__ = ["Answers", "ConstantStimuli", "Quest", "Staircase", "answers_of", "reversals", "weighted_staircase"]
 
 Answers = Sequence[tuple[float, bool]]
-"""Level of each trial so far, and whether its answer was right."""
+"""Level of each trial so far, and whether its answer was correct."""
 
 
 def answers_of(
     recorded: Sequence[Mapping[str, Any]], *, level: str = "level", right: str = "correct", **condition: Any
 ) -> list[tuple[float, bool]]:
-    """Return the answers that a procedure learns from: those of trials that count, of one condition.
+    """Return the answers used by a procedure: those of main trials (without catch trials) in one condition.
 
     Parameters
     ----------
     recorded
-        Trials with their answers, as `Sitting.recorded` has them.
+        Trials with their answers, as in `Sitting.recorded`.
     level, right
-        Fields of the level and of whether the answer was right.
+        Names of the fields for the level and for the correctness of the answer.
     condition
-        Values that other fields must have, as ``staircase="near"`` where several are interleaved.
+        Values that other fields must have, such as ``staircase="near"`` for interleaved staircases.
 
     Examples
     --------
@@ -54,28 +54,28 @@ def answers_of(
 
 @dataclass(frozen=True, slots=True)
 class Staircase:
-    """A staircase: down after `down` right answers in a row, up after `up` wrong ones.
+    """Staircase that steps down after `down` consecutive correct answers, and up after `up` wrong ones.
 
-    With ``down=2`` it converges where 70.7 % of the answers are right, with 3 where 79.4 % are (Levitt 1971, J. Acoust.
-    Soc. Am. 49:467).
+    It converges to 70.7 % correct with ``down=2``, and to 79.4 % with 3 (Levitt 1971, J. Acoust. Soc. Am. 49:467).
 
     Parameters
     ----------
     start, least, most
-        First level, and the range; where `ratios`, above 0.
+        First level, and range of the levels; above 0 if `ratios`.
     steps
-        Size of a step down, the next after each reversal: in log10 units where `ratios`, else in units of the level.
+        Sizes of steps down, the next one after each reversal: in log10 units if `ratios`, otherwise in units of the
+        level.
     down, up
-        Numbers of answers in a row.
+        Numbers of consecutive correct and wrong answers that trigger a step.
     up_ratio
-        Size of a step up, relative to a step down.
+        Size of a step up relative to a step down.
     ratios
         Whether steps are ratios of levels.
 
     Raises
     ------
     InputError
-        If the range is empty, the start outside it, or a step or number not positive.
+        If the range is empty, the start is outside it, or a step or number is not positive.
 
     Examples
     --------
@@ -96,7 +96,7 @@ class Staircase:
     def __post_init__(self) -> None:
         if not (self.least <= self.start <= self.most and (self.least > 0 or not self.ratios)):
             raise InputError(
-                f"start is {self.start:g}, but must lie from least, {self.least:g}, to most, {self.most:g}"
+                f"start is {self.start:g}, but must be from {self.least:g} (least) to {self.most:g} (most)"
                 f"{', all above 0' if self.ratios else ''}."
             )
         if not self.steps or min(*self.steps, self.up_ratio) <= 0 or min(self.down, self.up) < 1:
@@ -107,7 +107,7 @@ class Staircase:
         return self._walk(answers)[0]
 
     def threshold(self, answers: Answers, last: int = 6) -> float:
-        """Return the mean level of the last reversals, geometric where steps are ratios; NaN before there are two."""
+        """Return the mean level of the last reversals (geometric if steps are ratios); NaN with fewer than two."""
         turned = self._walk(answers)[1][-last:]
         if len(turned) < 2:
             return math.nan
@@ -130,7 +130,7 @@ class Staircase:
 
 
 def reversals(staircase: Staircase, answers: Answers) -> list[float]:
-    """Return the levels at which a staircase turned.
+    """Return the levels at which a staircase reversed.
 
     >>> turned = reversals(Staircase(1.0, 0.01, 10.0, down=1), [(1.0, True), (0.5, False), (0.7, True)])
     >>> [round(level, 3) for level in turned]
@@ -142,7 +142,7 @@ def reversals(staircase: Staircase, answers: Answers) -> list[float]:
 def weighted_staircase(share: float, start: float, least: float, most: float, **others: Any) -> Staircase:
     """Return a weighted up-down staircase: a step after every answer (Kaernbach 1991, Percept. Psychophys. 49:227).
 
-    It converges where `share` of the answers are right: steps up are share / (1 - share) times those down.
+    It converges to the proportion correct `share`: steps up are share / (1 - share) times steps down.
 
     >>> weighted_staircase(0.75, 1.0, 0.01, 10.0).up_ratio
     3.0
@@ -154,14 +154,14 @@ def weighted_staircase(share: float, start: float, least: float, most: float, **
 
 @dataclass(frozen=True, slots=True)
 class ConstantStimuli:
-    """Constant stimuli: every level equally often, shuffled anew in each round.
+    """Method of constant stimuli: every level equally often, in a new random order in each round.
 
     Parameters
     ----------
     levels
-        The levels.
+        Levels.
     draws
-        Names of the stream of chance, as a seed and a participant.
+        Names of the random stream, such as seed and participant.
 
     Examples
     --------
@@ -181,11 +181,11 @@ class ConstantStimuli:
 
 @dataclass(slots=True)
 class Quest:
-    """QUEST+ over given levels, for two intervals (`Procedure`, by the library questplus; extra ``thresholds``).
+    """QUEST+ procedure over given levels, for two-interval tasks (library questplus; extra ``thresholds``).
 
     Parameters
     ----------
-    levels
+    Levels, positive and increasing.
         Positive, rising.
 
     Raises

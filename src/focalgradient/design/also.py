@@ -1,4 +1,4 @@
-"""Further questions that a design asks after each trial; their answers become columns of the table."""
+"""Additional questions that a design asks after each trial; the answers become columns of the table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
 class Also(Table):
-    """A further question: a line from `least` to `most`, or whole numbers between them.
+    """Additional question: a continuous scale from `least` to `most`, or whole-number steps between them.
 
     Examples
     --------
@@ -39,15 +39,15 @@ class Also(Table):
     @model_validator(mode="after")
     def _check(self) -> Also:
         if self.most <= self.least:
-            raise ValueError(f"most is {self.most:g}, but must be above least, here {self.least:g}.")
+            raise ValueError(f"most is {self.most:g}, but must be above least, which is {self.least:g}.")
         if self.steps and (self.least % 1 or self.most % 1 or self.most - self.least > 100):
-            raise ValueError("steps go by whole numbers, 100 at most: give whole numbers for least and most.")
+            raise ValueError("steps are whole numbers, at most 100: give whole numbers for least and most.")
         if not self.steps and len(self.ends) != 2:
             raise ValueError(f"ends has {len(self.ends)} texts, but a line has two ends.")
         return self
 
     def control(self) -> Control:
-        """Describe what it is answered on."""
+        """Return the control on which the question is answered."""
         if self.steps:
             return Steps(self.question, self.below, int(self.least), int(self.most), self.ends)
         ends = (self.ends[0], self.ends[1])
@@ -55,12 +55,14 @@ class Also(Table):
 
     @property
     def about(self) -> str:
-        """Meaning of its column."""
+        """Description of the question's column."""
         return self.description or self.question
 
 
 def check_also(also: Mapping[str, Also]) -> None:
-    """Refuse names that cannot be columns."""
+    """Raise `ValueError` for names that cannot be columns."""
     for name in also:
         if not NAME.fullmatch(name):
-            raise ValueError(f"also names {name!r}, but a name is made of small letters (a to z), digits and _.")
+            raise ValueError(
+                f"also names {name!r}, but a name must consist of lower-case letters (a to z), digits and _."
+            )

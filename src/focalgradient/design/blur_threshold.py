@@ -1,4 +1,4 @@
-"""An adaptive experiment: the least blur that is noticed, or that makes a picture look deeper, in two intervals."""
+"""Adaptive 2IFC design: the smallest blur that is noticed, or that makes a picture look deeper."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_re
 __all__ = ["BlurThresholdDesign", "BlurTrial", "Judged"]
 
 Judged = Literal["blur", "depth"]
-"""What the two intervals are compared in."""
+"""Attribute in which the two intervals are compared."""
 
 SAME = 1e-9
-"""Share by which a level may differ from one of the design's for having been written down."""
+"""Relative rounding tolerance of recorded levels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlurTrial(Trial):
-    """Two intervals to be compared.
+    """Trial with two intervals to be compared.
 
     Parameters
     ----------
     scene
-        Name of the scene that both show.
+        Name of the scene shown in both intervals.
     interval
-        1 or 2: the one in which the level is added.
+        Interval with the added level: 1 or 2.
     """
 
     scene: str
@@ -39,12 +39,12 @@ class BlurTrial(Trial):
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
-        """The scene, and in which interval the level is added."""
+        """Scene, and interval with the added level."""
         return (self.scene, self.interval)
 
 
 class BlurThresholdDesign(Plan):
-    """The design of a threshold: scenes x intervals x repetitions, one adaptive procedure for all.
+    """Design of a blur threshold: scenes x intervals x repetitions, with one adaptive procedure for all trials.
 
     Examples
     --------
@@ -92,7 +92,8 @@ class BlurThresholdDesign(Plan):
         no_repeats("scenes", self.scenes)
         if self.most_level < 2 * self.least_level:
             raise ValueError(
-                f"most_level is {self.most_level:g}, but must be twice least_level, here {self.least_level:g}, or more."
+                f"most_level is {self.most_level:g}, but must be at least twice least_level, which is "
+                f"{self.least_level:g}."
             )
         self.check_counts(2 * len(self.scenes))
         self.trials("01")
@@ -100,12 +101,12 @@ class BlurThresholdDesign(Plan):
 
     @property
     def unit(self) -> str:
-        """Of the levels: dioptres of defocus, or millimetres of aperture."""
+        """Unit of the levels: dioptres of defocus (D), or millimetres of aperture (mm)."""
         return "D" if self.judged == "blur" else "mm"
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """The levels that the procedure chooses from, in equal steps of their logarithm.
+        """Levels available to the procedure, in equal logarithmic steps.
 
         >>> BlurThresholdDesign(least_level=0.1, most_level=1.6, level_steps=5).levels
         (0.1, 0.2, 0.4, 0.8, 1.6)
@@ -114,16 +115,16 @@ class BlurThresholdDesign(Plan):
         return tuple(round(self.least_level * math.exp(ratio * step), 6) for step in range(self.level_steps))
 
     def is_level(self, level: float) -> bool:
-        """Whether it is one of the levels."""
+        """Return whether a number is one of the levels."""
         return any(math.isclose(level, one, rel_tol=SAME) for one in self.levels)
 
     @property
     def shown_s(self) -> float:
-        """Seconds from when the first picture appears to the question."""
+        """Time in s from the onset of the first picture to the question."""
         return 2 * (self.picture_s + self.blank_s)
 
     def trials(self, participant: str, session: str | None = None) -> tuple[BlurTrial, ...]:
-        """Make the list of one participant: all but the levels, which depend on the answers.
+        """Return the trial list of one participant, without the levels, which depend on the answers.
 
         Raises
         ------
@@ -143,7 +144,7 @@ class BlurThresholdDesign(Plan):
         )
 
     def _easy(self, count: int, draws: Draws) -> list[BlurTrial]:
-        """Trials that are shown with the greatest level: either interval as often as the other."""
+        """Return trials to be shown at the largest level, balanced over the two intervals."""
         return draws.shuffled(
             BlurTrial(scene=self.scenes[number % len(self.scenes)], interval=1 + number % 2) for number in range(count)
         )

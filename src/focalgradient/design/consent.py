@@ -1,4 +1,4 @@
-"""Consent: a text of the laboratory with its version, read page by page and agreed to before all else."""
+"""Informed consent: a text with its version, which participants read and agree to before anything else."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ VERSION = re.compile(r"version\s*[:=]?\s*(\S.*)", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True)
 class Consent:
-    """A text to agree to.
+    """Consent text.
 
     Parameters
     ----------
     file, version, sha256
-        Name of its file, what its first line says after "Version", and the SHA-256 of the file.
+        Name of the file, the version stated in its first line, and the file's SHA-256.
     texts
-        Its pages, the first line of each its title.
+        Pages of the text; the first line of each is its title.
     """
 
     file: str
@@ -34,14 +34,14 @@ class Consent:
     texts: tuple[str, ...]
 
     def stated(self, time: str) -> dict[str, Any]:
-        """Return what the journal keeps of an agreement at a time (ISO 8601)."""
+        """Return the journal entry of an agreement at a time (ISO 8601)."""
         return {"file": self.file, "version": self.version, "sha256": self.sha256, "time": time}
 
 
 def read_consent(path: Path) -> Consent:
-    """Read the text of a file: pages divided by form feeds, the first line of each its title.
+    """Read a consent text: pages separated by form feeds, with the first line of each as its title.
 
-    A first line such as "Version: 2.1, March 2026" is kept, and not shown.
+    A first line such as "Version: 2.1, March 2026" is recorded, but not shown.
 
     Raises
     ------
@@ -54,5 +54,5 @@ def read_consent(path: Path) -> Consent:
     text = after if match else whole
     texts = tuple(page.strip() for page in text.split("\f") if page.strip())
     if not texts:
-        raise InputError(f"{path} is empty: give the text that participants are to agree to.")
+        raise InputError(f"{path} is empty: give the consent text.")
     return Consent(path.name, match[1] if match else "", hashlib.sha256(whole.encode()).hexdigest(), texts)

@@ -1,4 +1,4 @@
-"""Orders of conditions by balanced Latin squares, in blocks, and under constraints."""
+"""Orders of conditions: balanced Latin squares, blocks, and constrained random orders."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ Item = TypeVar("Item")
 Kind = TypeVar("Kind", bound=Trial)
 
 ATTEMPTS = 20
-"""Shuffles to start from before an order within the constraints is given up."""
+"""Maximum number of initial shuffles in the search for an order that meets the constraints."""
 
 SWEEPS = 200
-"""Passes over the trials that break a constraint, each exchanged for a random one, for each shuffle."""
+"""Maximum number of passes per shuffle; each exchanges the trials that violate a constraint for random ones."""
 
 
 def balanced_latin_square(count: int) -> tuple[tuple[int, ...], ...]:
     """Return the rows of a balanced Latin square (Williams 1949, Aust. J. Sci. Res. A 2:149).
 
-    Over all rows each of the `count` conditions, numbered from 0, stands at each place equally often, and comes right
-    after each other one equally often: with `count` rows where it is even, with twice as many where it is odd.
+    Over all rows, each of the `count` conditions (numbered from 0) occurs equally often in each position, and equally
+    often directly after each other condition. There are `count` rows if it is even, and twice as many if it is odd.
 
     Parameters
     ----------
     count
-        Number of conditions, 1 or more.
+        Number of conditions, at least 1.
 
     Examples
     --------
@@ -63,15 +63,15 @@ def constrained(
     Parameters
     ----------
     blocks
-        Items that are shuffled among themselves; the blocks stay in their order.
+        Items shuffled within each block; the order of the blocks is kept.
     levels
-        Levels of each item by factor, block after block.
+        Levels of each item by factor, in the order of the blocks.
     runs
-        Maximum number of trials in a row with one level, by factor.
+        Maximum number of consecutive trials with the same level, by factor.
     distances
-        Minimum number of other trials between two with one level, by factor.
+        Minimum number of other trials between two with the same level, by factor.
     draws
-        Source of chance.
+        Random stream.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def constrained(
     reach = max([*runs.values(), *distances.values()], default=0)
 
     def wrong(order: list[Any], place: int) -> int:
-        """Number of broken constraints that begin within reach before a place, or at it."""
+        """Count violated constraints that start at a position, or within reach before it."""
         found = 0
         for at in range(max(place - reach, 0), place + 1):
             own = order[at][1]
@@ -122,7 +122,8 @@ def constrained(
     limits = ", ".join([*(f"{name} at most {n} in a row" for name, n in runs.items())])
     limits += ", " * bool(limits and distances) + ", ".join(f"{name} {n} apart" for name, n in distances.items())
     raise InputError(
-        f"no order of the {len(items)} trials was found with {limits}: allow more, or even out the conditions."
+        f"no order of the {len(items)} trials was found with {limits}: relax the constraints, or balance the "
+        "conditions."
     )
 
 
@@ -131,21 +132,22 @@ Counts = Annotated[dict[str, int], Field(description="a table of numbers of tria
 
 
 class Counterbalanced(Plan):
-    """Base of a design of one's own whose `ordered` counterbalances by the participant's number.
+    """Base class of user-defined designs whose `ordered` counterbalances by the participant's number.
 
     Settings
     --------
     blocked
-        Fields of a trial whose levels come in blocks, the outermost first; all others are mixed within a block.
+        Fields of a trial whose levels are blocked, outermost first; all others are mixed within blocks.
     block_order
-        "latin-square": the order of the blocks goes by the rows of a balanced Latin square, participant by participant.
-        "random": it is drawn for each.
+        "latin-square": participants take the block orders of a balanced Latin square in turn. "random": drawn for each
+        participant.
     condition_order
-        "random": conditions are shuffled within each repetition. "latin-square": they too go by the rows of a square,
-        the next row in each repetition and for each participant.
+        "random": conditions are shuffled within each repetition. "latin-square": conditions follow the rows of a
+        square, the next row in each repetition and for each participant.
     runs, distances
-        Constraints on a random order, by field of a trial: maximum number of trials in a row with one level; minimum
-        number of other trials between two with one level.
+        Constraints on a random order, by field of a trial: maximum number of consecutive trials with the same level;
+        minimum
+        number of other trials between two with the same level.
 
     Examples
     --------
@@ -173,12 +175,12 @@ class Counterbalanced(Plan):
     distances: Counts = Field(default_factory=dict)
 
     def ordered(self, participant: str, session: str | None, conditions: Sequence[Kind]) -> tuple[Kind, ...]:
-        """Put conditions, each `repetitions` times, in a participant's order, after `practice_trials` of them.
+        """Return conditions, each `repetitions` times, in a participant's order, preceded by `practice_trials` of them.
 
         Raises
         ------
         InputError
-            If a setting names no field of the trials, or no order meets the constraints.
+            If a setting names an unknown field of the trials, or no order meets the constraints.
         """
         self._check_names(conditions[0])
         number = int(participant) if participant.isdigit() else digest("place", participant) % 1000
@@ -199,12 +201,12 @@ class Counterbalanced(Plan):
         for setting in ("blocked", "runs", "distances"):
             for name in getattr(self, setting):
                 if not hasattr(trial, name):
-                    raise InputError(f"{setting} names {name!r}, which is not a setting of a trial: name one that is.")
+                    raise InputError(f"{setting} names {name!r}, which is not a field of a trial: name one that is.")
         if self.condition_order == "latin-square" and (self.runs or self.distances):
-            raise InputError("runs and distances are constraints on a random order: leave them out of a Latin square.")
+            raise InputError("runs and distances constrain random orders only: leave them out of a Latin square.")
 
     def _blocks(self, conditions: list[Kind], fields: Sequence[str], number: int, draws: Draws) -> list[list[Kind]]:
-        """Conditions apart by the levels of the blocked fields, in the participant's order of blocks."""
+        """Divide conditions by the levels of the blocked fields, in the participant's order of blocks."""
         if not fields:
             return [conditions]
         levels = [*dict.fromkeys(getattr(one, fields[0]) for one in conditions)]
@@ -213,7 +215,7 @@ class Counterbalanced(Plan):
         if self.block_order == "random":
             order = draws.shuffled(levels)
         apart = [[one for one in conditions if getattr(one, fields[0]) == level] for level in order]
-        # The rows of the next field go on where those of this one are through, so that all combinations are met.
+        # The next field takes its next row after all rows of this field, so that all combinations occur.
         inner = (number - 1) // len(rows) + 1
         return [block for own in apart for block in self._blocks(own, fields[1:], inner, draws)]
 

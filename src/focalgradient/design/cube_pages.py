@@ -1,4 +1,4 @@
-"""The pages of the turning cube, in a window and in a browser alike."""
+"""Pages of the Necker cube experiment, for window and browser."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["CubePages"]
 
 @dataclass(frozen=True, slots=True)
 class CubePages:
-    """The pages that one participant reads, in the laboratory or in a browser.
+    """Pages for one participant, in the laboratory or in a browser.
 
     >>> from focalgradient.design.words import load_words
     >>> pages = CubePages(NeckerDesign(gradients=["none"]), load_words("en"), "01")
@@ -27,26 +27,26 @@ class CubePages:
     browser: bool = False
 
     def opening(self) -> tuple[Page, ...]:
-        """Give the instructions."""
+        """Return the instructions."""
         keys = {f"{name}_key": key.upper() for name, key in self.design.keys_of(self.participant).items()}
         texts = self.words.pages("necker.instructions", escape=escape_text(self.words, browser=self.browser), **keys)
         return tuple(Page("instructions", text.strip()) for text in texts)
 
     def reminder(self, first: NeckerTrial) -> tuple[Standard, ...]:
-        """Give nothing: the cube has no standard."""
+        """Return no steps: the experiment has no standard."""
         return ()
 
     def lead(self, trial: NeckerTrial, previous: NeckerTrial | None) -> tuple[Page, ...]:
-        """Give the page that waits for the participant to be ready."""
+        """Return the page that waits until the participant is ready."""
         return (Page("ready", "\n".join(self.ready(trial))),)
 
     def ready(self, trial: NeckerTrial) -> tuple[str, str, str]:
-        """Give the title of that page, what to do, and how to start."""
+        """Return the texts of that page: its title, the task, and how to start."""
         title = self.words("necker.practice" if trial.phase == "practice" else "necker.ready")
         return title, self.words("necker.hold"), self.words("necker.start")
 
     def after(self, trial: NeckerTrial) -> tuple[Page, ...]:
-        """Give the feedback of practice; its ``{share}`` is that of the time for which the right key was held."""
+        """Return the feedback on practice; ``{share}`` is the percentage of time for which the correct key was held."""
         if trial.phase != "practice" or trial.shape == "ambiguous":
             return ()
         key = self.design.keys_of(self.participant)[trial.shape].upper()
@@ -54,11 +54,11 @@ class CubePages:
         return (Page("feedback", self.words("necker.feedback", shape=shape, key=key, share="{share}")),)
 
     def again(self) -> Page:
-        """Give the page before repeated practice."""
+        """Return the page before repeated practice."""
         return Page("feedback", self.words("necker.practice_again"))
 
     def closing(self) -> tuple[Page, ...]:
-        """Give the debriefing, which mentions blur only where there was blur."""
+        """Return the debriefing, which mentions blur only if the design has blur."""
         blurred = self.design.gradients != ("none",)
         question = self.words("necker.about_blur" if blurred else "necker.about_shape")
         asked = questions_text(self.words, browser=self.browser)

@@ -1,4 +1,4 @@
-"""Experiment 1: how three-dimensional a picture looks, by its aperture and by what is fixated."""
+"""Experiment 1: rated depth of pictures, by aperture and fixated object."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from focalgradient.tables import Table
 __all__ = ["EXAMPLES", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
 
 CatchPicture = Literal["standard", "flatter", "deeper"]
-"""What a catch trial shows: the standard itself, or a drawing that looks clearly flatter, or clearly deeper."""
+"""Stimulus of a catch trial: the standard, or a drawing that looks clearly flatter or clearly deeper."""
 
 EXAMPLES: dict[str, str] = {"flatter": "example-flat", "deeper": "example-deep"}
-"""The scenes of the drawings: a wall of tiles seen from the front, and a tiled corridor. The screen draws them."""
+"""Scenes of the drawings: a frontal tiled wall, and a tiled corridor. They are drawn by the program."""
 
 Fixation = str
-"""Which object of the scene is fixated, and in focus: "nearest", "farthest", or a name of the laboratory's own."""
+"""Object that is fixated and in focus: "nearest", "farthest", or a user-defined name."""
 
 FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -34,12 +34,12 @@ F_NUMBER = re.compile(r"f/(\d+(?:\.\d+)?)")
 
 
 def aperture_mm(aperture: str, focal_length_mm: float) -> float:
-    """Diameter of an aperture in millimetres: 0 for a pinhole, focal length / N for f/N.
+    """Return the diameter of an aperture in mm: 0 for a pinhole, focal length / N for f/N.
 
     Raises
     ------
     InputError
-        If it is neither "pinhole" nor an f-number.
+        If `aperture` is neither "pinhole" nor an f-number.
 
     Examples
     --------
@@ -56,20 +56,20 @@ def aperture_mm(aperture: str, focal_length_mm: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DepthTrial(Trial):
-    """A picture to be judged.
+    """Rating trial with one picture.
 
     Parameters
     ----------
     scene, aperture, fixation
-        The picture, and the object that is fixated and in focus.
+        Picture, and object that is fixated and in focus.
     aperture_mm
-        Diameter of the aperture in millimetres, 0 for the pinhole.
+        Diameter of the aperture in mm; 0 for a pinhole.
     standard_before
-        Whether the standard, the pinhole picture that counts as 1, is shown before it.
+        Whether the standard, a pinhole picture with the value 1, is shown before the trial.
     interval
-        Of a choice between two: 1 where the picture comes first, 2 where the reference does; 0 of other scales.
+        Interval of the picture in a choice between two, 1 or 2; 0 on other scales.
     factors
-        Level of each factor of the laboratory's own.
+        Level of each user-defined factor.
     """
 
     scene: str
@@ -82,12 +82,12 @@ class DepthTrial(Trial):
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
-        """The picture and what is fixated."""
+        """Picture, fixated object and levels of factors."""
         return (self.scene, self.aperture, self.fixation, *self.factors.values())
 
 
 class DepthRatingDesign(Plan):
-    """The design of experiment 1: apertures x fixations x scenes x repetitions.
+    """Design of experiment 1: apertures x fixations x scenes x repetitions.
 
     Examples
     --------
@@ -174,7 +174,8 @@ class DepthRatingDesign(Plan):
         for fixation in self.fixations:
             if not FIXATION.fullmatch(fixation):
                 raise ValueError(
-                    f"fixations names {fixation!r}, but a name begins with a letter, and holds letters, digits and _: "
+                    f"fixations names {fixation!r}, but a name must begin with a letter and contain only letters, "
+                    "digits and _: "
                     "give another, in the table of the pictures too."
                 )
         for aperture in self.apertures:
@@ -183,31 +184,33 @@ class DepthRatingDesign(Plan):
         check_factors(self.factors)
         self._check_scale()
         self.check_counts(len(self._seen({})))
-        self.trials("01")  # some orders are impossible: say so before the participant has come
+        self.trials("01")  # some orders are impossible: raise before the participant arrives
         return self
 
     @property
     def response_scale(self) -> ResponseScale:
-        """The response scale, made of the settings."""
+        """Response scale defined by the settings."""
         return scale_of(dict(self))
 
     def _check_scale(self) -> None:
         scale = self.response_scale
         if self.labels and not hasattr(scale, "labels"):
-            raise ValueError(f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes 0: mend it.")
+            raise ValueError(
+                f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes none: leave labels out."
+            )
         if scale.standard is None and self.catch_pictures == ("standard",) and self.catch_trials:
             raise ValueError(
-                f"catch_pictures is the standard alone, of which no answer on the scale {self.scale!r} is right: give "
+                f"catch_pictures has only the standard, for which the scale {self.scale!r} has no correct answer: add "
                 "'flatter' and 'deeper'."
             )
         if scale.intervals > 1 and self.confidence:
-            raise ValueError("confidence is true, but a choice between two asks for none: leave it out.")
+            raise ValueError("confidence is true, but a choice between two has no confidence rating: leave it out.")
         if scale.intervals > 1 and self.reference == "same-scene" and set(self.apertures) == {"pinhole"}:
-            raise ValueError("apertures is the pinhole alone, which is the reference itself: add another.")
+            raise ValueError("apertures has only the pinhole, which is the reference itself: add another.")
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest answer of the scale.
+        """Smallest and largest answer on the scale.
 
         >>> DepthRatingDesign(scale="bipolar").bounds, DepthRatingDesign(scale="steps", steps=5).bounds
         ((-3.0, 3.0), (1.0, 5.0))
@@ -215,11 +218,11 @@ class DepthRatingDesign(Plan):
         return self.response_scale.bounds
 
     def is_answer(self, rating: float) -> bool:
-        """Whether a rating can be one: within the scale, and on a step of it where it has steps."""
+        """Return whether a rating is a valid answer: within the scale and, if it has steps, on a step."""
         return self.response_scale.is_answer(rating)
 
     def right(self, trial: DepthTrial, rating: float) -> bool | None:
-        """Whether an answer is right, of a picture that looks clearly flatter or deeper; None of any other.
+        """Return whether the answer to a drawing is correct; None for any other picture.
 
         >>> design = DepthRatingDesign()
         >>> flat = DepthTrial(scene="example-flat", aperture="pinhole", aperture_mm=0.0, fixation="nearest")
@@ -232,7 +235,7 @@ class DepthRatingDesign(Plan):
         return rating < side["below"] if "below" in side else rating > side["above"]
 
     def right_side(self, trial: DepthTrial) -> dict[str, float] | None:
-        """Give the bound that a right answer is "below" or "above"; None where no answer is wrong.
+        """Return the bound that a correct answer must be "below" or "above"; None if any answer is acceptable.
 
         >>> design = DepthRatingDesign()
         >>> design.right_side(DepthTrial(scene="example-flat", aperture="pinhole", aperture_mm=0.0, fixation="nearest"))
@@ -244,7 +247,7 @@ class DepthRatingDesign(Plan):
 
     @property
     def has_standard(self) -> bool:
-        """Whether the standard counts as 1 (or as alike), and is shown again and again."""
+        """Whether the standard serves as reference with the value 1 (or "equal"), and is shown repeatedly."""
         return self.response_scale.standard is not None and self.reference == "standard"
 
     @property
@@ -257,17 +260,17 @@ class DepthRatingDesign(Plan):
         return any(trial.scene in EXAMPLES.values() for trial in self.trials("01"))
 
     def reference_of(self, trial: DepthTrial) -> tuple[str, str, Fixation]:
-        """Name the picture that a trial's picture is compared with: its scene, aperture and fixation."""
+        """Return scene, aperture and fixation of the picture with which a trial's picture is compared."""
         own = self.reference == "same-scene" and trial.scene not in EXAMPLES.values()
         return (trial.scene if own else self.standard_scene, "pinhole", trial.fixation)
 
     @property
     def picture_factors(self) -> tuple[str, ...]:
-        """The factors whose levels are different pictures."""
+        """Factors whose levels are different pictures."""
         return tuple(name for name, factor in self.factors.items() if factor.pictures)
 
     def pictures(self) -> list[tuple[str, str, str, dict[str, str]]]:
-        """List all that can be shown: scene, aperture, fixation, and the levels of the factors of pictures."""
+        """List the required pictures: scene, aperture, fixation, and levels of the picture factors."""
         scenes = (*self.scenes, self.standard_scene)
         standard = [(self.standard_scene, "pinhole", fixation) for fixation in self.fixations]
         own = product(scenes, ["pinhole"], self.fixations) if self.reference == "same-scene" else ()
@@ -276,13 +279,13 @@ class DepthRatingDesign(Plan):
 
     @property
     def shown_s(self) -> float:
-        """Seconds from when the (first) picture of a trial appears to the question."""
+        """Time in s from the onset of a trial's (first) picture to the question."""
         mask = self.mask_s if self.mask != "none" else 0.0
         once = self.picture_s + mask + self.blank_s
         return self.response_scale.intervals * once
 
     def least_s(self, trial: DepthTrial) -> float:
-        """Return the shortest time in seconds from one answer to the next question, the standard included.
+        """Return the minimum time in s from one answer to the next question, including the standard.
 
         >>> design = DepthRatingDesign()
         >>> design.least_s(design.trials("01")[-1])
@@ -298,7 +301,7 @@ class DepthRatingDesign(Plan):
         return self.pause_s + before + each + self.picture_s
 
     def trials(self, participant: str, session: str | None = None) -> tuple[DepthTrial, ...]:
-        """Make the list of one participant: practice first, then all else.
+        """Return the trial list of one participant, practice first.
 
         Raises
         ------
@@ -337,7 +340,7 @@ class DepthRatingDesign(Plan):
         return tuple(replace(trial, interval=half) for trial, half in zip(listed, halves, strict=True))
 
     def _seen(self, levels: Mapping[str, str]) -> list[DepthTrial]:
-        """Every condition of a participant, once."""
+        """Return each condition of a participant once."""
         two = self.response_scale.intervals > 1
         apertures = [one for one in self.apertures if not (two and self._is_reference(one))]
         within = crossed(self.factors, [name for name, factor in self.factors.items() if factor.vary == "within"])
@@ -347,20 +350,20 @@ class DepthRatingDesign(Plan):
         ]
 
     def _is_reference(self, aperture: str) -> bool:
-        """Whether a picture of that aperture would be compared with itself."""
+        """Return whether a picture of that aperture would be compared with itself."""
         return aperture == "pinhole" and self.reference == "same-scene"
 
     def _ordered(self, levels: Mapping[str, str]) -> dict[str, str]:
         return {name: levels[name] for name in self.factors if name in levels}
 
     def _in_runs(self, trial: DepthTrial) -> tuple[Hashable, ...]:
-        """What must not come too often in a row: nothing that stays the same through a block."""
+        """Return the levels whose runs are limited, which excludes those that are constant within a block."""
         mixed = [name for name, factor in self.factors.items() if factor.order == "mixed"]
         fixation = (trial.fixation,) if self.fixation_order == "mixed" else ()
         return (trial.scene, trial.aperture, *fixation, *(trial.factors[name] for name in mixed))
 
     def _with_levels(self, trials: Sequence[DepthTrial], levels: Mapping[str, str], draws: Draws) -> list[DepthTrial]:
-        """Practice and catch trials have levels too: those of the participant, and others in random turn."""
+        """Assign factor levels to practice and catch trials: the participant's, and within factors in random order."""
         if not self.factors:
             return list(trials)
         within = {
@@ -381,12 +384,12 @@ class DepthRatingDesign(Plan):
         return DepthTrial(scene=scene, aperture=aperture, aperture_mm=diameter, fixation=fixation)
 
     def _examples(self) -> list[CatchPicture]:
-        """Kinds of catch pictures of which some answer is right on the scale."""
+        """Return the kinds of catch pictures that have a correct answer on the scale."""
         wrong = ("standard",) if self.response_scale.standard is None else ()
         return [kind for kind in self.catch_pictures if kind not in wrong]
 
     def _catches(self, draws: Draws) -> list[DepthTrial]:
-        """Trials whose right answer is known: the standard itself, 1, and what is clearly flatter or deeper."""
+        """Return catch trials: the standard, whose correct answer is 1, and drawings clearly flatter or deeper."""
         kinds = self._examples()
         numbers = range(self.catch_trials)
         ways = [
@@ -399,7 +402,7 @@ class DepthRatingDesign(Plan):
         ]
 
     def _practice(self, draws: Draws) -> list[DepthTrial]:
-        """Every aperture and fixation as evenly as the number allows, in the scene of the standard, and examples."""
+        """Return practice trials: balanced apertures and fixations in the standard's scene, and drawings."""
         examples = [EXAMPLES[kind] for kind in self.catch_pictures if kind in EXAMPLES]
         if self.practice_trials <= len(examples):
             examples = []

@@ -1,6 +1,6 @@
-"""Random draws that are the same on every machine, with every version of every library.
+"""Random draws that are identical on every machine and with every version of every library.
 
-NumPy promises this of its bit generators, but not of what is drawn from them: shuffles are made here.
+NumPy guarantees stable streams for its bit generators, but not for the distributions: shuffles are implemented here.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ __all__ = ["Draws", "digest"]
 Item = TypeVar("Item")
 
 WORD = 2**64
-"""The bit generator's numbers lie below it."""
+"""Upper limit of the bit generator's integers (exclusive)."""
 
 
 def digest(*names: object) -> int:
-    """Make a number of 256 bits of what names a stream: another name, another number.
+    """Return a 256-bit number that identifies a stream by its names.
 
     >>> digest("a", "bc") == digest("ab", "c")
     False
@@ -30,7 +30,7 @@ def digest(*names: object) -> int:
 
 
 class Draws:
-    """A stream of draws, named by what it is for.
+    """Stream of random draws, identified by its names.
 
     >>> Draws("depthrating", 1987, "pair 1").shuffled("abcdef")
     ['c', 'f', 'e', 'a', 'd', 'b']
@@ -40,14 +40,14 @@ class Draws:
         self._words = PCG64(SeedSequence(digest(*names)))
 
     def below(self, count: int) -> int:
-        """Draw a whole number from 0 to `count` - 1, each as likely as the other."""
+        """Draw a uniformly distributed whole number from 0 to `count` - 1."""
         fair = WORD - WORD % count
         while (word := int(self._words.random_raw())) >= fair:
             pass
         return word % count
 
     def shuffled(self, items: Iterable[Item]) -> list[Item]:
-        """Put the items in random order."""
+        """Return the items in random order."""
         order = list(items)
         for last in range(len(order) - 1, 0, -1):
             other = self.below(last + 1)

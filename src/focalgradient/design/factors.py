@@ -1,4 +1,4 @@
-"""Factors of a laboratory's own: levels that pictures or participants have beside aperture and fixation."""
+"""User-defined factors: levels of pictures or participants in addition to aperture and fixation."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ RESERVED = frozenset(
         *("rating", "response_time", "confidence", "dropped_frames", "stimulus", "sitting", "start", "answer", "event"),
     }
 )
-"""Names that the tables have already."""
+"""Names of existing columns of the tables."""
 
 
 class Factor(Table):
-    """A factor: its levels, and whether each participant meets all of them.
+    """Factor: its levels, and whether they vary within or between participants.
 
     Examples
     --------
@@ -43,32 +43,36 @@ class Factor(Table):
     vary: Annotated[Literal["within", "between"], Field(description="'within' or 'between'")] = "within"
     order: Annotated[Literal["mixed", "blocked"], Field(description="'mixed' or 'blocked'")] = "mixed"
     pictures: Annotated[bool, Field(description="true or false")] = True
-    """Whether the levels are a column of the table of pictures; else nothing that is shown changes."""
+    """Whether the levels are a column of the table of pictures; otherwise the pictures do not depend on them."""
 
     @model_validator(mode="after")
     def _check(self) -> Factor:
         for level in self.levels:
             if not LEVEL.fullmatch(level):
                 raise ValueError(
-                    f"levels names {level!r}, but a level is made of letters (a to z, A to Z), digits and any of "
-                    "_ . -: write it so in the design and in the table of pictures."
+                    f"levels names {level!r}, but a level must consist of letters (a to z, A to Z), digits and any of "
+                    "_ . -: change it in the design and in the table of pictures."
                 )
         if len(set(self.levels)) < len(self.levels):
-            raise ValueError("levels names one level more than once: leave out the second.")
+            raise ValueError("levels names a level more than once: leave out the second.")
         if self.vary == "between" and self.order == "blocked":
-            raise ValueError("order is 'blocked', which is for factors that vary within participants: leave it out.")
+            raise ValueError(
+                "order is 'blocked', which requires a factor that varies within participants: leave it out."
+            )
         return self
 
 
 def check_factors(factors: Mapping[str, Factor]) -> None:
-    """Refuse names that cannot be columns beside the others, and more than one factor in blocks."""
+    """Raise `ValueError` for names that cannot be additional columns, and for more than one blocked factor."""
     for name in factors:
         if not NAME.fullmatch(name):
-            raise ValueError(f"factors names {name!r}, but a name is made of small letters (a to z), digits and _.")
+            raise ValueError(
+                f"factors names {name!r}, but a name must consist of lower-case letters (a to z), digits and _."
+            )
         if name in RESERVED:
-            raise ValueError(f"factors names {name!r}, which the tables have already: take another name.")
+            raise ValueError(f"factors names {name!r}, which is already a column of the tables: choose another name.")
     if sum(factor.order == "blocked" for factor in factors.values()) > 1:
-        raise ValueError("factors has more than one that is 'blocked': let the others be 'mixed'.")
+        raise ValueError("factors has more than one 'blocked' factor: make the others 'mixed'.")
 
 
 def crossed(factors: Mapping[str, Factor], names: Sequence[str]) -> list[dict[str, str]]:
@@ -81,7 +85,7 @@ def crossed(factors: Mapping[str, Factor], names: Sequence[str]) -> list[dict[st
 
 
 def between(factors: Mapping[str, Factor], pair: int) -> dict[str, str]:
-    """Give the levels of a participant of that pair, of the factors that vary between: all combinations in turn.
+    """Return the levels of the between-participant factors for a pair of participants: all combinations in turn.
 
     >>> two = {"light": Factor(levels=["dim", "bright"], vary="between")}
     >>> [between(two, pair)["light"] for pair in (1, 2, 3)]

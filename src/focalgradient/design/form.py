@@ -1,4 +1,4 @@
-"""What the form asks of a participant, in a window and in a browser alike."""
+"""Questions of the form about the participant, for window and browser."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from focalgradient.errors import InputError
 __all__ = ["ABOUT", "LONGEST_ABOUT", "OLDEST", "check_about"]
 
 ABOUT = r"^[\w ./-]+$"
-"""What an answer is made of: letters of any language, digits, spaces and . - /."""
+"""Pattern of valid answers: letters of any language, digits, spaces and . - /."""
 
 LONGEST_ABOUT = 20
-"""Greatest number of characters of an answer."""
+"""Maximum number of characters of an answer."""
 
 OLDEST = 130.0
-"""Greatest age in years: nobody has become 123 (Jeanne Calment, 122)."""
+"""Maximum age in years: the highest verified is 122 (Jeanne Calment)."""
 
 
 def check_about(about: Mapping[str, str], ask: Collection[str]) -> None:
-    """Refuse what the form does not ask for, and an age that is none.
+    """Raise `InputError` for questions that the design does not ask, and for an invalid age.
 
     Parameters
     ----------
     about
-        What was answered, by question.
+        Answers by question.
     ask
-        The questions of the design.
+        Questions of the design.
 
     Raises
     ------
     InputError
-        If a question is none of the design's, or "age" is not a number of years.
+        If a question is not one of the design's, or "age" is not a number of years.
 
     Examples
     --------

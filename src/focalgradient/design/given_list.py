@@ -1,4 +1,4 @@
-"""Lists of trials as tables: a design's list written out, and a table read in the place of a design's own list."""
+"""Trial lists as tables: export of a design's list, and import of a table that replaces it."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from focalgradient.files.workbooks import is_workbook, sheet_text
 __all__ = ["LEFT_ASIDE", "PARTICIPANT", "listed_rows", "numbered", "read_trials", "trial_row", "trials_of"]
 
 PARTICIPANT = "participant"
-"""Column that says whose row it is, by label; a table without it is everybody's."""
+"""Column with the participant's label; a table without it applies to all participants."""
 
 LEFT_ASIDE = frozenset({"trial", "repetition", "picture", "reference", "seconds"})
-"""Columns that are written for other programs and follow from the rest."""
+"""Columns for other programs, which follow from the others and are ignored on import."""
 
 LARGEST = 16 * 2**20
-"""Maximum size of a table, in bytes: a hundred participants with 2000 trials each."""
+"""Maximum size of a table in bytes: a hundred participants with 2000 trials each."""
 
 NONE = ("", "n/a")
 
 GERMAN = {"wahr": "true", "falsch": "false"}
-"""What a German Excel writes for true and false."""
+"""Boolean values as German Excel writes them."""
 
 DECIMAL_COMMA = re.compile(r"-?(0,\d+|\d+,(\d{1,2}|\d{4,}))")
-"""Numbers whose comma can only be a decimal one; 1,234 may be a thousand, and is refused."""
+"""Numbers with an unambiguous decimal comma; 1,234 may be a thousand, and is rejected."""
 
 Row = Mapping[str, Any]
 
 
 def read_trials(path: Path) -> list[dict[str, str]]:
-    """Read a table of trials: CSV (comma, semicolon or tab) or the one sheet of an Excel workbook.
+    """Read a trial table: CSV (comma, semicolon or tab), or the only sheet of an Excel workbook.
 
     Raises
     ------
     InputError
-        If it cannot be read, has no header, a column twice, or no rows.
+        If it cannot be read, has no header, a duplicate column, or no rows.
     """
     name = printable(path)
     data = read_bytes(path, "a table of trials", LARGEST)
@@ -71,16 +71,18 @@ def read_trials(path: Path) -> list[dict[str, str]]:
     if twice or not all(header) or len(rows) < 2:
         what = f"has the column {twice[0]} twice" if twice else "has a column without a name" if header else "is empty"
         what = what if twice or not all(header) or not header else "has no rows below its header"
-        raise InputError(f"{name} {what}: give one row a trial below a header of their settings.")
+        raise InputError(f"{name} {what}: give one row per trial below a header of their settings.")
     for number, row in enumerate(rows[1:], start=2):
         if len(row) > len(header) and any(cell.strip() for cell in row[len(header) :]):
-            raise InputError(f"{name}, row {number}: there are {len(row)} cells, but must be {len(header)}.")
+            raise InputError(
+                f"{name}, row {number}: there are {len(row)} cells, but must be {len(header)}, as in the header."
+            )
     width = len(header)
     return [dict(zip(header, [cell.strip() for cell in (row + [""] * width)[:width]], strict=True)) for row in rows[1:]]
 
 
 def trial_row(trial: Any) -> dict[str, Any]:
-    """Return a trial as a row of a table: its fields, those of its factors by name.
+    """Return a trial as a table row: its fields, and the levels of its factors by name.
 
     >>> from focalgradient.design import PinholeTrial
     >>> trial_row(PinholeTrial(trial=1, repetition=1, form="real", viewing="tube", scene="room"))["viewing"]
@@ -94,7 +96,7 @@ def trial_row(trial: Any) -> dict[str, Any]:
 
 
 def listed_rows(rows: Iterable[Row], participant: str) -> tuple[dict[str, Any], ...]:
-    """Return the rows of a participant, without the column that says whose they are.
+    """Return the rows of a participant, without the participant column.
 
     Raises
     ------
@@ -107,7 +109,7 @@ def listed_rows(rows: Iterable[Row], participant: str) -> tuple[dict[str, Any], 
         if PARTICIPANT not in row or _same(str(row[PARTICIPANT]), participant)
     )
     if not own:
-        raise InputError(f"the list of trials has no rows of participant {participant}: add them.")
+        raise InputError(f"the list of trials has no rows for participant {participant}: add them.")
     return own
 
 
@@ -119,23 +121,23 @@ def _same(one: str, other: str) -> bool:
 def trials_of(
     name: str, rows: Sequence[Mapping[str, str]], kind: type[Any], factors: Sequence[str]
 ) -> list[dict[str, Any]]:
-    """Check the rows of a table and give their cells the types of a kind of trial.
+    """Check the rows of a table, and convert their cells to the field types of a class of trials.
 
     Parameters
     ----------
     name
-        Of the table, for errors.
+        Name of the table, for messages.
     rows
-        Its rows, as texts.
+        Rows with text cells.
     kind
         Class of the trials.
     factors
-        Names of the columns that are levels of factors.
+        Names of the columns of factor levels.
 
     Raises
     ------
     InputError
-        If a column is missing or not known, or a cell is not what its column holds: row and column are named.
+        If a column is missing or unknown, or a cell is invalid: row and column are named.
     """
     hints = typing.get_type_hints(kind)
     fields = {one.name: one for one in dataclasses.fields(kind) if one.name != "factors"}
@@ -143,7 +145,7 @@ def trials_of(
     for column in rows[0]:
         if column not in known:
             raise InputError(
-                f"{name}: {column} is not a setting of a trial: leave the column out, or use {', '.join(fields)}."
+                f"{name}: {column} is not a field of a trial: leave the column out, or use {', '.join(fields)}."
             )
     needed = {one.name for one in fields.values() if _needed(one)} | set(factors)
     if missing := sorted(needed - {*rows[0]}):
@@ -186,16 +188,16 @@ def _value(hint: Any, cell: str) -> Any:
 
 
 def numbered(rows: Sequence[Row], kind: type[Any], factors: Sequence[str]) -> tuple[Any, ...]:
-    """Return the trials of checked rows, numbered in each phase, with the repetitions of each condition counted.
+    """Create trials from checked rows, with trial numbers per phase and repetition numbers per condition.
 
     Raises
     ------
     InputError
-        If practice comes after a trial that counts, or none counts.
+        If practice follows a main trial, or there are no main trials.
     """
     phases = [row.get("phase", "main") for row in rows]
     if "main" not in phases or "practice" in phases[phases.index("main") :]:
-        raise InputError("a list of trials has its practice first, then trials that count: put it in that order.")
+        raise InputError("a list of trials must have practice trials first, then main trials: put it in that order.")
     count: Counter[str] = Counter()
     met: Counter[Hashable] = Counter()
     trials = []

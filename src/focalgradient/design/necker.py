@@ -1,4 +1,4 @@
-"""Experiment 2: whether the rotating Necker cube looks rigid or wobbles, by its focal gradient."""
+"""Experiment 2: whether a rotating Necker cube looks rigid or nonrigid, by its focal gradient."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from focalgradient.design.plan import Names, OrNone, Plan, Trial, no_repeats
 __all__ = ["Direction", "Gradient", "NeckerDesign", "NeckerTrial", "Shape"]
 
 Gradient = Literal["none", "rigid", "nonrigid"]
-"""The reading whose depth the blur agrees with."""
+"""Interpretation of the cube with which the blur is consistent."""
 
 Direction = Literal["right", "left"]
-"""Where the near side of the rigid cube moves."""
+"""Direction in which the near side of the rigid cube moves."""
 
 Shape = Literal["ambiguous", "rigid", "nonrigid"]
-"""What turns: the wireframe cube, or an example that can be seen in one way only."""
+"""Rotating object: the ambiguous wireframe cube, or an unambiguous example."""
 
 HELD = 0.5
-"""Share of a practice cube's time for which the right key must be held; our choice."""
+"""Minimum fraction of a practice trial for which the correct key must be held (our choice)."""
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NeckerTrial(Trial):
-    """A cube to be watched.
+    """Trial with a rotating cube.
 
     Parameters
     ----------
     shape
-        "ambiguous" for the cube itself; in practice and catch trials something that is rigid, or not, beyond doubt.
+        "ambiguous" for the wireframe cube; unambiguously "rigid" or "nonrigid" in practice and catch trials.
     gradient, strength
-        The reading that the blur agrees with, and its aperture in millimetres: 0 without gradient.
+        Interpretation with which the blur is consistent, and its aperture in mm; 0 without a gradient.
     direction
-        Where the near side moves.
+        Direction in which the near side moves.
     trial_s
-        How long it is to be shown, in seconds.
+        Duration of the trial, in s.
     """
 
     gradient: Gradient
@@ -53,12 +53,12 @@ class NeckerTrial(Trial):
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
-        """What turns, how it is blurred, and where it turns."""
+        """Object, blur gradient and direction of rotation."""
         return (self.shape, self.gradient, self.strength, self.direction)
 
 
 class NeckerDesign(Plan):
-    """The design of experiment 2: (none, and other gradients x strengths) x directions x repetitions.
+    """Design of experiment 2: (none, and other gradients x strengths) x directions x repetitions.
 
     Examples
     --------
@@ -115,17 +115,17 @@ class NeckerDesign(Plan):
         for key in ("gradients", "strengths_mm", "directions"):
             no_repeats(key, getattr(self, key))
         if len(self.keys) != 2:
-            raise ValueError(f"keys names {len(self.keys)} keys, but must name two: one for rigid, one for nonrigid.")
+            raise ValueError(f"keys names {len(self.keys)}, but must name two: one for rigid, one for nonrigid.")
         if self.keys[0].lower() == self.keys[1].lower():
-            raise ValueError(f"keys maps {self.keys[0]!r} to both percepts: name two different keys.")
+            raise ValueError(f"keys assigns {self.keys[0]!r} to both percepts: name two different keys.")
         if "escape" in self.keys:
             raise ValueError("keys names 'escape', which ends the experiment: name another key.")
         self.check_counts(len(self._gradings()) * len(self.directions))
-        self.trials("01")  # some orders are impossible: say so before the participant has come
+        self.trials("01")  # some orders are impossible: raise before the participant arrives
         return self
 
     def keys_of(self, participant: str) -> dict[Gradient, str]:
-        """Say which key a participant holds for which percept.
+        """Return the keys that a participant holds for "rigid" and for "nonrigid".
 
         Raises
         ------
@@ -136,11 +136,11 @@ class NeckerDesign(Plan):
         return {"rigid": rigid, "nonrigid": nonrigid}
 
     def least_s(self, trial: NeckerTrial) -> float:
-        """Return the time in seconds for which a cube is shown."""
+        """Return the time in s for which a cube is shown."""
         return trial.trial_s
 
     def trials(self, participant: str, session: str | None = None) -> tuple[NeckerTrial, ...]:
-        """Make the list of one participant: practice first, then all else.
+        """Return the trial list of one participant, practice first.
 
         Raises
         ------
@@ -164,7 +164,7 @@ class NeckerDesign(Plan):
         )
 
     def _gradings(self) -> list[tuple[Gradient, float]]:
-        """Every gradient with each strength; without a gradient there is only one."""
+        """Return each gradient with each strength; without a gradient the strength is 0."""
         return [
             (gradient, strength)
             for gradient in self.gradients
@@ -175,12 +175,12 @@ class NeckerDesign(Plan):
         return NeckerTrial(gradient="none", strength=0.0, direction=direction, shape=shape, trial_s=trial_s)
 
     def _catches(self, draws: Draws) -> list[NeckerTrial]:
-        """Shapes that truly wobble."""
+        """Return catch trials with nonrigid objects."""
         ways = [self.directions[number % len(self.directions)] for number in range(self.catch_trials)]
         return [replace(self._example("nonrigid", way, self.trial_s), catch=True) for way in draws.shuffled(ways)]
 
     def _practice(self, draws: Draws) -> list[NeckerTrial]:
-        """Something rigid and something that wobbles, in turn."""
+        """Return practice trials with rigid and nonrigid objects in turn."""
         shapes: tuple[Shape, Shape] = ("rigid", "nonrigid")
         ways = draws.shuffled(self.directions)
         return [

@@ -1,8 +1,9 @@
-"""The order of trials: random, without long runs of one condition, and fair over participants.
+"""Trial order: random, without long runs of one condition, and counterbalanced between participants.
 
-Participants come in pairs, 01 with 02, 03 with 04 and so on: the second gets the first's order from its end to its
-beginning. So each trial stands, over a pair, on average in the middle, and whatever grows steadily over a session
-(practice, fatigue) falls on all conditions alike.
+Participants form pairs, 01 with 02, 03 with 04 and so on: the second has the first's order reversed. Over a pair, the
+mean position of each trial is thus the middle, and linear trends over a session (practice, fatigue) affect all
+conditions
+equally.
 """
 
 from __future__ import annotations
@@ -21,38 +22,38 @@ __all__ = ["Place", "check_label", "in_order", "scatter"]
 Item = TypeVar("Item")
 
 ATTEMPTS = 8
-"""Shuffles to start from before an order without long runs is given up."""
+"""Maximum number of initial shuffles in the search for an order without long runs."""
 
 TRIES = 40
-"""Exchanges tried for each trial that stands in a long run."""
+"""Number of exchanges tried for each trial in a long run."""
 
 
 def check_label(what: str, label: str) -> None:
-    """Refuse what cannot be part of a BIDS file's name.
+    """Raise `InputError` for a label that cannot be part of a BIDS file name.
 
     Raises
     ------
     InputError
-        If `label` is not made of letters and digits alone.
+        If `label` does not consist of letters and digits only.
 
     Examples
     --------
     >>> check_label("participant", "07")
     >>> check_label("participant", "0_7")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    focalgradient.errors.InputError: participant label is '0_7', but must be letters and digits alone, ...
+    focalgradient.errors.InputError: participant label is '0_7', but must be letters and digits only, ...
     """
     if not (label.isascii() and label.isalnum()):
         raise InputError(
-            f"{what} label is {label!r}, but must be letters and digits alone, like '01': leave out others."
+            f"{what} label is {label!r}, but must be letters and digits only, such as '01': leave out other characters."
         )
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A participant's place among all: which stream of draws, and which of the counterbalanced variants.
+    """A participant's position in the counterbalancing: random stream, and variants of order and keys.
 
-    Labels that are numbers ("1", "01" and "001" are one) are balanced exactly, over four in a row; others on average.
+    Numeric labels ("1", "01" and "001" are the same) are balanced exactly over four in a row; others on average.
 
     >>> [Place.of(label).mirrored for label in ("01", "02", "03", "04")]
     [False, True, False, True]
@@ -62,15 +63,15 @@ class Place:
 
     stream: str
     mirrored: bool
-    """Whether the order is the other's of the pair, reversed."""
+    """Whether the order is that of the pair's other participant, reversed."""
     swapped: bool
-    """Whether the keys are exchanged."""
+    """Whether the response keys are exchanged."""
     pair: int = 1
-    """Number of the pair, from 1: what differs between participants goes by it."""
+    """Number of the pair, from 1, which determines the levels of between-participant factors."""
 
     @classmethod
     def of(cls, participant: str) -> Place:
-        """Find the place of a participant by label.
+        """Return the position of a participant, by label.
 
         Raises
         ------
@@ -91,23 +92,23 @@ def in_order(
     longest: int,
     draws: Draws,
 ) -> list[Item]:
-    """Shuffle each block, so that no level of any factor comes more than `longest` times in a row.
+    """Shuffle each block so that no level of any factor occurs more than `longest` times in a row.
 
     Parameters
     ----------
     blocks
-        Items that are shuffled among themselves; the blocks stay in their order.
+        Items shuffled within each block; the order of the blocks is kept.
     factors
-        The levels of an item, always as many. A factor with one level alone is let be.
+        Function that returns the levels of an item, always the same number. Factors with a single level are ignored.
     longest
-        Most items of one level in a row, over the ends of blocks too.
+        Maximum number of consecutive items with the same level, also across block boundaries.
     draws
-        Where chance comes from.
+        Random stream.
 
     Raises
     ------
     InputError
-        If there is no such order, or none was found.
+        If no such order exists, or none was found.
 
     Examples
     --------
@@ -125,7 +126,7 @@ def in_order(
         if _break_runs(order, columns, spans, longest, draws):
             return order
     raise InputError(
-        f"no order of the {sum(map(len, blocks))} trials was found that shows no condition more than {longest} times "
+        f"no order of the {sum(map(len, blocks))} trials was found with each condition at most {longest} times "
         "in a row: raise longest_run."
     )
 
@@ -135,18 +136,18 @@ def _check_possible(counts: Counter[Hashable], longest: int) -> None:
     others = sum(counts.values()) - most
     if most > longest * (others + 1):
         raise InputError(
-            f"{most} trials show {level!r} and only {others} another level, which cannot be ordered with "
-            f"at most {longest} in a row: raise longest_run, or even out the conditions."
+            f"{most} trials have {level!r} and only {others} another level, which cannot be ordered with "
+            f"at most {longest} in a row: raise longest_run, or balance the conditions."
         )
 
 
 def _break_runs(
     order: list[Item], columns: list[list[Hashable]], spans: list[tuple[int, int]], longest: int, draws: Draws
 ) -> bool:
-    """Exchange trials of long runs for others of their block, in place, until none is left or no exchange helps."""
+    """Exchange trials in long runs with others of their block, in place; return whether no long run is left."""
 
     def excess(place: int) -> int:
-        """By how much the runs through a place are too long, over all factors."""
+        """Return the excess length of the runs through a position, summed over factors."""
         found = 0
         for column in columns:
             level, first, last = column[place], place, place
@@ -163,7 +164,7 @@ def _break_runs(
             row[one], row[other] = row[other], row[one]
 
     def total() -> int:
-        """The sum of `excess` over all places."""
+        """Return the sum of `excess` over all positions."""
         found = 0
         for column in columns:
             runs = (len(list(run)) for _, run in groupby(column))
@@ -192,7 +193,7 @@ def _break_runs(
 
 
 def scatter(items: Sequence[Item], among: Sequence[Item], draws: Draws) -> list[Item]:
-    """Put `items` between those of `among`, one in each of equally long stretches, never first of all.
+    """Insert `items` among the others, one at random in each of equally long stretches, never first.
 
     >>> scatter(["catch"] * 2, ["a"] * 6, Draws("b")).count("catch")
     2

@@ -1,4 +1,4 @@
-"""The pages of a design: those of its task."""
+"""Pages of a design, which its task defines."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ __all__ = ["pages_of"]
 
 
 def pages_of(design: Any, words: Words, participant: str, *, browser: bool = False) -> Pages:
-    """Make the pages of a design for one participant.
+    """Return the pages of a design for one participant.
 
     Parameters
     ----------
     design, words, participant
-        Of the session.
+        Design, texts and participant of the session.
     browser
-        Whether they are shown in a browser: there a button stops the session, and nobody is there to be asked.
+        Whether they are shown in a browser, where a button stops the session and no experimenter is present.
     """
     return task_named(design.task).pages(design, words, participant, browser)

@@ -1,4 +1,4 @@
-"""The demonstration: depth with one eye, with and without a pinhole, and through a tube of the same field."""
+"""Pinhole demonstration: monocular depth with and without a pinhole, and through a tube of the same field."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from focalgradient.scales import Ratio
 __all__ = ["Form", "Pinhole", "PinholeTrial", "Viewing"]
 
 Form = Literal["real", "picture"]
-"""The world seen with the naked eye, or pictures of it on the screen."""
+"""Stimulus: the real world, or pictures of it on the screen."""
 
 Viewing = Literal["pinhole", "natural", "tube"]
-"""Through a pinhole, freely, or through a tube that shows as little of the scene as the pinhole does."""
+"""Viewing condition: through a pinhole, freely, or through a tube with the pinhole's field of view."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PinholeTrial(Trial):
-    """A look to be judged.
+    """Trial with one look at a scene or picture.
 
     Parameters
     ----------
     form, viewing
-        What is looked at, and how.
+        Stimulus, and viewing condition.
     scene
-        Of a picture; "room" for the real world.
+        Scene of a picture; "room" for the real world.
     """
 
     form: Form
@@ -40,12 +40,12 @@ class PinholeTrial(Trial):
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
-        """What is looked at, and how."""
+        """Stimulus, viewing condition and scene."""
         return (self.form, self.viewing, self.scene)
 
 
 class Pinhole(Plan):
-    """The design of the demonstration: the real world, then pictures (the other of a pair: pictures, then the world).
+    """Design of the demonstration: real world, then pictures (reversed for the other participant of a pair).
 
     Examples
     --------
@@ -84,32 +84,32 @@ class Pinhole(Plan):
         for key in ("forms", "viewings", "scenes"):
             no_repeats(key, getattr(self, key))
         if aperture_mm(self.natural_aperture, 1.0) == 0:
-            raise ValueError("natural_aperture is 'pinhole', but natural viewing has an f-number: give one.")
+            raise ValueError("natural_aperture is 'pinhole', but must be an f-number: give one.")
         self.check_counts(len(self.viewings) * (("real" in self.forms) + ("picture" in self.forms) * len(self.scenes)))
         self.trials("01")
         return self
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest answer of the scale."""
+        """Smallest and largest answer on the scale."""
         return self.response_scale.bounds
 
     @property
     def response_scale(self) -> Ratio:
-        """Ratios to the view through the pinhole."""
+        """Scale of ratios to the view through the pinhole."""
         return Ratio(self.least_rating, self.most_rating)
 
     def is_answer(self, rating: float) -> bool:
-        """Whether a rating can be one: within the scale."""
+        """Return whether a rating is within the scale."""
         return self.response_scale.is_answer(rating)
 
     @property
     def shown_s(self) -> float:
-        """Seconds from when a picture appears to the question."""
+        """Time in s from the onset of a picture to the question."""
         return self.picture_s
 
     def trials(self, participant: str, session: str | None = None) -> tuple[PinholeTrial, ...]:
-        """Make the list of one participant.
+        """Return the trial list of one participant.
 
         Raises
         ------

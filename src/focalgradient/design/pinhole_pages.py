@@ -1,4 +1,4 @@
-"""The pages of the pinhole demonstration."""
+"""Pages of the pinhole demonstration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BLOCKS = {"real": "pinhole.block_real", "picture": "pinhole.block_picture"}
 
 @dataclass(frozen=True, slots=True)
 class PinholePages:
-    """The pages that one participant reads, in the laboratory or in a browser."""
+    """Pages for one participant, in the laboratory or in a browser."""
 
     design: Pinhole
     words: Words
@@ -23,7 +23,7 @@ class PinholePages:
     browser: bool = False
 
     def opening(self) -> tuple[Page, ...]:
-        """Give the instructions."""
+        """Return the instructions."""
         words = self.words
         ratios = self.design.response_scale.doubled(words)
         texts = [words("pinhole.instructions", ratios=ratios, escape=escape_text(self.words, browser=self.browser))]
@@ -33,25 +33,25 @@ class PinholePages:
         return tuple(Page("instructions", text.strip()) for text in texts)
 
     def reminder(self, first: PinholeTrial) -> tuple[Standard, ...]:
-        """Give nothing: each block begins with the standard, and so does each sitting."""
+        """Return no steps: each block and each sitting begins with the standard."""
         return ()
 
     def lead(self, trial: PinholeTrial, previous: PinholeTrial | None) -> tuple[Page | Standard, ...]:
-        """Give the page and the standard where a block or a sitting begins."""
+        """Return the page and the standard at the beginning of a block or sitting."""
         if previous is not None and (previous.form, previous.repetition) == (trial.form, trial.repetition):
             return ()
         return Page("ready", self.words(BLOCKS[trial.form])), Standard(self.words("pinhole.standard"), trial.form)
 
     def after(self, trial: PinholeTrial) -> tuple[Page, ...]:
-        """Give nothing."""
+        """Return no pages."""
         return ()
 
     def again(self) -> None:
-        """Give nothing: the demonstration has no practice."""
+        """Return None: the demonstration has no practice."""
         return
 
     def closing(self) -> tuple[Page, ...]:
-        """Give the debriefing, which mentions the tube only where there was one."""
+        """Return the debriefing, which mentions the tube only if it was used."""
         tube = self.words("pinhole.about_tube") if "tube" in self.design.viewings else ""
         asked = questions_text(self.words, browser=self.browser)
         texts = self.words.pages("pinhole.debriefing", tube=tube, questions=asked)

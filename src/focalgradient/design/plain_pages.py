@@ -1,4 +1,4 @@
-"""The pages of a task that has instructions, a debriefing and nothing else."""
+"""Pages of a task that has only instructions and a debriefing."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["PlainPages"]
 
 @dataclass(frozen=True, slots=True)
 class PlainPages:
-    """The pages of a task by its texts "instructions" and "debriefing", each page apart from the next by ``---``.
+    """Pages from a task's texts "instructions" and "debriefing", in which ``---`` separates pages.
 
     Parameters
     ----------
     task, words
-        Whose texts, in which language.
+        Task, and language of its texts.
     """
 
     task: Task
@@ -31,25 +31,25 @@ class PlainPages:
         return tuple(Page(event, text.strip()) for text in self.task.text(self.words, entry).split("\n---\n"))
 
     def opening(self) -> tuple[Page, ...]:
-        """Give the instructions."""
+        """Return the instructions."""
         return self._read("instructions", "instructions")
 
     def reminder(self, first: Trial) -> tuple[Standard, ...]:
-        """Give nothing."""
+        """Return no steps."""
         return ()
 
     def lead(self, trial: Trial, previous: Trial | None) -> tuple[Page | Standard, ...]:
-        """Give nothing."""
+        """Return no steps."""
         return ()
 
     def after(self, trial: Trial) -> tuple[Page, ...]:
-        """Give nothing."""
+        """Return no pages."""
         return ()
 
     def again(self) -> None:
-        """Give nothing: practice is not judged."""
+        """Return None: practice is not evaluated."""
         return
 
     def closing(self) -> tuple[Page, ...]:
-        """Give the debriefing."""
+        """Return the debriefing."""
         return self._read("debriefing", "debriefing")

@@ -1,4 +1,4 @@
-"""What all designs share: counts, seed, breaks, and how conditions become the list of a participant."""
+"""Base of all designs: numbers of trials, seed, breaks, and construction of a participant's trial list."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from focalgradient.tables import Table
 __all__ = ["ASKED", "Names", "OrNone", "Phase", "Plan", "Question", "Seconds", "Trial", "no_repeats"]
 
 Phase = Literal["practice", "main"]
-"""Practice is kept in the journal, and is no part of the tables."""
+"""Phase of a session; practice trials are kept in the journal, but not in the tables."""
 
 Question = Literal["age", "sex", "handedness", "acuity", "correction", "eye", "chin_rest", "light"]
-"""What the form can ask of a participant and of how they see the screen."""
+"""Questions that the form can ask about participants and their viewing conditions."""
 
 ASKED = f"a list of some of {', '.join(get_args(Question))}"
 
 MOST_TRIALS = 2000
-"""That one participant can be asked for."""
+"""Maximum number of trials per participant."""
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 Seconds = Annotated[float, Field(gt=0, le=3600, description="a number of seconds above 0, like 2.5")]
@@ -38,18 +38,18 @@ OrNone = Annotated[float, Field(ge=0, le=3600, description="a number of seconds 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """What every trial says of itself; those of a task add their condition.
+    """Fields of every trial; tasks add the fields of their condition.
 
     Parameters
     ----------
     phase, trial
-        Which trial it is: each phase counts its own, from 1, in the order shown.
+        Phase, and number of the trial within its phase, from 1, in the order shown.
     repetition
-        How many times this condition has been shown, this time included; 0 in practice.
+        Number of presentations of this condition so far, including this one; 0 in practice.
     catch
-        Whether it only checks that the participant attends.
+        Whether the trial only checks attention.
     break_before
-        Whether a break is offered before it.
+        Whether a break is offered before the trial.
     """
 
     phase: Phase = "main"
@@ -60,7 +60,7 @@ class Trial:
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
-        """What is shown, equal for repetitions of one condition: the fields that a task adds."""
+        """Condition, equal for its repetitions: the values of the fields that a task adds."""
         shared = {one.name for one in fields(Trial)}
         return tuple(getattr(self, one.name) for one in fields(self) if one.name not in shared)
 
@@ -69,17 +69,17 @@ Kind = TypeVar("Kind", bound=Trial)
 
 
 def no_repeats(key: str, values: Sequence[object]) -> None:
-    """Refuse what stands twice in a list of a design."""
+    """Raise `ValueError` for duplicates in a list of a design."""
     twice = [value for value, count in Counter(values).items() if count > 1]
     if twice:
         raise ValueError(f"{key} names {twice[0]!r} more than once: leave out the second.")
 
 
 PILOT = 4
-"""Trials of practice, and others, that a pilot run takes of a list that was given: our choice."""
+"""Number of practice trials, and of main trials, that a pilot run takes from a given list (our choice)."""
 
 LATER = frozenset({"also", "given_trials", "smallest_screen"})
-"""Settings that came after version 0.2, whose default is empty: designs without them stay as they were recorded."""
+"""Settings added after version 0.2 with an empty default: designs without them are recorded as before."""
 
 _LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}
 
@@ -88,7 +88,7 @@ Making = Callable[..., tuple[Any, ...]]
 
 
 def _unless_given(making: Making) -> Making:
-    """Return the method that lists a design's trials, or those that were given in their place."""
+    """Wrap a design's method `trials` so that given trials replace its list."""
     if getattr(making, "unless_given", False):
         return making
 
@@ -105,7 +105,7 @@ def _unless_given(making: Making) -> Making:
 
 
 class Plan(Table):
-    """Settings that all designs have."""
+    """Settings of all designs."""
 
     task: str
     seed: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 1987
@@ -128,26 +128,26 @@ class Plan(Table):
         tuple[dict[str, bool | int | float | str | None], ...],
         Field(strict=False, description="a list of trials, each a table of its settings"),
     ] = ()
-    """Trials that are shown in the place of those that the design would list."""
+    """Trials shown instead of the design's own list."""
 
     smallest_screen: Annotated[
         tuple[Annotated[int, Field(gt=0)], ...],
         Field(strict=False, max_length=2, description="two numbers of CSS pixels, like [600, 280] for phones"),
     ] = ()
-    """Of a browser's window, wider than high; touch is then enough. Without it 640 x 480 and a keyboard are needed."""
+    """Minimum size of a browser window, width first; touch is then sufficient. Default: 640 x 480 and a keyboard."""
 
     tables: ClassVar[dict[str, type[Table]]] = {"also": Also}
 
     closed: ClassVar[tuple[str, ...]] = ()
-    """Fields of a trial whose values in a list from elsewhere must be among those of the design's own list."""
+    """Fields of a trial whose values in a given list must occur in the design's own list."""
 
     shortened: ClassVar[dict[str, Any]] = {}
-    """What a pilot run changes."""
+    """Settings that a pilot run reduces."""
 
     @model_validator(mode="before")
     @classmethod
     def _lists(cls, data: Any) -> Any:
-        """Lists of a settings file or a journal as the tuples that fields declare, however a class declares them."""
+        """Convert lists of a settings file or journal to tuples, where fields declare them."""
         if not isinstance(data, dict):
             return data
         tuples = {name for name, one in cls.model_fields.items() if get_origin(one.annotation) is tuple}
@@ -168,7 +168,7 @@ class Plan(Table):
 
     @model_serializer(mode="wrap")
     def _stated(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Settings as they are recorded: without what earlier versions did not have, where it is empty."""
+        """Return the settings as recorded: without later settings that are empty."""
         settings: dict[str, Any] = write(self)
         return {key: value for key, value in settings.items() if value or key not in LATER}
 
@@ -177,51 +177,52 @@ class Plan(Table):
     def _known(cls, language: str) -> str:
         if language not in LANGUAGES and not language.endswith(".toml"):
             raise ValueError(
-                f"there are no words in {language!r}: give one of {', '.join(map(repr, LANGUAGES))} or the name of a "
-                "TOML file with all words."
+                f"there are no texts in {language!r}: give one of {', '.join(map(repr, LANGUAGES))} or the name of a "
+                "TOML file with all texts."
             )
         return language
 
     def check_counts(self, conditions: int) -> None:
-        """Refuse numbers of trials that cannot be run."""
+        """Raise `ValueError` for numbers of trials that cannot be run."""
         trials = conditions * self.repetitions
         if trials > MOST_TRIALS:
             raise ValueError(
-                f"{conditions} conditions, {self.repetitions} times each, make {trials} trials, but one participant "
-                f"can be asked for {MOST_TRIALS} at most: lower repetitions or leave out conditions."
+                f"{conditions} conditions, {self.repetitions} times each, make {trials} trials, but a "
+                f"participant can have at most {MOST_TRIALS}: lower repetitions or leave out conditions."
             )
         if self.catch_trials >= trials:
             raise ValueError(
-                f"catch_trials is {self.catch_trials}, but must be less than the other trials, here {trials}."
+                f"catch_trials is {self.catch_trials}, but must be less than the number of other trials, which is "
+                f"{trials}."
             )
 
     @classmethod
     def __pydantic_init_subclass__(cls, **others: Any) -> None:
-        """Let a list that was given take the place of the one that a class of designs makes."""
+        """Make given trials replace the list of each class of designs."""
         super().__pydantic_init_subclass__(**others)
         if "trials" in vars(cls):
             cls.trials = _unless_given(cls.trials)  # type: ignore[method-assign]
 
     def trials(self, participant: str, session: str | None = None) -> tuple[Trial, ...]:
-        """Make the list of one participant: practice first, then all else."""
+        """Return the trial list of one participant, practice first."""
         raise NotImplementedError
 
     def with_trials(self, name: str, rows: Sequence[Mapping[str, str]]) -> Self:
-        """Return the design with a table's trials in the place of its own.
+        """Return the design with a table's trials instead of its own.
 
         Parameters
         ----------
         name
-            Of the table, for errors.
+            Name of the table, for messages.
         rows
-            Cells by column: the fields of a trial, and the names of factors. A column ``participant`` says whose a row
-            is; without it all participants have all rows.
+            Cells by column: fields of a trial, and names of factors. The column ``participant`` assigns rows to
+            participants;
+            without it all participants have all rows.
 
         Raises
         ------
         InputError
-            If a column is missing or not known, a cell is not what its column holds, or a value is none of the
-            design's.
+            If a column is missing or unknown, a cell is invalid, or a value does not occur in the design.
         """
         own = self.trials("01")
         kind, factors = type(own[0]), [*getattr(own[0], "factors", {})]
@@ -241,21 +242,22 @@ class Plan(Table):
         for participant in {str(row.get(PARTICIPANT, "01")).removeprefix("sub-") for row in checked}:
             if len(made.trials(participant)) > MOST_TRIALS:
                 raise InputError(
-                    f"{name} has more than {MOST_TRIALS} trials of participant {participant}: leave some out."
+                    f"{name} has more than {MOST_TRIALS} trials for participant {participant}: leave some out."
                 )
         return made
 
     def of(self, participant: str) -> Self:
-        """Return the design as it is recorded with a participant: of a list that was given, that participant's rows."""
+        """Return the design as recorded for a participant: with that participant's rows of given trials."""
         if not self.given_trials:
             return self
         return self.model_copy(update={"given_trials": listed_rows(self.given_trials, participant)})
 
     def ordered(self, participant: str, session: str | None, conditions: Sequence[Kind]) -> tuple[Kind, ...]:
-        """Put conditions, each `repetitions` times, in a participant's order, after `practice_trials` of them.
+        """Return conditions, each `repetitions` times, in a participant's order, preceded by `practice_trials` of them.
 
-        No condition comes more than `longest_run` times in a row; the second of each two participants has the order of
-        the first, mirrored.
+        No condition occurs more than `longest_run` times in a row; the second participant of each pair has the reversed
+        order
+        of the first.
         """
         return tuple(
             self.listed(
@@ -272,15 +274,15 @@ class Plan(Table):
 
     @property
     def shown_s(self) -> float:
-        """Seconds from when the stimulus of a trial appears to the question; 0 where that is not fixed."""
+        """Time in s from the onset of a trial's stimulus to the question; 0 if it is not fixed."""
         return 0.0
 
     def least_s(self, trial: Any) -> float:
-        """Return the shortest time in seconds from one answer to the next question; 0 where none is known."""
+        """Return the minimum time in s from one answer to the next question; 0 if unknown."""
         return 0.0
 
     def pilot(self) -> Self:
-        """Give the same design cut short, to see that everything works."""
+        """Return a shortened design for a test run."""
         cut = {key: self._cut(key, to) for key, to in self.shortened.items()}
         if self.given_trials:
             first = listed_rows(self.given_trials, str(self.given_trials[0].get(PARTICIPANT, "01")))
@@ -293,11 +295,11 @@ class Plan(Table):
         return value[:to] if isinstance(value, tuple) else min(value, to)
 
     def place(self, participant: str) -> Place:
-        """Find a participant's place in the counterbalancing."""
+        """Return a participant's position in the counterbalancing."""
         return Place.of(participant)
 
     def draws(self, participant: str, session: str | None, purpose: str) -> Draws:
-        """Open the stream of draws that a participant's list takes for one purpose."""
+        """Return the random stream of a participant's list for one purpose."""
         if session is not None:
             check_label("the session", session)
         return Draws(self.task, self.seed, session or "", self.place(participant).stream, purpose)
@@ -312,11 +314,11 @@ class Plan(Table):
         catches: Callable[[Draws], Sequence[Kind]],
         practice: Callable[[Draws], Sequence[Kind]],
     ) -> list[Kind]:
-        """Put practice, then the conditions of the blocks with catch trials among them, in a participant's order.
+        """Return practice, then the conditions of the blocks interspersed with catch trials, in a participant's order.
 
-        `factors` gives the levels of a trial that must not come too often in a row.
+        `factors` returns the levels of a trial whose runs are limited.
         """
-        # Both of a pair have one order, and lists are made one after the other: the last order is kept.
+        # Both participants of a pair share an order, and lists are made in sequence: the last order is cached.
         key = (self.model_dump_json(), self.place(participant).stream, session)
         if key not in _LAST_ORDER:
             found = in_order(blocks, factors, longest=self.longest_run, draws=self.draws(participant, session, "order"))
@@ -325,7 +327,7 @@ class Plan(Table):
         order: list[Kind] = list(_LAST_ORDER[key])
         if self.place(participant).mirrored:
             order.reverse()
-        # What follows must differ within a pair, whose orders are alike.
+        # Practice and catch trials must differ within a pair, which shares an order.
         own = self.draws(participant, session, "own, mirrored" if self.place(participant).mirrored else "own")
         trained = [
             replace(trial, phase="practice", trial=number) for number, trial in enumerate(practice(own), start=1)

@@ -1,7 +1,8 @@
-"""Which level comes next: QUEST+ (Watson 2017, J. Vis. 17(3):10), by the library questplus.
+"""QUEST+ procedure (Watson 2017, J. Vis. 17(3):10), by the library questplus.
 
-The procedure is a function of the design and of the answers so far: a session that was cut off gives it the answers
-again, and it goes on as it would have.
+The procedure is a function of the design and of the answers so far: a resumed session replays the answers, and
+continues
+unchanged.
 """
 
 from __future__ import annotations
@@ -15,32 +16,34 @@ from focalgradient.errors import InputError, check_installed
 __all__ = ["LAPSES", "NEEDED", "SLOPES", "Procedure"]
 
 SLOPES = (1.5, 2.1, 2.9, 4.1, 5.7, 8.0)
-"""Weibull slopes that the procedure thinks possible, in equal steps of their logarithm about 3.5, that of QUEST
-(Watson & Pelli 1983)."""
+"""Weibull slopes with equal prior probability, in equal logarithmic steps around 3.5, the slope of QUEST (Watson &
+Pelli
+1983).
+"""
 
 LAPSES = (0.02,)
-"""Share of trials answered without looking: within the 0 to 5 % of trained people (Wichmann & Hill 2001)."""
+"""Lapse rate: within the 0 to 5 % of trained observers (Wichmann & Hill 2001)."""
 
 NEEDED = ("the adaptive procedure", "thresholds", "questplus")
-"""What needs which extra for which module: see `check_installed`."""
+"""Arguments of `check_installed`: purpose, extra and module."""
 
 GUESS = 0.5
-"""Of two intervals."""
+"""Guess rate with two intervals."""
 
 
 class HasLevels(Protocol):
-    """A design with levels to choose from, positive and rising."""
+    """Protocol of a design with levels, positive and increasing."""
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """The levels."""
+        """Levels of the design."""
         ...
 
 
 class Procedure:
-    """QUEST+ over the levels of a design: each next level is the one whose answer should be the most informative.
+    """QUEST+ procedure over the levels of a design: each next level maximises the expected information.
 
-    What is not known is the threshold, anywhere among the levels, and the slope (`SLOPES`).
+    Unknown parameters are the threshold, among the levels, and the slope (`SLOPES`).
 
     Examples
     --------
@@ -54,7 +57,7 @@ class Procedure:
     Attributes
     ----------
     learnt
-        The answers taken in so far: level, and whether it was right.
+        Answers used so far: level, and whether the answer was correct.
 
     Raises
     ------
@@ -83,22 +86,22 @@ class Procedure:
         self.learnt: list[tuple[float, bool]] = []
 
     def learn(self, answered: Iterable[tuple[float, bool]]) -> None:
-        """Take in all answers so far, the level and whether it was right, from the first; those known are passed over.
+        """Update with all answers so far (level, and whether correct), from the first; those already used are skipped.
 
         Raises
         ------
         InputError
-            If a level is none of the design's.
+            If a level is not one of the design's.
         """
         for level, right in list(answered)[len(self.learnt) :]:
             near = min(self._places, key=lambda one: abs(math.log(one / level)))
             if not math.isclose(near, level, rel_tol=1e-6):
-                raise InputError(f"level is {level:g}, but must be one of the design's, as {near:g}.")
+                raise InputError(f"level is {level:g}, but must be one of the design's, such as {near:g}.")
             outcome = {"response": "right" if right else "wrong"}
             self._quest.update(stim={"intensity": self._places[near]}, outcome=outcome)
             self.learnt.append((level, right))
 
     def level(self) -> float:
-        """The level to show next."""
+        """Return the level of the next trial."""
         place = float(self._quest.next_stim["intensity"])
         return min(self._places, key=lambda one: abs(self._places[one] - place))

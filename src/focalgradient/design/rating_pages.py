@@ -1,4 +1,4 @@
-"""The pages of depth rating, in a window and in a browser alike."""
+"""Pages of the depth-rating experiment, for window and browser."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["RatingPages", "instructions", "standard_text"]
 
 @dataclass(frozen=True, slots=True)
 class RatingPages:
-    """The pages that one participant reads, in the laboratory or in a browser.
+    """Pages for one participant, in the laboratory or in a browser.
 
     >>> from focalgradient.design.words import load_words
     >>> RatingPages(DepthRatingDesign(scale="steps", steps=2), load_words("en"), "01").opening()[-1].at
@@ -26,7 +26,7 @@ class RatingPages:
     browser: bool = False
 
     def opening(self) -> tuple[Page, ...]:
-        """Give the instructions, and the scale explained by an example."""
+        """Return the instructions, and an example that explains the scale."""
         texts = instructions(self.design, self.words, escape_text(self.words, browser=self.browser))
         read = tuple(Page("instructions", text.strip()) for text in texts)
         scale = self.design.response_scale
@@ -35,26 +35,26 @@ class RatingPages:
         return *read, Page("example", scale.example_text(self.words), at=scale.example)
 
     def reminder(self, first: DepthTrial) -> tuple[Standard, ...]:
-        """Give the standard, unless the first trial of the sitting brings it."""
+        """Return the standard, unless the first trial of the sitting is preceded by it."""
         return self._standard(shown=self.design.has_standard and not first.standard_before)
 
     def lead(self, trial: DepthTrial, previous: DepthTrial | None) -> tuple[Standard, ...]:
-        """Give the standard before the trials of the design that bring it."""
+        """Return the standard, if the design shows it before the trial."""
         return self._standard(shown=trial.standard_before)
 
     def _standard(self, *, shown: bool) -> tuple[Standard, ...]:
         return (Standard(standard_text(self.design, self.words)),) if shown else ()
 
     def after(self, trial: DepthTrial) -> tuple[Page, ...]:
-        """Give nothing."""
+        """Return no pages."""
         return ()
 
     def again(self) -> Page:
-        """Give the page before repeated practice."""
+        """Return the page before repeated practice."""
         return Page("feedback", self.words(self.design.response_scale.again))
 
     def closing(self) -> tuple[Page, ...]:
-        """Give the debriefing, which mentions the fixated object and the drawings only where the design has them."""
+        """Return the debriefing, which mentions the fixated object and the drawings only if the design has them."""
         words, design = self.words, self.design
         asked = questions_text(self.words, browser=self.browser)
         drawings = words("depth.about_drawings") if design.shows_drawings else ""
@@ -64,7 +64,7 @@ class RatingPages:
 
 
 def instructions(design: DepthRatingDesign, words: Words, escape: str) -> tuple[str, str]:
-    """Give the two pages that the participant reads; `escape` says how to stop."""
+    """Return the two pages of instructions; `escape` tells how to stop."""
     scale = design.response_scale
     mark = words("depth.mark_stays" if design.mark == "kept" else "depth.mark_goes")
     answer = words(f"depth.answer_{scale.control(words).how}")
@@ -72,5 +72,5 @@ def instructions(design: DepthRatingDesign, words: Words, escape: str) -> tuple[
 
 
 def standard_text(design: DepthRatingDesign, words: Words) -> str:
-    """Give the page before the standard: which number it counts as."""
+    """Return the page before the standard, which states the standard's value."""
     return words("depth.standard", number=f"{design.response_scale.standard:g}")

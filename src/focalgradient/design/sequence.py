@@ -1,7 +1,8 @@
-"""The sequence of pages and trials of a session: the laboratory and the browser both walk through it.
+"""Sequence of pages and trials of a session, for laboratory and browser.
 
-Each task has one class of pages (`rating_pages`, `cube_pages`, `pinhole_pages`, `threshold_pages`). It gives what a
-sitting begins with, what comes between two trials, and what the session ends with.
+Each task has one class of pages (`rating_pages`, `cube_pages`, `pinhole_pages`, `threshold_pages`). It provides the
+steps
+at the beginning of a sitting, between two trials, and at the end of the session.
 """
 
 from __future__ import annotations
@@ -29,19 +30,20 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page of text.
+    """Page of text.
 
     Parameters
     ----------
     event
-        Name of its marker.
+        Name of its event marker.
     text
-        The first line is the title. What is known only when it is shown stands in braces: ``{minutes}`` that are left,
-        ``{share}`` of the time (%).
+        Text with the title as first line. Values that are known only when it is shown are in braces: ``{minutes}``
+        left,
+        ``{share}`` of the time in %.
     at
-        Value on the scale that an example shows below the text; None elsewhere.
+        Value on the scale shown by an example below the text; None on other pages.
     least_s
-        Shortest time in seconds that the page stays.
+        Minimum display time of the page, in s.
     """
 
     event: str
@@ -57,7 +59,7 @@ class Standard:
     Parameters
     ----------
     text
-        Of the page.
+        Text of the page.
     form
         "picture", or "real" for a look at the real world.
     """
@@ -68,14 +70,14 @@ class Standard:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A trial, with what always comes right before and after it, also where it is repeated.
+    """Trial with the steps that always accompany it, also when it is repeated.
 
     Parameters
     ----------
     trial
-        Of the design.
+        Trial of the design.
     lead, after
-        What comes right before it and right after it.
+        Steps directly before and after it.
     """
 
     trial: Trial
@@ -85,7 +87,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Repeat:
-    """Practice is judged here, and repeated until it is right.
+    """Point at which practice is evaluated, and repeated until its criterion is met.
 
     Parameters
     ----------
@@ -103,30 +105,30 @@ Step = Page | Standard | Turn | Repeat
 
 
 class Pages(Protocol):
-    """The pages of one task, for one participant."""
+    """Protocol of the pages of one task, for one participant."""
 
     def opening(self) -> tuple[Page, ...]:
-        """Give the pages that every sitting begins with."""
+        """Return the pages at the beginning of every sitting."""
         ...
 
     def reminder(self, first: Trial) -> tuple[Standard, ...]:
-        """Give what comes after these pages, by the trial that is first in the sitting."""
+        """Return the steps that follow these pages, given the sitting's first trial."""
         ...
 
     def lead(self, trial: Trial, previous: Trial | None) -> tuple[Page | Standard, ...]:
-        """Give what comes right before a trial; `previous` is the one before it in the sitting."""
+        """Return the steps directly before a trial; `previous` is the preceding one in the sitting."""
         ...
 
     def after(self, trial: Trial) -> tuple[Page, ...]:
-        """Give what comes right after a trial."""
+        """Return the pages directly after a trial."""
         ...
 
     def again(self) -> Page | None:
-        """Give the page before repeated practice; None where no task has practice."""
+        """Return the page before repeated practice; None for a task without practice."""
         ...
 
     def closing(self) -> tuple[Page, ...]:
-        """Give the debriefing."""
+        """Return the debriefing."""
         ...
 
 
@@ -141,7 +143,7 @@ class _Session:
         return Turn(trial, self.pages.lead(trial, previous), self.pages.after(trial))
 
     def between(self, trial: Trial, previous: Trial | None) -> tuple[Page | Standard, ...]:
-        """What comes between two trials of a sitting, or between its opening pages and its first trial."""
+        """Return the steps between two trials, or between a sitting's opening pages and its first trial."""
         steps: list[Page | Standard] = [] if previous is not None else [*self.pages.reminder(trial)]
         if previous is not None and (previous.phase, trial.phase) == ("practice", "main"):
             steps.append(Page("break", self.words("session.practice_over")))
@@ -159,16 +161,16 @@ class _Session:
 def breaks(
     design: Any, words: Words, pages: Pages, trials: Sequence[Trial], done: int = 0
 ) -> list[tuple[Turn, tuple[Page | Standard, ...], tuple[Page | Standard, ...]]]:
-    """Give the remaining trials, each with what comes before it where it is first in a sitting, and where it is not.
+    """Return the remaining trials, each with its preceding steps as a sitting's first trial and as a later one.
 
     Parameters
     ----------
     design, words, pages
-        Of the session.
+        Design, texts and pages of the session.
     trials
         All trials of the session.
     done
-        Number of trials that are recorded.
+        Number of trials recorded.
     """
     session = _Session(design, words, pages, sum(trial.phase == "main" for trial in trials))
     found = []
@@ -180,16 +182,16 @@ def breaks(
 
 
 def sequence(design: Any, words: Words, pages: Pages, trials: Sequence[Trial], done: int = 0) -> tuple[Step, ...]:
-    """Give all that a sitting shows, in order, from its first page of instructions to the thanks.
+    """Return all steps of a sitting in order, from the first page of instructions to the thanks.
 
     Parameters
     ----------
     design, words, pages
-        Of the session.
+        Design, texts and pages of the session.
     trials
         All trials of the session.
     done
-        Number of trials that earlier sittings have recorded.
+        Number of trials recorded in earlier sittings.
 
     Examples
     --------
@@ -218,10 +220,10 @@ def sequence(design: Any, words: Words, pages: Pages, trials: Sequence[Trial], d
 
 
 def escape_text(words: Words, *, browser: bool) -> str:
-    """Say which key stops the session; a browser shows a button for it instead."""
+    """Return the text on the key that stops the session; empty for a browser, which shows a button instead."""
     return "" if browser else words("common.escape")
 
 
 def questions_text(words: Words, *, browser: bool) -> str:
-    """Say whom a participant can ask."""
+    """Return the text on whom a participant can ask."""
     return words("web.questions" if browser else "common.questions")

@@ -1,4 +1,4 @@
-"""The pages of the thresholds of blur."""
+"""Pages of the blur-threshold experiments."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["ThresholdPages"]
 
 @dataclass(frozen=True, slots=True)
 class ThresholdPages:
-    """The pages that one participant reads, in the laboratory or in a browser."""
+    """Pages for one participant, in the laboratory or in a browser."""
 
     design: BlurThresholdDesign
     words: Words
@@ -21,7 +21,7 @@ class ThresholdPages:
     browser: bool = False
 
     def opening(self) -> tuple[Page, ...]:
-        """Give the instructions."""
+        """Return the instructions."""
         texts = [
             self.words(f"blur.instructions_{self.design.judged}"),
             self.words("blur.trial", escape=escape_text(self.words, browser=self.browser)),
@@ -29,22 +29,22 @@ class ThresholdPages:
         return tuple(Page("instructions", text.strip()) for text in texts)
 
     def reminder(self, first: BlurTrial) -> tuple[Standard, ...]:
-        """Give nothing: there is no standard."""
+        """Return no steps: there is no standard."""
         return ()
 
     def lead(self, trial: BlurTrial, previous: BlurTrial | None) -> tuple[Page, ...]:
-        """Give nothing."""
+        """Return no pages."""
         return ()
 
     def after(self, trial: BlurTrial) -> tuple[Page, ...]:
-        """Give nothing."""
+        """Return no pages."""
         return ()
 
     def again(self) -> Page:
-        """Give the page before repeated practice."""
+        """Return the page before repeated practice."""
         return Page("feedback", self.words("blur.practice_again"))
 
     def closing(self) -> tuple[Page, ...]:
-        """Give the debriefing."""
+        """Return the debriefing."""
         asked = questions_text(self.words, browser=self.browser)
         return tuple(Page("debriefing", text) for text in self.words.pages("blur.debriefing", questions=asked))

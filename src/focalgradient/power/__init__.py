@@ -1,6 +1,7 @@
-"""How many subjects an experiment needs: whole experiments simulated, judged and analysed, and what they find counted.
+"""Power analysis: whole experiments are simulated and analysed, and their significant results counted.
 
-Subjects are drawn from a *statistical* model, not from pictures: results are as good as that model.
+Subjects are drawn from a *statistical* model, not simulated from pictures: results are only as good as that model.
+
 """
 
 from focalgradient.power.cube import (

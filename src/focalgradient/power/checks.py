@@ -1,4 +1,4 @@
-"""Checks that the models of simulated subjects share."""
+"""Range checks shared by the models of simulated subjects."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from focalgradient.errors import InputError
 __all__ = ["check_lapses", "check_spreads"]
 
 MOST_SPREAD = 3.0
-"""Of a logarithm: a factor of 20 between people, far beyond any published spread of ratings or durations."""
+"""Maximum standard deviation of a natural logarithm: a factor of 20 between people, far above any published variation
+of
+ratings or durations.
+"""
 
 
 def check_spreads(model: object, *names: str) -> None:
-    """Raise InputError where one of the named fields is no standard deviation of a logarithm.
+    """Raise `InputError` if a named field is not a plausible standard deviation of a natural logarithm.
 
     Examples
     --------
@@ -27,11 +30,11 @@ def check_spreads(model: object, *names: str) -> None:
 
 
 def check_lapses(lapses: float) -> None:
-    """Raise InputError where the share of lapses is none.
+    """Raise `InputError` for a lapse rate outside [0, 1).
 
     Examples
     --------
     >>> check_lapses(0.01)
     """
     if not 0 <= lapses < 1:
-        raise InputError(f"lapses is {lapses!r}, but must be a share of 0 or more, below 1.")
+        raise InputError(f"lapses is {lapses!r}, but must be a proportion of at least 0 and below 1.")

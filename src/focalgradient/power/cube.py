@@ -1,9 +1,10 @@
-"""Power of experiment 2: reports of simulated subjects on the turning cube, judged and analysed.
+"""Power of experiment 2: simulated percept reports on the rotating Necker cube, with exclusion and analysis.
 
-Rigid and nonrigid readings take turns, each for a log-normally distributed time that is correlated with the one before.
-The log odds of the time in which the nonrigid one is reported are the subject's own without a gradient; a gradient that
-favours it adds the subject's shift times its strength over the largest, and one that favours the rigid reading takes as
-much away.
+Rigid and nonrigid percepts alternate, each with a log-normally distributed duration that is correlated with the
+previous
+one. Without a gradient, the log odds of the time of the nonrigid percept vary between subjects. A gradient that favours
+it adds the subject's effect times the gradient's strength relative to the largest; one that favours the rigid percept
+subtracts as much.
 """
 
 from __future__ import annotations
@@ -33,47 +34,50 @@ CUBE_TESTS = {
     "nonrigid_longer": "nonrigid gradient: nonrigid for longer",
     "nonrigid_shorter": "rigid gradient: nonrigid for less long",
 }
-"""What is counted, and what it means: at the largest strength, by Holm's p over all gradients and strengths."""
+"""Tests and their meaning; each is evaluated at the largest strength, by Holm's p over all gradients and strengths."""
 
 ANALYSIS = 3
-"""Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
+"""Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 UNAMBIGUOUS = 4.0
-"""Log odds of the nonrigid reading of a catch trial, whose shape is nonrigid beyond doubt."""
+"""Log odds of the nonrigid percept in catch trials, whose shape is unambiguously nonrigid."""
 
 ROWS = ("trial", "gradient", "strength", "catch", "onset", "duration", "percept", "censored", "trial_duration")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CubeModel:
-    """Simulated subjects of experiment 2; docs/power.md gives the source of each number.
+    """Statistical model of subjects in experiment 2; docs/power.md gives the source of each value.
 
     Parameters
     ----------
     effect
-        Ratio of the odds of the nonrigid reading (its time over that of the rigid one) with a gradient that favours it,
-        at the largest strength, to those without a gradient. A gradient that favours the rigid reading divides them.
+        Odds ratio of the nonrigid percept (time of nonrigid over time of rigid) between the largest strength of a
+        gradient
+        that favours it and no gradient. A gradient that favours the rigid percept divides the odds by it.
     between
-        Standard deviation over subjects of the logarithm of that ratio.
+        Standard deviation over subjects of the logarithm of that odds ratio.
     nonrigid
-        Share of the time, of that with either reading, that is nonrigid without a gradient, for the median subject.
+        Proportion of nonrigid in the time of either percept, without a gradient, for the median subject.
     between_levels
         Standard deviation over subjects of the log odds without a gradient.
     dominance, between_dominances, duration_spread
-        Geometric mean over people of the mean time (s) that a reading lasts at even odds, the standard deviation of its
-        logarithm over people, and the standard deviation of a person's own log durations.
+        Geometric mean over subjects of the mean duration (s) of a percept at even odds; standard deviation over
+        subjects of
+        its logarithm; and standard deviation of log durations within a subject.
     serial
-        Correlation of a log duration with that of the reading before it in the trial.
+        Correlation of a log duration with that of the previous percept in the trial.
     first_ratio
-        Median duration of the first reading of a trial over that of later ones, for the same reading. The first one is
-        the preferred one more often than not, and so lasts longer in the mean; 22 people have no more than that.
+        Ratio of the median duration of a trial's first percept to that of later ones, for the same percept. The first
+        percept
+        is usually the preferred one, and so longer on average; data of 22 people show no difference beyond that.
     lapses
-        Share of trials that are answered without looking, at even odds.
+        Lapse rate: proportion of trials answered at even odds, without attention.
 
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a value is out of range.
     """
 
     effect: float = 1.5
@@ -91,11 +95,13 @@ class CubeModel:
         check_fields(self)
         if not 0.01 <= self.effect <= 100:
             raise InputError(
-                f"effect is {self.effect!r}, but must be a ratio of odds from 0.01 to 100: 1 is no effect."
+                f"effect is {self.effect!r}, but must be an odds ratio from 0.01 to 100, where 1 is no effect."
             )
         check_spreads(self, "between", "between_levels", "between_dominances")
-        if not 0.001 <= self.nonrigid <= 0.999:  # beyond, less than a video frame of a trial is left of one reading
-            raise InputError(f"nonrigid is {self.nonrigid!r}, but must be a share from 0.001 to 0.999, like 0.2.")
+        if not 0.001 <= self.nonrigid <= 0.999:  # beyond, one percept takes less than a video frame per trial
+            raise InputError(
+                f"nonrigid is {self.nonrigid!r}, but must be a proportion from 0.001 to 0.999, such as 0.2."
+            )
         for name, least, most in (
             ("dominance", 0.5, 100.0),
             ("duration_spread", 0.05, 3.0),
@@ -110,21 +116,21 @@ class CubeModel:
 
 @dataclass(frozen=True, slots=True)
 class CubeStudy(AnyStudy):
-    """What is simulated of experiment 2.
+    """Power study of experiment 2.
 
     Parameters
     ----------
     model
-        How subjects answer.
+        Model of the subjects.
     design
-        What they are shown.
+        Design of the experiment.
     seed
-        Of all chance.
+        Seed of all random draws.
 
     Raises
     ------
     InputError
-        If the design lacks what is tested.
+        If the design lacks the conditions to be compared.
     """
 
     model: CubeModel
@@ -136,16 +142,19 @@ class CubeStudy(AnyStudy):
 
     @classmethod
     def of(cls, design: NeckerDesign, assumed: Mapping[str, float], seed: int) -> CubeStudy:
-        """Make the study of the numbers that were given: see `focalgradient.tasks.Task.study`."""
+        """Create the study from given values: see `focalgradient.tasks.Task.study`."""
         return cls(model_of(CubeModel, assumed, design.task), design, seed)
 
     def __post_init__(self) -> None:
         check_fields(self)
         if "none" not in self.design.gradients or len(self.design.gradients) < 2:
-            raise InputError("The design needs trials without a gradient and with one: there is nothing to compare.")
+            raise InputError(
+                "gradients must have 'none' and another gradient, because their difference is tested: add the "
+                "missing one."
+            )
 
     def settings(self) -> dict[str, object]:
-        """Return all of it, as a file may hold it."""
+        """Return all settings in the form stored in the file of experiments."""
         stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
@@ -177,30 +186,30 @@ class CubeStudy(AnyStudy):
         return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0))
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
-        """One experiment: see `cube_experiment`."""
+        """Simulate and analyse one experiment: see `cube_experiment`."""
         return cube_experiment(self, subjects, number)
 
 
 @cache
 def _trials(design_json: str, participant: str) -> tuple[NeckerTrial, ...]:
-    """The trials that count; making a list takes longer than simulating it."""
+    """Return the main trials; cached, because making the list takes longer than simulating it."""
     design = NeckerDesign.model_validate_json(design_json)
     return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
 
 
 def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng: np.random.Generator) -> pd.DataFrame:
-    """Reports of simulated subjects, in the columns that a data set has: a row a report.
+    """Simulate percept reports, one row per report, with the columns of a data set.
 
     Parameters
     ----------
     design
-        What they are shown.
+        Design of the experiment.
     subjects
-        How many.
+        Number of subjects.
     model
-        How they answer.
+        Model of the subjects.
     rng
-        Source of chance.
+        Random generator.
 
     Examples
     --------
@@ -245,7 +254,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
 def _reports(
     duration: float, odds: float, dominance: float, model: CubeModel, rng: np.random.Generator
 ) -> list[tuple[float, float, str]]:
-    """Onset, duration and reading of each report, till the trial ends: but for the first, times are as exp(odds)."""
+    """Return onset, duration and percept of each report; mean durations have the ratio exp(odds)."""
     percepts, spread = ("rigid", "nonrigid"), model.duration_spread
     means = (dominance * math.exp(-odds / 2), dominance * math.exp(odds / 2))
     now, percept = 0.0, int(rng.random() < 1 / (1 + math.exp(-odds)))
@@ -260,29 +269,30 @@ def _reports(
 
 
 def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, float | None]:
-    """One experiment through the whole chain: reports, quality, the tests of the shares of time.
+    """Simulate and analyse one experiment: percept reports, exclusion, tests of the proportions of time.
 
     Parameters
     ----------
     study
-        What is simulated.
+        Power study.
     subjects
-        How many take part.
+        Number of subjects.
     number
-        Of the experiment: another number, other subjects.
+        Number of the experiment, which selects its subjects.
 
     Returns
     -------
     dict
-        For each of the study's tests 1.0 if it came out, else 0.0; `width` and `far_width`, of the 95 % intervals of
-        the changes of the nonrigid share by the gradients of the nonrigid and of the rigid reading at the largest
-        strength, None where there is none; and `left_out`, subjects that quality left out.
+        For each of the study's tests 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of the
+        95 %
+        confidence intervals of the changes of the nonrigid proportion by the nonrigid and by the rigid gradient at the
+        largest strength, None if not computed; and `left_out`, the number of subjects excluded.
     """
     return study.outcome(study.table(subjects, study.stream(subjects, number)))
 
 
 def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | None]:
-    """Judge and analyse reports: see `cube_experiment`."""
+    """Apply exclusion criteria to percept reports and analyse them: see `cube_experiment`."""
     kept, found = quality(table)
     outcome: dict[str, float | None] = dict.fromkeys(study.tests, 0.0) | {"width": None, "far_width": None}
     outcome["left_out"] = float(found.subjects_before - found.subjects_after)
@@ -306,23 +316,25 @@ def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | Non
 def quick_cube_power(
     study: CubeStudy, subjects: Sequence[int], experiments: int = 2000, people: int = 400
 ) -> dict[int, dict[str, float]]:
-    """Power of the study's tests for several numbers of subjects, from one pool of simulated people; nobody left out.
+    """Return the power for several numbers of subjects, resampled from one pool, without exclusion.
 
     Parameters
     ----------
     study
-        What is simulated.
+        Power study.
     subjects
-        How many take part in an experiment.
+        Numbers of subjects.
     experiments
-        How many are drawn from the pool for each number: 2000 give a share to .011, one standard error at .5.
+        Number of experiments drawn from the pool for each number of subjects: 2000 give a standard error of .011 at a
+        power
+        of .5.
     people
-        In the pool, whose reports are simulated once.
+        Size of the pool, whose reports are simulated once.
 
     Returns
     -------
     dict
-        For each number of subjects the share of experiments in which each test comes out.
+        Proportion of significant experiments for each test, by number of subjects.
 
     Examples
     --------
@@ -353,9 +365,9 @@ def quick_cube_power(
 
 
 def _changes(table: pd.DataFrame) -> pd.DataFrame:
-    """Each subject's change of the nonrigid share of time by each gradient, as `statistics.necker` has them.
+    """Return each subject's change of the nonrigid proportion of time by each gradient, as in `statistics.necker`.
 
-    A row a subject, a column a gradient and strength; NaN where neither reading was reported.
+    One row per subject, one column per gradient and strength; NaN if neither percept was reported.
     """
     rows = table[~table["catch"]]
     times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)

@@ -1,7 +1,10 @@
-"""Power of the tests of answers in steps, of comparisons in steps and of choices.
+"""Power of tests of ratings in steps, of signed comparisons in steps, and of choices.
 
-What a simulated subject feels is a level plus a rise times the aperture over the largest, plus logistic noise; a scale
-makes an answer of it. Experiments of two sizes are analysed as a report does; the standard error of each test follows
+A subject's latent response is a level plus an effect times the aperture relative to the largest, plus logistic noise;
+the
+response scale converts it to an answer. Experiments of two sizes are analysed as a report does, and the standard error
+of
+each test is interpolated from them.
 from theirs at any number of subjects, as variance over subjects / N + the part that subjects do not change.
 """
 
@@ -33,35 +36,35 @@ from focalgradient.statistics.tables import FIXATIONS
 __all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers", "study_of_ratings"]
 
 SIZES = (8, 24)
-"""Numbers of subjects of the experiments that are analysed."""
+"""Numbers of subjects in the experiments that are analysed."""
 
 ANALYSIS = 1
-"""Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
+"""Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 DRAWS = 20_000
-"""Estimates drawn for each number of subjects: a share to .004, one standard error at .5."""
+"""Number of estimates drawn for each number of subjects: standard error of .004 at a power of .5."""
 
 BETWEEN_LEVELS = 1.0
-"""Standard deviation over subjects of the level of their answers in steps, log odds: our choice, as in
-benchmarks/scales_error_rates.py."""
+"""Standard deviation over subjects of the level of their answers in steps, in log odds (our choice, as in
+benchmarks/scales_error_rates.py).
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LatentModel:
-    """Simulated subjects who answer in steps, or choose.
+    """Statistical model of subjects who answer in steps or by choices.
 
     Parameters
     ----------
     effect, far_effect
-        Ratio of the odds of a higher answer at the largest aperture to those without blur, of the first fixation and of
-        the others.
+        Odds ratio of a higher answer at the largest aperture to no blur, for the first fixation and for the others.
     between, between_scenes
         Standard deviation of its logarithm over subjects and over scenes.
 
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a value is out of range.
     """
 
     effect: float = 3.0
@@ -73,27 +76,30 @@ class LatentModel:
         check_fields(self)
         for name in ("effect", "far_effect"):
             if not 0.01 <= getattr(self, name) <= 100:
-                raise InputError(f"{name} is {getattr(self, name)!r}, but must be a ratio of odds from 0.01 to 100.")
+                raise InputError(
+                    f"{name} is {getattr(self, name)!r}, but must be an odds ratio from 0.01 to 100, where 1 is no "
+                    "effect."
+                )
         check_spreads(self, "between", "between_scenes")
 
 
 @dataclass(frozen=True, slots=True)
 class LatentStudy(AnyStudy):
-    """What is simulated: a model, a design whose answers are no ratios, and a seed.
+    """Power study of a design whose answers are not ratios.
 
     Parameters
     ----------
     model
-        How subjects answer.
+        Model of the subjects.
     design
-        What they are shown.
+        Design of the experiment.
     seed
-        Of all chance.
+        Seed of all random draws.
 
     Raises
     ------
     InputError
-        If answers of the design are ratios, or there is one aperture.
+        If the design's answers are ratios, or it has only one aperture.
     """
 
     model: LatentModel
@@ -105,18 +111,18 @@ class LatentStudy(AnyStudy):
     def __post_init__(self) -> None:
         check_fields(self)
         if self.design.response_scale.analysis.ratios:
-            raise InputError("The design's answers are ratios: take Study, or set another scale.")
+            raise InputError("scale is {self.design.scale!r}, whose answers are ratios: use Study, or another scale.")
         if len(self.design.apertures) < 2:
-            raise InputError("apertures has one: a change with the aperture needs two or more.")
+            raise InputError("apertures has only one, but the change with aperture needs at least two: add another.")
 
     @property
     def fixations(self) -> tuple[str, ...]:
-        """In the order of the report."""
+        """Fixations in the order of the report."""
         names = self.design.fixations
         return (*(name for name in FIXATIONS if name in names), *sorted({*names} - {*FIXATIONS}))
 
     def settings(self) -> dict[str, object]:
-        """Return all of it, as a file may hold it."""
+        """Return all settings in the form stored in the file of experiments."""
         stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
@@ -139,7 +145,7 @@ class LatentStudy(AnyStudy):
 
     @property
     def seconds(self) -> float:  # type: ignore[override]
-        """Processor time (s) of one experiment for each of its subjects."""
+        """Processor time of one experiment, in s per subject."""
         return self.design.response_scale.analysis.seconds
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -173,7 +179,7 @@ def _rises(test: Effect | NotComputed) -> bool:
 
 
 def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, Any], seed: int = 1) -> Study | LatentStudy:
-    """Make the study of depth ratings on the scale of a design: see `focalgradient.tasks.Task.study`.
+    """Create the power study of depth ratings on a design's scale: see `focalgradient.tasks.Task.study`.
 
     Examples
     --------
@@ -187,7 +193,7 @@ def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, Any], seed
 
 
 def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Answers of simulated subjects, without catch trials, in the columns that a data set has.
+    """Simulate answers, without catch trials, with the columns of a data set.
 
     Examples
     --------
@@ -221,7 +227,7 @@ def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generato
 
 
 def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotComputed]:
-    """Of one experiment: the slope of each fixation, then their differences where the report tests them."""
+    """Return the tests of one experiment: the slope of each fixation, then their differences if the report tests them."""
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     table = simulated_answers(study, subjects, rng)
     analysis = study.design.response_scale.analysis
@@ -230,20 +236,21 @@ def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotC
 
 
 def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[str, float]]:
-    """Power of the tests of a report for several numbers of subjects: nobody left out.
+    """Return the power of a report's tests for several numbers of subjects, without exclusion.
 
     Parameters
     ----------
     study
-        What is simulated.
+        Power study.
     subjects
-        How many take part.
+        Numbers of subjects.
 
     Returns
     -------
     dict
-        For each number the share of experiments that find, by Holm's p, each of: "near_rise", the first fixation's
-        rise; "interaction", that it is larger than that of each other one, where the report compares them.
+        For each number of subjects, proportion of experiments with a significant result by Holm's p: "near_rise", the
+        slope
+        of the first fixation; "interaction", that it exceeds the slope of each other one, if the report compares them.
 
     Raises
     ------
@@ -256,16 +263,16 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
         whole = [[(one.estimate, one.standard_error, one.df) for one in run if isinstance(one, Effect)] for run in runs]
         whole = [run for run in whole if len(run) == len(runs[0])]
         if len(whole) < len(runs) / 2:
-            raise InputError("Too few simulated experiments of this design can be analysed: give it more trials.")
+            raise InputError("too few simulated experiments of this design can be analysed: add trials to the design.")
         of_size[size] = np.array(whole)
     singles = len(study.fixations)
     weighed = [(found[:, :, 0].mean(axis=0), size) for size, found in of_size.items()]
     mean = sum(estimate * size for estimate, size in weighed) / sum(SIZES)
-    if analysis.latent:  # whose model is that of the simulation: the mean is what was put in
+    if analysis.latent:  # its model is that of the simulation, so the mean is the true value
         logs = [math.log(study.model.effect), *[math.log(study.model.far_effect)] * (singles - 1)]
         mean = np.array([*logs, *(one - other for one, other in combinations(logs, 2))])
     error = _by_size([(found[:, :, 1] ** 2).mean(axis=0) for found in of_size.values()])
-    spread = error  # of the estimates: where experiments are many, as found, for errors that are too careful
+    spread = error  # variance of the estimates; replaced by the empirical one if the standard errors are conservative
     if not analysis.latent:
         spread = _by_size([found[:, :, 0].var(axis=0, ddof=1) for found in of_size.values()])
     few, many = (found[:, :, 2].mean(axis=0) for found in of_size.values())
@@ -278,7 +285,7 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
 
 
 def _by_size(variances: list[NDArray[np.float64]]) -> Callable[[int], NDArray[np.float64]]:
-    """A variance at any number of subjects: a part over it, and a part that subjects do not change."""
+    """Return the variance at any number of subjects, as a part inversely proportional to it and a constant part."""
     first, second = variances
     own = np.maximum((first - second) / (1 / SIZES[0] - 1 / SIZES[1]), 0)
     shared = np.maximum(second - own / SIZES[1], 0)
@@ -293,7 +300,7 @@ def _share(
     singles: int,
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Share of drawn estimates that each test finds, by Holm's p."""
+    """Return the proportion of drawn estimates that are significant in each test, by Holm's p."""
     from scipy import stats
 
     normal = rng.normal(size=(DRAWS, singles)) * np.sqrt(spread[:singles])

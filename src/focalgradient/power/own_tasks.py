@@ -1,4 +1,4 @@
-"""Power of a task of a laboratory's own: its simulated observers take part, its own analysis is counted."""
+"""Power of a user-defined task, from its simulated observers and its own analysis."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ __all__ = ["TaskStudy"]
 
 @dataclass(frozen=True, slots=True)
 class TaskStudy(AnyStudy):
-    """What is simulated of a task: its observers, as `simulate` has them, and the tests of its report.
+    """Power study of a task, with the observers of `simulate` and the tests of the task's report.
 
     Parameters
     ----------
     task
-        Which.
+        Task.
     design
-        What observers are shown.
+        Design of the experiment.
     seed
-        Of all chance.
+        Seed of all random draws.
     blind
         Whether each observer's answers are shuffled over its trials, so that no condition has an effect.
 
     Raises
     ------
     InputError
-        If the task has no simulated observer, or tests nothing.
+        If the task has no simulated observer, or no tests.
     """
 
     task: Task
@@ -49,11 +49,11 @@ class TaskStudy(AnyStudy):
 
     @classmethod
     def of(cls, task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> TaskStudy:
-        """Make the study; effects are those of the simulated observer, so that none can be assumed."""
+        """Create the study; effects cannot be assumed, because the simulated observer determines them."""
         if assumed:
             option = next(iter(assumed))
             raise InputError(
-                f"{option} cannot go with {task.called}, whose simulated observer has its own effect: leave it out."
+                f"{option} cannot be set for {task.called}, whose simulated observer has its own effect: leave it out."
             )
         return cls(task, design, seed)
 
@@ -67,7 +67,7 @@ class TaskStudy(AnyStudy):
             )
 
     def settings(self) -> dict[str, object]:
-        """Return all of it, as a file may hold it."""
+        """Return all settings in the form stored in the file of experiments."""
         stated = {"seed": self.seed, "task": self.task.name, "tests": [*self.tests.values()], "blind": self.blind}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 

@@ -1,7 +1,7 @@
-"""Power of experiment 1: ratings of simulated subjects, judged and analysed.
+"""Power of experiment 1: simulated depth ratings, with exclusion and analysis.
 
-The logarithm of a rating is the subject's own rise plus the scene's, times the aperture over the largest, plus what a
-scene adds, plus noise.
+The logarithm of a rating is the sum of the subject's and the scene's depth effects times the aperture relative to the
+largest, a term for the scene, and noise.
 """
 
 from __future__ import annotations
@@ -38,37 +38,38 @@ TESTS = {
     "far_equivalent": "far: equivalent to zero",
     "interaction": "near rises more than far",
 }
-"""What is counted, and what it means: each at .05 by the rule of the report, the first and the last by Holm's p."""
+"""Tests and their meaning; each at .05 by the report's criterion, the first and the last by Holm's p."""
 
 
 ANALYSIS = 4
-"""Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
+"""Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """Simulated subjects of experiment 1; docs/power.md gives the source of each number.
+    """Statistical model of subjects in experiment 1; docs/power.md gives the source of each value.
 
     Parameters
     ----------
     effect, far_effect
-        Mean rise at the largest aperture, as a ratio to the pinhole, with the nearest and with the farthest object in
-        focus.
+        Mean depth effect, as the ratio of ratings between the largest aperture and the pinhole, with the nearest and
+        with
+        the farthest object in focus.
     between
-        Standard deviation over subjects of the logarithm of each rise.
+        Standard deviation over subjects of the logarithm of each effect.
     between_scenes
-        The same over scenes, which all subjects share.
+        Standard deviation over scenes of the logarithm of each effect, common to all subjects.
     scenes
-        Standard deviation of what a subject adds to the logarithm of all ratings of a scene.
+        Standard deviation of a subject's deviation for a scene, in the logarithm of all its ratings.
     noise
-        Standard deviation of the logarithm of one rating about what it would be.
+        Standard deviation of the logarithm of a single rating around its expected value.
     lapses
-        Share of ratings that are anything on the scale.
+        Lapse rate: proportion of ratings that are uniformly distributed on the scale.
 
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a value is out of range.
     """
 
     effect: float = 1.3
@@ -84,32 +85,33 @@ class Model:
         for name in ("effect", "far_effect"):
             value = getattr(self, name)
             if not 0.1 <= value <= 10:
-                raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10: 1 is no effect.")
+                raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10, where 1 is no effect.")
         check_spreads(self, "between", "between_scenes", "scenes", "noise")
         check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)
 class Study(AnyStudy):
-    """What is simulated of ratings that are ratios.
+    """Power study of ratings that are ratios.
 
     Parameters
     ----------
     model
-        How subjects answer.
+        Model of the subjects.
     design
-        What they are shown.
+        Design of the experiment.
     bound
-        Of equivalence, a ratio above 1: see `focalgradient.statistics.depth_rating`.
+        Equivalence bound, a ratio above 1: see `focalgradient.statistics.depth_rating`.
     seed
-        Of all chance.
+        Seed of all random draws.
     deciding_test
-        "robust" or "t": see `focalgradient.statistics.depth_rating`.
+        Deciding test, "robust" or "t": see `focalgradient.statistics.depth_rating`.
 
     Raises
     ------
     InputError
-        If the bound is not above 1 and at most 10, `deciding_test` is another, or the design lacks what is tested.
+        If the bound is not above 1 and at most 10, `deciding_test` is unknown, or the design lacks the conditions to be
+        compared.
     """
 
     model: Model
@@ -128,15 +130,18 @@ class Study(AnyStudy):
         robust_decides(self.deciding_test)
         if not self.design.response_scale.analysis.ratios:
             raise InputError(
-                f"The design has the scale {self.design.scale!r}, but this is a model of ratios: take LatentStudy."
+                f"scale is {self.design.scale!r}, but must have answers that are ratios: use LatentStudy, or another "
+                "scale."
             )
         if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:
-            raise InputError("The design has one aperture or one fixation only: there is nothing to compare.")
+            raise InputError(
+                "apertures and fixations must have at least two entries each, because they are compared: add another."
+            )
         if "pinhole" not in self.design.apertures:
-            raise InputError("The design has no pinhole: the rise is measured from it.")
+            raise InputError("apertures must have 'pinhole', from which the depth effect is measured: add it.")
 
     def settings(self) -> dict[str, object]:
-        """Return all of it, as a file may hold it."""
+        """Return all settings in the form stored in the file of experiments."""
         stated = {
             "bound": self.bound,
             "seed": self.seed,
@@ -175,34 +180,34 @@ class Study(AnyStudy):
         return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0, far_effect=1.0))
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
-        """One experiment: see `experiment`."""
+        """Simulate and analyse one experiment: see `experiment`."""
         return experiment(self, subjects, number)
 
 
 @cache
 def _trials(design_json: str, participant: str) -> tuple[DepthTrial, ...]:
-    """The trials that count; making a list takes longer than all that follows."""
+    """Return the main trials; cached, because making the list takes longer than simulating it."""
     design = DepthRatingDesign.model_validate_json(design_json)
     return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
 
 
 EXAMPLES = {"example-flat": -1.0, "example-deep": 1.0}
-"""Log ratio that a subject answers to a drawing that looks clearly flat or deep; our choice."""
+"""Log ratio answered to a drawing that looks clearly flat or deep (our choice)."""
 
 
 def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rng: np.random.Generator) -> pd.DataFrame:
-    """Ratings of simulated subjects, in the columns that a data set has.
+    """Simulate depth ratings, with the columns of a data set.
 
     Parameters
     ----------
     design
-        What they are shown.
+        Design of the experiment.
     subjects
-        How many.
+        Number of subjects.
     model
-        How they answer.
+        Model of the subjects.
     rng
-        Source of chance.
+        Random generator.
 
     Examples
     --------
@@ -253,28 +258,31 @@ def _columns(design_json: str, participant: str) -> pd.DataFrame:
 
 
 def experiment(study: Study, subjects: int, number: int) -> dict[str, float | None]:
-    """One experiment through the whole chain: records, quality, statistics.
+    """Simulate and analyse one experiment: ratings, exclusion, statistics.
 
     Parameters
     ----------
     study
-        What is simulated.
+        Power study.
     subjects
-        How many take part.
+        Number of subjects.
     number
-        Of the experiment: another number, other subjects.
+        Number of the experiment, which selects its subjects.
 
     Returns
     -------
     dict
-        For each of `TESTS` 1.0 if it came out, else 0.0; `width` and `far_width`, logarithms, None where there is no
-        interval; and `left_out`, subjects that quality left out. It depends on its arguments alone, not on who asks.
+        For each of `TESTS` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, logarithms of the ratio
+        of
+        the confidence limits, None if not computed; and `left_out`, the number of subjects excluded. The result depends
+        only
+        on the arguments.
     """
     return study.outcome(study.table(subjects, study.stream(subjects, number)))
 
 
 def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
-    """Judge and analyse ratings: see `experiment`."""
+    """Apply exclusion criteria to ratings and analyse them: see `experiment`."""
     kept, found = quality(table)
     outcome: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
     outcome["left_out"] = float(found.subjects_before - found.subjects_after)
@@ -296,21 +304,21 @@ def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
 
 
 def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[str, float]:
-    """Power of the three tests from tables of log ratios drawn at once: no lapses, nobody left out.
+    """Return the power of the three tests from directly drawn tables of log ratios, without lapses and exclusion.
 
     Parameters
     ----------
     study
-        What is simulated; the design must be complete.
+        Power study; its design must be complete.
     subjects
-        How many take part.
+        Number of subjects.
     experiments
-        How many are drawn: 2000 give a share to .011, one standard error at .5.
+        Number of experiments: 2000 give a standard error of .011 at a power of .5.
 
     Returns
     -------
     dict
-        Share of experiments in which each of `TESTS` comes out.
+        Proportion of experiments in which each of `TESTS` is significant.
 
     Examples
     --------
@@ -332,11 +340,12 @@ def rise_power(
     seed: int = 1,
     deciding_test: str = "robust",
 ) -> dict[str, float]:
-    """Power as `quick_power` gives it, of a design with any number of fixations.
+    """Return the power as `quick_power` does, for a design with any number of fixations.
 
-    The first in the order of the report has the near effect, the others the far one: "far_equivalent" is that all
-    others are equivalent to zero, "interaction" that the first rise is larger than each; without others there is
-    neither.
+    The first fixation in the order of the report has the near effect, the others the far effect. "far_equivalent" means
+    that
+    all others are equivalent to zero, "interaction" that the first effect exceeds each of them; both are absent without
+    other fixations.
     """
     by_t = not robust_decides(deciding_test)
     rng = default_rng(SeedSequence([seed, subjects, experiments]))
@@ -379,7 +388,7 @@ def rise_power(
 
 
 def _tested(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, standard error and degrees of freedom, as the analysis has them."""
+    """Return mean, standard error and degrees of freedom, as in the analysis."""
     if cells.shape[-1] >= FEWEST_SCENES:
         found = moments(cells)
         return found.mean, found.standard_error, found.df

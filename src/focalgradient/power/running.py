@@ -1,4 +1,4 @@
-"""Experiments simulated, kept in a file as each is done, and what they found counted."""
+"""Execution of simulated experiments, saved to a file one by one, and summary of their results."""
 
 from __future__ import annotations
 
@@ -21,30 +21,32 @@ from focalgradient.progress import Progress
 __all__ = ["Power", "power", "run", "run_here"]
 
 KEPT = ("subjects", "number", "width", "far_width", "left_out")
-"""Columns of an experiment beside its tests."""
+"""Columns of an experiment other than its tests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Power:
-    """Results of experiments with one number of subjects.
+    """Results of experiments with the same number of subjects.
 
     Parameters
     ----------
     subjects, experiments
-        How many.
+        Number of subjects and of experiments.
     found
-        Share of the experiments in which each of the study's tests came out; where one could not be done it did not.
+        Proportion of experiments in which each of the study's tests was significant; tests not computed count as not
+        significant.
     standard_error
-        Of these shares, by how many experiments there were.
+        Standard error of these proportions, due to the number of experiments.
     joint, joint_error
-        Share in which all of them came out, and its standard error: the power of all hypotheses together.
+        Proportion in which all tests were significant (power of all hypotheses together), and its standard error.
     width
-        Median width of the 95 % interval of the primary test (`AnyStudy.widths` says of what), as the ratio of its ends
-        where the study keeps logarithms; NaN without one.
+        Median width of the 95 % confidence interval of the primary test (described by `AnyStudy.widths`), as the ratio
+        of
+        its limits if the study uses logarithms; NaN without one.
     far_width
-        The same of another test.
+        The same for another test.
     left_out
-        Mean number of subjects that the rules of quality left out.
+        Mean number of subjects excluded by the quality criteria.
     """
 
     subjects: int
@@ -67,30 +69,30 @@ def run(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> pd.DataFrame:
-    """Simulate experiments that a file does not hold yet, each put there as soon as it is done.
+    """Simulate the experiments that a file does not contain yet, saving each as soon as it is complete.
 
     Parameters
     ----------
     study
-        What is simulated.
+        Power study.
     subjects, experiments
-        So many experiments with each of these numbers of subjects.
+        Numbers of subjects; and number of experiments for each of them.
     file
-        A line of JSON an experiment, after one that states the study: kept, and gone on with, when this is cut off.
+        File of experiments, one line of JSON each, after a line that states the study. An interrupted run is continued.
     executor
-        What simulates them: the numbers do not depend on it. None: this process.
+        Executor of the simulations, without influence on the results. None: this process.
     progress
-        Called with the share done, 0 to 1, and how many experiments that is.
+        Called with the fraction completed, 0 to 1, and a text on the number of experiments.
 
     Returns
     -------
     DataFrame
-        A row an experiment, in order.
+        One row per experiment, in order.
 
     Raises
     ------
     InputError
-        If the file holds another study.
+        If the file contains another study.
     """
     done = _begun(study, file)
     wanted = [(count, number) for number in range(experiments) for count in sorted(set(subjects))]
@@ -116,7 +118,7 @@ def run(
 
 
 def run_here(study: AnyStudy, subjects: Sequence[int], experiments: int) -> pd.DataFrame:
-    """Simulate experiments in this process, and keep them in memory: a row an experiment, as `run` returns them."""
+    """Simulate experiments in this process without a file; return one row per experiment, as `run` does."""
     return pd.DataFrame(
         [
             {"subjects": count, "number": number} | study.experiment(count, number)
@@ -127,13 +129,14 @@ def run_here(study: AnyStudy, subjects: Sequence[int], experiments: int) -> pd.D
 
 
 def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
-    """What the file holds; begun where it is missing, and without lines that were cut off or damaged: done again."""
+    """Read the file's experiments, creating it if missing; truncated or damaged lines are removed and run again."""
     head = json.dumps({"focalgradient": version("focalgradient")} | study.settings())
     text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
     first, *lines = text.split("\n")
     if text and first != head:
         raise InputError(
-            f"{printable(file)} holds experiments of another effect, design, bound, seed or version, or is damaged: "
+            f"{printable(file)} contains experiments with another effect, design, bound, seed or version, or is "
+            "damaged: "
             "give another folder."
         )
     rows = {line: row for line in lines if (row := _row(line, study.tests)) is not None}
@@ -142,13 +145,15 @@ def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"{printable(file.parent)} cannot be made ({error.strerror}): give another.") from error
+            raise InputError(
+                f"{printable(file.parent)} cannot be created ({error.strerror}): give another folder."
+            ) from error
         write_whole(file, whole.encode())
     return {(int(row.pop("subjects") or 0), int(row.pop("number") or 0)): row for row in rows.values()}
 
 
 def _row(line: str, tests: Mapping[str, str]) -> dict[str, float | None] | None:
-    """An experiment as a line has it; None if it is not whole."""
+    """Parse a line of an experiment; None if it is incomplete."""
     try:
         row = parse_json(line, "a line")
     except InputError:
@@ -165,14 +170,14 @@ def _experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
 
 
 def power(experiments: pd.DataFrame, *, logs: bool = True) -> list[Power]:
-    """Sum up experiments by number of subjects.
+    """Summarise experiments by number of subjects.
 
     Parameters
     ----------
     experiments
-        A row an experiment, with `subjects` and what `AnyStudy.outcome` returned.
+        One row per experiment, with `subjects` and the results of `AnyStudy.outcome`.
     logs
-        Whether widths are logarithms, given as ratios: `AnyStudy.logs`.
+        Whether widths are logarithms, to be reported as ratios: `AnyStudy.logs`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Sensitivity of the power to the standard deviations that are assumed."""
+"""Sensitivity of the power to the assumed standard deviations."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from focalgradient.power.study import AnyStudy
 __all__ = ["FACTORS", "sensitivity"]
 
 FACTORS = (0.5, 2.0)
-"""Each standard deviation is taken half and twice as large: assumed ones are rarely known better."""
+"""Factors applied to each standard deviation: assumptions are rarely more precise than a factor of 2."""
 
 
 def sensitivity(
     study: AnyStudy, subjects: Sequence[int], experiments: int, *, executor: Executor | None = None
 ) -> pd.DataFrame:
-    """Return the power where each assumed standard deviation is half and twice as large, the others as assumed.
+    """Return the power with each assumed standard deviation halved and doubled in turn.
 
     Parameters
     ----------
     study
-        What is simulated.
+        Power study.
     subjects, experiments
-        So many experiments with each of these numbers of subjects.
+        Numbers of subjects; and number of experiments for each of them.
     executor
-        What simulates them. None: this process.
+        Executor of the simulations. None: this process.
 
     Returns
     -------
     DataFrame
-        Columns `assumed` (name of the standard deviation), `factor`, `subjects`, `test` (of the study's tests, or
-        "joint"), `power` and its `standard_error`. Empty where nothing is assumed.
+        Columns `assumed` (name of the standard deviation), `factor`, `subjects`, `test` (one of the study's tests, or
+        "joint"), `power` and its `standard_error`. Empty if nothing is assumed.
     """
     variants = [(name, factor) for name in study.spreads for factor in FACTORS]
     counts = sorted(set(subjects))

@@ -1,8 +1,10 @@
-"""Sequential designs: looks at the data in between, with their error rates by the simulation of the report's test.
+"""Sequential designs with interim analyses; error rates are simulated with the report's test.
 
-Group-sequential bounds spend the error rate over the looks (Lan & DeMets 1983). A Bayes factor stops at a bound, for
-whichever hypothesis it favours (Schönbrodt, Wagenmakers, Zehetleitner & Perugini 2017), and its error rates are what
-they are found to be.
+Group-sequential bounds spend the error rate over the analyses (Lan & DeMets 1983). With Bayes factors an experiment
+stops
+at a bound for either hypothesis (Schönbrodt, Wagenmakers, Zehetleitner & Perugini 2017); its error rates are not set,
+but
+estimated.
 """
 
 from __future__ import annotations
@@ -28,30 +30,31 @@ Rule = Literal["obrien-fleming", "pocock", "bayes-factor"]
 RULES: tuple[Rule, ...] = ("obrien-fleming", "pocock", "bayes-factor")
 
 NODES = 801
-"""Nodes of the density between the bounds: nominal levels are then exact to 1e-5 of those published."""
+"""Number of grid points of the density between the bounds: nominal levels agree with published ones to 1e-5."""
 
 CAUCHY = math.sqrt(2) / 2
-"""Scale of the prior of the standardised effect (Rouder, Speckman, Sun, Morey & Iverson 2009; "medium")."""
+"""Scale of the Cauchy prior of the standardised effect (Rouder, Speckman, Sun, Morey & Iverson 2009; "medium")."""
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """A look at the data.
+    """Results at one interim (or the final) analysis.
 
     Parameters
     ----------
     subjects
-        How many are in.
+        Number of subjects at this analysis.
     bound
-        Two-sided p below which one stops; of a Bayes factor, the factor for either hypothesis at which one stops.
+        Two-sided p value below which the experiment stops; for Bayes factors, the factor for either hypothesis.
     stopped_without_effect, stopped_with_effect
-        Share of experiments that stop at this look, without and with the assumed effect.
+        Proportion of experiments that stop at this analysis, without and with the assumed effect.
     error, power
-        Share that found an effect at this look or before, without and with the assumed effect.
+        Proportion that found an effect at this analysis or earlier, without and with the assumed effect.
     missed
-        Share with the assumed effect that stopped in favour of none at this look or before (of a Bayes factor).
+        Proportion with the assumed effect that stopped for the null hypothesis at this analysis or earlier (Bayes
+        factors).
     mean_subjects_without_effect, mean_subjects_with_effect
-        Mean number of subjects of whole experiments; the same in each row.
+        Mean number of subjects at the end of experiments; the same in each row.
     """
 
     subjects: int
@@ -66,25 +69,25 @@ class Look:
 
 
 def spending_bounds(shares: Sequence[float], rule: Rule, alpha: float = ALPHA) -> tuple[float, ...]:
-    """Return the nominal two-sided levels of group-sequential looks.
+    """Return the nominal two-sided significance levels of group-sequential analyses.
 
     Parameters
     ----------
     shares
-        Of the last look's subjects, those in at each look: rising, the last 1.
+        Fraction of the final number of subjects at each analysis: increasing, ending with 1.
     rule
-        Which spending function of Lan and DeMets: "obrien-fleming" or "pocock".
+        Spending function of Lan and DeMets: "obrien-fleming" or "pocock".
     alpha
-        Error rate over all looks.
+        Total error rate over all analyses.
 
     Raises
     ------
     InputError
-        If the shares do not rise to 1, or the rule is another.
+        If the fractions do not increase to 1, or the rule is unknown.
 
     Examples
     --------
-    Three equal looks stop beyond z = 3.71, 2.51 and 1.99 (Reboussin, DeMets, Kim & Lan 2000):
+    Three equally spaced analyses stop beyond z = 3.71, 2.51 and 1.99 (Reboussin, DeMets, Kim & Lan 2000):
 
     >>> from scipy.stats import norm
     >>> [round(float(norm.isf(p / 2)), 2) for p in spending_bounds([1 / 3, 2 / 3, 1], "obrien-fleming")]
@@ -94,7 +97,7 @@ def spending_bounds(shares: Sequence[float], rule: Rule, alpha: float = ALPHA) -
 
     times = np.asarray(shares, float)
     if not (times.size and (np.diff(times, prepend=0) > 0).all() and math.isclose(times[-1], 1)):
-        raise InputError(f"shares are {list(shares)}, but must rise to 1: give numbers of subjects that rise.")
+        raise InputError(f"shares are {list(shares)}, but must increase to 1: give increasing numbers of subjects.")
     spending: dict[str, Callable[[float], float]] = {
         "obrien-fleming": lambda t: 4 * float(stats.norm.sf(stats.norm.isf(alpha / 4) / math.sqrt(t))),
         "pocock": lambda t: alpha * math.log(1 + (math.e - 1) * t),
@@ -103,7 +106,7 @@ def spending_bounds(shares: Sequence[float], rule: Rule, alpha: float = ALPHA) -
         raise InputError(f"rule is {rule!r}, but must be 'obrien-fleming' or 'pocock'.")
     spent = [spending[rule](float(t)) for t in times]
     levels: list[float] = []
-    nodes, density = np.zeros(1), np.ones(1)  # of the sum (z times the root of the share), at nodes with their weights
+    nodes, density = np.zeros(1), np.ones(1)  # density of z times the root of the fraction, at grid points
     before = 0.0
     for at, time in enumerate(times):
         sd = math.sqrt(time - before)
@@ -131,7 +134,7 @@ def spending_bounds(shares: Sequence[float], rule: Rule, alpha: float = ALPHA) -
 
 
 def bayes_factor(t: float, subjects: float) -> float:
-    """Return the Bayes factor for an effect, of a one-sample t with the default (JZS) prior.
+    """Return the Bayes factor for an effect, given a one-sample t with the default (JZS) prior.
 
     Rouder et al. (2009), equation 1, with a Cauchy prior of scale 0.707 on the standardised effect.
 
@@ -140,7 +143,7 @@ def bayes_factor(t: float, subjects: float) -> float:
     t
         Student's t.
     subjects
-        Number of subjects; of a test with other degrees of freedom these and 1.
+        Number of subjects; for a test with other degrees of freedom, these plus 1.
 
     Examples
     --------
@@ -169,40 +172,42 @@ def sequential_power(
     factor: float = 10.0,
     executor: Executor | None = None,
 ) -> tuple[Look, ...]:
-    """Return what a sequential design finds, with and without the assumed effect.
+    """Return the results of a sequential design with and without the assumed effect.
 
     Parameters
     ----------
     study
-        What is simulated; its primary test decides at each look, nobody left out.
+        Power study, whose primary test decides at each analysis, without exclusion.
     looks
-        Numbers of subjects at which the data are looked at; the last ends the experiment.
+        Numbers of subjects at which the data are analysed; the last ends the experiment.
     experiments
-        How many are simulated with, and how many without the effect.
+        Number of experiments with and, again, without the effect.
     rule
-        See `RULES`.
+        Stopping rule, one of `RULES`.
     factor
-        Bayes factor for either hypothesis at which one stops, above 1.
+        Bayes factor for either hypothesis at which an experiment stops, above 1.
     executor
-        What simulates them. None: this process.
+        Executor of the simulations. None: this process.
 
     Raises
     ------
     InputError
-        If there are fewer than two looks, the factor is not above 1, or the study tests nothing.
+        If there are fewer than two analyses, the factor is not above 1, or the study has no test.
     """
     counts = sorted(set(looks))
     if len(counts) < 2:
-        raise InputError("looks has one number of subjects, but a sequential design has two or more: like 6,10,20.")
+        raise InputError(
+            "looks has one number of subjects, but a sequential design needs at least two: give, for example, 6,10,20."
+        )
     if not factor > 1:
-        raise InputError(f"factor is {factor!r}, but must be a Bayes factor above 1, like 10.")
+        raise InputError(f"factor is {factor!r}, but must be a Bayes factor above 1, such as 10.")
     bayes = rule == "bayes-factor"
     bounds = [factor] * len(counts) if bayes else list(spending_bounds([one / counts[-1] for one in counts], rule))
     blind = study.without_effect()
     jobs = [(one, counts, number) for one in (blind, study) for number in range(experiments)]
     outcomes = np.array(list(in_order(executor, _primaries, jobs))).reshape(2, experiments, len(counts), 4)
     decided = _decided(outcomes, bounds, bayes=bayes)
-    # First look at which an experiment stops, and for which hypothesis; the last look ends it.
+    # First analysis at which an experiment stops, and for which hypothesis; the last analysis ends it.
     stop = decided != 0
     stop[:, :, -1] = True
     first = stop.argmax(axis=2)
@@ -211,7 +216,7 @@ def sequential_power(
     found = []
     for at, (count, bound) in enumerate(zip(counts, bounds, strict=True)):
         here = first <= at
-        # without an effect either direction is an error; with it only the direction that was put in is a finding
+        # without an effect either direction is an error; with one only the true direction is a correct result
         error = float((here[0] & (np.abs(verdict[0]) == 1)).mean())
         power = float((here[1] & (verdict[1] == 1)).mean())
         missed = float((here[1] & (verdict[1] == 2)).mean())
@@ -222,7 +227,7 @@ def sequential_power(
 
 
 def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, float, float, float]]:
-    """The primary test at each look of one experiment: sign, p, t and df; NaN where it cannot be computed."""
+    """Return sign, p, t and df of the primary test at each analysis of one experiment; NaN if not computed."""
     study, counts, number = job
     table = study.table(counts[-1], study.stream(counts[-1], number))
     people = table["participant_id"].drop_duplicates().tolist()
@@ -237,7 +242,7 @@ def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, fl
 
 
 def _decided(outcomes: NDArray[np.float64], bounds: Sequence[float], *, bayes: bool) -> NDArray[np.int64]:
-    """What each look says: 1 or -1 an effect by its sign, 2 none (of a Bayes factor), 0 neither."""
+    """Return each analysis' decision: 1 or -1 for an effect by its sign, 2 for the null (Bayes factors), 0 for neither."""
     sign, p, t, df = np.moveaxis(outcomes, -1, 0)
     if not bayes:
         return np.where(p < np.asarray(bounds), np.nan_to_num(sign), 0).astype(int)

@@ -1,4 +1,4 @@
-"""What every study whose power is simulated states: subjects, analysis, tests; one class for each kind of answers."""
+"""Base class of power studies: simulated subjects, analysis, and tests; one subclass for each kind of answers."""
 
 from __future__ import annotations
 
@@ -21,97 +21,100 @@ Model = TypeVar("Model")
 
 
 def model_of(kind: type[Model], assumed: Mapping[str, Any], task: str, others: Collection[str] = ()) -> Model:
-    """Make a model of simulated subjects of the numbers that were given; the rest has its defaults.
+    """Create a model of simulated subjects from given values; other fields have their defaults.
 
     Parameters
     ----------
     kind
-        Its class, a dataclass.
+        Class of the model, a dataclass.
     assumed
-        Numbers by field.
+        Values by field.
     task
-        Name of the task, for the error.
+        Name of the task, for the message.
     others
-        Numbers that the study takes beside those of the model.
+        Names of values that belong to the study rather than the model.
 
     Raises
     ------
     InputError
-        If the model has no such number, or it is out of range.
+        If the model has no such field, or a value is out of range.
     """
     known = {one.name for one in dataclasses.fields(kind)}  # type: ignore[arg-type]
     if wrong := [name for name in assumed if name not in known and name not in others]:
-        raise InputError(f"{wrong[0]} cannot go with {task_named(task).called}, which has no such thing: leave it out.")
+        raise InputError(
+            f"{wrong[0]} cannot be set for {task_named(task).called}, whose model does not have it: leave it out."
+        )
     return kind(**{name: value for name, value in assumed.items() if name in known})
 
 
 class AnyStudy(ABC):
-    """A model of subjects, a design and a seed: whole experiments are simulated and analysed as a report does."""
+    """Power study: model of the subjects, design and seed; experiments are simulated and analysed as in a report."""
 
     __slots__ = ()
 
     seconds: ClassVar[float] = 0.01
-    """Processor time (s) of one experiment for each of its subjects: measured."""
+    """Processor time of one experiment, in s per subject (measured)."""
     logs: ClassVar[bool] = False
-    """Whether widths of intervals are logarithms, to be given as the ratio of their ends."""
+    """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
     width_label: ClassVar[str] = "95 % interval: width"
-    """What is measured by the widths of intervals."""
+    """Description of the widths of intervals."""
 
     seed: int
     design: Any
 
     @abstractmethod
     def settings(self) -> dict[str, object]:
-        """Return all of it, as a file may hold it."""
+        """Return all settings in the form stored in the file of experiments."""
 
     @property
     @abstractmethod
     def tests(self) -> Mapping[str, str]:
-        """What is counted, and what it means; the first is the primary test."""
+        """Tests and their meaning; the first is the primary test."""
 
     @property
     def widths(self) -> tuple[str, str]:
-        """Of what the widths are, in words: of the primary test, and of another; empty where there is none."""
+        """Descriptions of the two widths: of the primary test, and of another; empty if there is none."""
         return "", ""
 
     @property
     def spreads(self) -> tuple[str, ...]:
-        """Names of the standard deviations that are assumed."""
+        """Names of the assumed standard deviations."""
         return ()
 
     @abstractmethod
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        """Simulate the answers of this number of subjects, in the columns that a data set has."""
+        """Simulate the answers of a number of subjects, with the columns of a data set."""
 
     @abstractmethod
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        """Judge and analyse answers as a report does.
+        """Apply exclusion criteria to answers and analyse them as a report does.
 
         Returns
         -------
         dict
-            For each of `tests` 1.0 if it came out, else 0.0; `width` and `far_width`, of the 95 % intervals, None
-            where there is none; and `left_out`, subjects that the rules of exclusion left out.
+            For each of `tests` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of 95 %
+            confidence
+            intervals, None if not computed; and `left_out`, the number of subjects excluded.
         """
 
     @abstractmethod
     def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        """Return the primary test of answers, nobody left out."""
+        """Return the primary test of answers, without exclusion."""
 
     @abstractmethod
     def without_effect(self) -> AnyStudy:
-        """Return the same study where no condition has an effect."""
+        """Return the same study without effects of conditions."""
 
     def varied(self, spread: str, factor: float) -> Self:
-        """Return the same study with one of the assumed standard deviations (`spreads`) times a factor."""
-        model = self.model  # type: ignore[attr-defined]  # whoever has spreads has a model
+        """Return the same study with one of the assumed standard deviations (`spreads`) multiplied by a factor."""
+        model = self.model  # type: ignore[attr-defined]  # studies with spreads have a model
         changed = dataclasses.replace(model, **{spread: factor * getattr(model, spread)})
         return dataclasses.replace(self, model=changed)  # type: ignore[type-var]
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
-        """Simulate and analyse one experiment: see `outcome`; another number, other subjects."""
+        """Simulate and analyse one experiment, whose number selects its subjects: see `outcome`."""
         return self.outcome(self.table(subjects, self.stream(subjects, number)))
 
     def stream(self, *what: int) -> np.random.Generator:
-        """Return the random numbers of one experiment: they depend on seed and numbers alone."""
+        """Return the random generator of one experiment, which depends only on the seed and the numbers."""
         return default_rng(SeedSequence([self.seed, *what]))

@@ -1,7 +1,7 @@
-"""Precision of thresholds: the adaptive procedure run with simulated observers, fitted and averaged as a report does.
+"""Precision of thresholds: the adaptive procedure is run with simulated observers, fitted and averaged as in a report.
 
-No hypothesis is tested of a threshold, so what is counted is precision (Maxwell, Kelley & Rausch 2008): whether the 95
-% interval of the mean stays within a factor of it.
+Thresholds involve no hypothesis test, so precision is evaluated instead (Maxwell, Kelley & Rausch 2008): whether the
+upper 95 % confidence limit of the geometric mean stays within a given factor of it.
 """
 
 from __future__ import annotations
@@ -27,24 +27,26 @@ from focalgradient.statistics.means import t_interval
 __all__ = ["ThresholdModel", "ThresholdStudy"]
 
 PEOPLE = 100
-"""Simulated people whose thresholds are measured once, from whom experiments are drawn: some 40 s of processor."""
+"""Size of the pool of simulated people, from which experiments are drawn; measuring it takes some 40 s of processor
+time.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThresholdModel:
-    """Simulated people whose thresholds are measured.
+    """Statistical model of people whose thresholds are measured.
 
     Parameters
     ----------
     between
         Standard deviation over people of the natural logarithm of the threshold.
     lapses
-        Share of trials that are answered without looking.
+        Lapse rate: proportion of trials answered without attention.
 
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a value is out of range.
     """
 
     between: float = 0.4
@@ -58,18 +60,18 @@ class ThresholdModel:
 
 @dataclass(frozen=True, slots=True)
 class ThresholdStudy(AnyStudy):
-    """What is simulated of thresholds.
+    """Precision study of thresholds.
 
     Parameters
     ----------
     model
-        How people differ and lapse.
+        Model of the people.
     design
-        Levels, procedure and trials.
+        Design of the experiment: levels, procedure and trials.
     bound
-        Factor within which the mean threshold is to be known.
+        Factor within which the mean threshold must be known.
     seed
-        Of all chance.
+        Seed of all random draws.
 
     Raises
     ------
@@ -88,7 +90,7 @@ class ThresholdStudy(AnyStudy):
 
     @classmethod
     def of(cls, design: BlurThresholdDesign, assumed: Mapping[str, float], seed: int) -> ThresholdStudy:
-        """Make the study of the numbers that were given: see `focalgradient.tasks.Task.study`."""
+        """Create the study from given values: see `focalgradient.tasks.Task.study`."""
         bound = {name: value for name, value in assumed.items() if name == "bound"}
         return cls(model_of(ThresholdModel, assumed, design.task, bound), design, **bound, seed=seed)
 
@@ -97,7 +99,7 @@ class ThresholdStudy(AnyStudy):
         check_bound("bound", self.bound)
 
     def settings(self) -> dict[str, object]:
-        """Return all of it, as a file may hold it."""
+        """Return all settings in the form stored in the file of experiments."""
         stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "bound": self.bound, "people": PEOPLE}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
@@ -114,7 +116,7 @@ class ThresholdStudy(AnyStudy):
         return ("between",)
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        """Draw people: the logarithm of the threshold of each, as fitted."""
+        """Draw people from the pool; return their fitted log thresholds."""
         fitted = _people(self.model, self.design.model_dump_json(), self.seed)
         return pd.DataFrame({"threshold": rng.choice(np.array(fitted), subjects)})
 
@@ -128,21 +130,21 @@ class ThresholdStudy(AnyStudy):
         return outcome
 
     def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        return NotComputed("No hypothesis is tested of thresholds.")
+        return NotComputed("No hypothesis is tested for thresholds.")
 
     def without_effect(self) -> AnyStudy:
-        raise InputError("No hypothesis is tested of thresholds: there is nothing to stop for.")
+        raise InputError("no hypothesis is tested for thresholds, so they have no sequential design: leave it out.")
 
 
 @lru_cache(maxsize=4)
 def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[float, ...]:
-    """Fitted log thresholds of the pool (NaN where none can be fitted)."""
+    """Return the fitted log thresholds of the pool (NaN if not fitted)."""
     from focalgradient.observers import observer_named
     from focalgradient.observers.thresholds import THRESHOLDS, choose
 
     design = BlurThresholdDesign.model_validate_json(design_json)
     observer = dataclasses.replace(observer_named("default"), lapses=model.lapses)
-    # Quantiles, not draws, so that the pool's own middle and spread are those of the model.
+    # Quantiles instead of draws, so that the pool's mean and standard deviation equal the model's.
     normal = np.random.default_rng(seed).permutation(_quantiles(PEOPLE))
     true = np.log(THRESHOLDS[design.unit]) + model.between * normal
     rows = []
@@ -159,7 +161,7 @@ def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[float, 
 
 
 def _quantiles(count: int) -> np.ndarray:
-    """Quantiles of the standard normal distribution, of variance 1."""
+    """Return quantiles of the standard normal distribution, rescaled to a variance of 1."""
     from scipy import stats
 
     normal = stats.norm.ppf((np.arange(count) + 0.5) / count)

@@ -1,7 +1,7 @@
-"""The texts on the screen, a TOML file a language: no program and no window is needed to read or to change them.
+"""Texts shown to participants, one TOML file per language, which can be read and changed without programming.
 
-English and German come with the package. A laboratory's own file is a copy with every entry translated; what is
-missing, unknown or of another kind than the English entry is refused in one sentence.
+The package contains English and German. A custom file is a copy with every entry translated; missing, unknown or
+mismatched entries raise an `InputError`.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from focalgradient.scales import scale_class, scale_names
 __all__ = ["LANGUAGES", "Words", "load_words", "words_text"]
 
 LANGUAGES = ("en", "de")
-"""Those that come with the package."""
+"""Languages contained in the package."""
 
 Entry = str | tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """The texts of one language.
+    """Texts of one language.
 
     Parameters
     ----------
     language
-        "en", "de", or the file that they came from.
+        "en", "de", or the name of the file that was read.
     sha256
-        Of all texts: a journal keeps it, as which were shown.
+        SHA-256 of all texts, recorded in the journal to identify them.
     entries
-        By section and name, as "depth.question"; a tuple where an entry is a list of pages.
+        Texts by section and name, such as "depth.question"; a tuple for a list of pages.
 
     Examples
     --------
@@ -55,37 +55,37 @@ class Words:
     entries: Mapping[str, Entry]
 
     def __call__(self, entry: str, **values: object) -> str:
-        """Give a text, with the values of its words in braces."""
+        """Return a text, with its fields in braces replaced by values."""
         text = self.entries[entry]
         assert isinstance(text, str), f"{entry} is a list of pages"
         return text.format(**values)
 
     def pages(self, entry: str, **values: object) -> list[str]:
-        """Give a list of pages, the first line of each its title."""
+        """Return a list of pages; the first line of each is its title."""
         return [text.format(**values) for text in self.entries[entry]]
 
     def number(self, value: float, form: str = ".2f") -> str:
-        """Give a number as the language writes it."""
+        """Format a number in the notation of the language."""
         return format(value, form).replace(".", self("common.decimal"))
 
     @property
     def yes(self) -> str:
-        """The key for yes."""
+        """Key for "yes"."""
         return self("common.yes_key")
 
     @property
     def no(self) -> str:
-        """The key for no."""
+        """Key for "no"."""
         return self("common.no_key")
 
 
 def words_text(language: str) -> str:
-    """Read the file of a language, to be copied and changed.
+    """Return the text file of a language, as a template.
 
     Raises
     ------
     InputError
-        If the package has none of that language.
+        If the package has no such language.
 
     Examples
     --------
@@ -93,24 +93,24 @@ def words_text(language: str) -> str:
     'name = "Deutsch"'
     """
     if language not in LANGUAGES:
-        raise InputError(f"there are no words in {language!r}: give one of {', '.join(LANGUAGES)}.")
+        raise InputError(f"there are no texts in {language!r}: give one of {', '.join(LANGUAGES)}.")
     return (files("focalgradient.design.words") / f"{language}.toml").read_text(encoding="utf-8")
 
 
 def load_words(language: str, folder: Path | None = None) -> Words:
-    """Read the words of a language.
+    """Read the texts of a language.
 
     Parameters
     ----------
     language
         "en", "de", or the name of a TOML file.
     folder
-        That the file's name is relative to; None: the folder of the process.
+        Folder to which the file name is relative; None: the working folder.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or has missing, unknown or wrong entries: the first is named.
+        If the file cannot be read, or has missing, unknown or invalid entries: the first is named.
     """
     if language in LANGUAGES:
         return _own(language)
@@ -141,7 +141,7 @@ def _flat(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Ent
 
 
 def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]:
-    """Compare a laboratory's words with the English ones, entry by entry."""
+    """Compare a custom file's texts with the English ones, entry by entry."""
     entries = dict(given)
     usual = _own("en").entries
     optional = _of_scales({name.partition(".")[0] for name in entries.keys() - usual.keys()})
@@ -150,24 +150,25 @@ def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
             raise InputError(
-                f"{path}: {name} is no entry of the words: " + (f"did you mean {near[0]}?" if near else "leave it out.")
+                f"{path}: {name} is not an entry of the texts: "
+                + (f"did you mean {near[0]}?" if near else "leave it out.")
             )
     missing = [name for name in usual if name not in entries]
     if missing:
         more = f", and {len(missing) - 1} more are" if len(missing) > 1 else " is"
-        raise InputError(f"{path}: {missing[0]}{more} missing: copy the entry from the words of 'en' and translate it.")
+        raise InputError(f"{path}: {missing[0]}{more} missing: copy the entry from the texts of 'en' and translate it.")
     for name, entry in entries.items():
         usual_entry = known[name]
         if isinstance(usual_entry, tuple) != isinstance(entry, tuple) or not _is_text(entry):
             kind = "a list of pages" if isinstance(usual_entry, tuple) else "a text"
-            raise InputError(f"{path}: {name} must be {kind}, and not empty: see the words of 'en'.")
+            raise InputError(f"{path}: {name} must be {kind}, and not empty: see the texts of 'en'.")
         try:
             strange = _braces(entry) - _braces(usual_entry) - (ENDS if name in optional else set())
         except ValueError as error:
-            raise InputError(f"{path}: {name} has a brace without its pair: write {{{{ for a brace itself.") from error
+            raise InputError(f"{path}: {name} has an unmatched brace: write {{{{ for a literal brace.") from error
         if strange:
             filled = ", ".join(sorted(_braces(usual_entry))) or "none"
-            raise InputError(f"{path}: {name} has {{{min(strange)}}}, which is not filled in: use of {filled}.")
+            raise InputError(f"{path}: {name} has {{{min(strange)}}}, which is unknown: use only {filled}.")
     keys = [str(entries[f"common.{name}_key"]) for name in ("yes", "no")]
     if not all(len(key) == 1 and key.isascii() and key.islower() for key in keys) or keys[0] == keys[1]:
         raise InputError(f"{path}: common.yes_key and common.no_key must be two different letters from a to z.")
@@ -175,11 +176,11 @@ def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]
 
 
 ENDS = {"least", "most", "example"}
-"""What a scale fills into its pages, whether its own texts use it or not."""
+"""Fields that a scale fills in its pages, whether or not its own texts use them."""
 
 
 def _of_scales(sections: set[str]) -> dict[str, Entry]:
-    """The English texts of the scales that a file has sections of; a file may leave them out."""
+    """Return the English texts of the scales for which a file has sections; a file may omit them."""
     scales = {name: scale_class(name).texts.get("en", {}) for name in sections if name in scale_names()}
     return {f"{name}.{entry}": text for name, texts in scales.items() for entry, text in texts.items()}
 
@@ -190,7 +191,7 @@ def _is_text(entry: object) -> bool:
 
 
 def _braces(entry: Entry) -> set[str]:
-    """Names in braces of a text or of pages.
+    """Return the names of fields in braces in a text or in pages.
 
     >>> sorted(_braces(("a {b}", "{c} {b}")))
     ['b', 'c']
