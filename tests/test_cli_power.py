@@ -188,7 +188,7 @@ def test_the_figure_says_that_subjects_are_simulated(tmp_path):
         (["--effect", "-1"], "effect is -1.0, but must be a ratio from 0.1 to 10"),
         (["--noise", "-1"], "noise is -1.0, but must be a standard deviation"),
         (["--lapses", "1"], "lapses is 1.0, but must be a share"),
-        (["--nonrigid", "0.3"], "--nonrigid cannot go with depth-rating"),
+        (["--nonrigid", "0.3"], "--nonrigid cannot be set for depth-rating"),
         (["--bound", "0.5"], "bound is 0.5, but must be a ratio above 1"),
     ],
 )
@@ -264,7 +264,7 @@ def test_the_command_simulates_the_cube_and_goes_on(tmp_path):
     assert "nonrigid for less" not in result.stdout
     assert list(pd.read_csv(out / "power.csv")["experiments"]) == [2, 2]
     result = CliRunner().invoke(program, ["power", "necker", "--bound", "1.3", "--out", str(out)])
-    assert "--bound cannot go with necker" in result.stderr
+    assert "--bound cannot be set for necker" in result.stderr
 
 
 def test_a_design_of_something_else_is_refused(tmp_path):
@@ -292,7 +292,7 @@ def test_an_option_of_another_scale_is_refused(tmp_path):
     (tmp_path / "design.toml").write_text('task = "depthrating"\nscale = "steps"\n')
     result = call("--out", tmp_path / "power", "--design", tmp_path / "design.toml", "--noise", "0.3")
     assert result.exit_code == 2
-    assert "--noise cannot go with depth-rating, which has no such thing" in result.stderr
+    assert "--noise cannot be set for depth-rating, whose model does not have it" in result.stderr
 
 
 def test_precision_of_thresholds_is_that_of_the_t_interval(monkeypatch):

@@ -118,7 +118,7 @@ def test_journals_of_earlier_versions_are_read_and_gone_on_with(data):
         for number, trial in enumerate(session.remaining()):
             session.record(trial, Rated(onset=30.0 * number, rating=1.0, response_time=2.0))
     assert validate(data).problems == ()
-    (note,) = (note for note in validate(data).notes if "cut off" in note)
+    (note,) = (note for note in validate(data).notes if "was interrupted" in note)
     assert "no finished trial was lost" not in note  # without a chain that cannot be known
     journal(data).write_bytes(journal(data).read_bytes().replace(b'"rating": 1.1', b'"rating": 1.9', 1))
     # What was added by this version chains what stands above it, too.
@@ -129,11 +129,11 @@ def test_that_no_finished_trial_was_lost_is_said_where_the_chain_shows_it(data):
     whole = lines_of(journal(data))
     journal(data).write_bytes(b"".join(whole[:4]) + whole[4][:30])
     table(data).unlink()
-    (note,) = (note for note in validate(data).notes if "cut off" in note)
+    (note,) = (note for note in validate(data).notes if "was interrupted" in note)
     assert "is unknown" in note
     with Session.resume(data, "pinhole", "07", apparatus=APPARATUS):
         pass
-    (note,) = (note for note in validate(data).notes if "cut off" in note)
+    (note,) = (note for note in validate(data).notes if "was interrupted" in note)
     assert note.endswith("no finished trial was lost.")
 
 

@@ -227,7 +227,7 @@ def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generato
 
 
 def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotComputed]:
-    """Return the tests of one experiment: the slope of each fixation, then their differences if the report tests them."""
+    """Return the tests of one experiment: slopes by fixation, then their differences if the report tests them."""
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     table = simulated_answers(study, subjects, rng)
     analysis = study.design.response_scale.analysis

@@ -242,7 +242,7 @@ def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, fl
 
 
 def _decided(outcomes: NDArray[np.float64], bounds: Sequence[float], *, bayes: bool) -> NDArray[np.int64]:
-    """Return each analysis' decision: 1 or -1 for an effect by its sign, 2 for the null (Bayes factors), 0 for neither."""
+    """Return each analysis' decision: 1 or -1 for an effect by its sign, 2 for the null (Bayes factors), or 0."""
     sign, p, t, df = np.moveaxis(outcomes, -1, 0)
     if not bayes:
         return np.where(p < np.asarray(bounds), np.nan_to_num(sign), 0).astype(int)
