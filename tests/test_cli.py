@@ -160,7 +160,7 @@ def test_damaged_compiled_code_is_thrown_away(tmp_path):
     index.write_bytes(index.read_bytes()[:20])
     damaged = run_program()
     assert (damaged.returncode, damaged.stdout, damaged.stderr.count("\n")) == (2, "", 1)
-    assert damaged.stderr.startswith("Error: compiled code kept from before is damaged")
+    assert damaged.stderr.startswith("Error: the cache of compiled code was damaged")
     assert run_program().stdout == "2\n"
 
 
@@ -383,7 +383,7 @@ BAD = {
     "a settings file twice": (
         None,
         ("views.toml", *SETTINGS),
-        r"several settings files have one name, .*: rename them",
+        r"several settings files have the same name, .*: rename them",
     ),
     "a picture beside a settings file": (
         None,
@@ -393,7 +393,7 @@ BAD = {
     "one photograph": (
         None,
         ("a.png", "--out", "out"),
-        r"a\.png is one file, but depth needs 2 or more photographs, or a settings file whose name ends in \.toml",
+        r"a\.png is one file, but depth needs at least 2 photographs, or a settings file whose name ends in \.toml",
     ),
     "options with settings": (None, (*SETTINGS, "--f-number", "8"), r"--f-number cannot go with views\.toml"),
     "flag with settings": (None, (*SETTINGS, "--telecentric"), r"--telecentric cannot go with views\.toml"),
@@ -497,4 +497,4 @@ def test_a_working_folder_that_is_gone_is_said(tmp_path):
     args = [sys.executable, "-c", start, "power", "necker", "--out", "out", "--experiments", "1"]
     done = subprocess.run(args, cwd=tmp_path / "here", capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert "the working folder is no longer there" in done.stderr
+    assert "the working folder no longer exists" in done.stderr

@@ -61,14 +61,14 @@ def test_short_forms():
         (["--accommodate", "step:1,12"], "the lens goes from 0 to 8 D only"),
         (["--accommodate", "step:1,3,500"], "steps at 500 s"),
         (["--accommodate", "step:1,3,119"], "from 0 to 115 s"),  # a course of 124 s
-        (["--accommodate", "sine:2,1,0"], "has 0 Hz, but must have above 0 and below 5 Hz"),
+        (["--accommodate", "sine:2,1,0"], "has 0 Hz, but must be above 0 and below 5 Hz"),
         (["--accommodate", "sine:2,1,5"], "has 5 Hz"),  # would be looked at where it crosses its middle, always
         (["--accommodate", "sine:2,1,50"], "has 50 Hz"),  # would look like a target at rest
         (["--accommodate", ""], "is empty"),
         (["--accommodate", "missing.csv"], "missing.csv"),
-        (["--accommodate", "words.csv"], "must hold two or more lines of time,dioptres"),
+        (["--accommodate", "words.csv"], "must contain at least two lines of time,dioptres"),
         (["--accommodate", "back.csv"], "sort its lines by time"),
-        (["--accommodate", "long.csv"], "must end within 120 s"),
+        (["--accommodate", "long.csv"], "must end by 120 s"),
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(args, said):

@@ -213,10 +213,10 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        (["--f-number", "2"], "give the one that is missing"),
-        (["--pupil", "4", *LENS, "--field", "4"], "give one of the three"),
+        (["--f-number", "2"], "add the missing one"),
+        (["--pupil", "4", *LENS, "--field", "4"], "give exactly one of the three"),
         (["--pupil", "40", "--field", "4"], "pupil"),
-        ([*LENS], "the size of a pixel is not known"),
+        ([*LENS], "the size of a pixel is unknown"),
         ([*LENS, "--field", "4", "--pixel-pitch", "8"], "give one of them"),
         ([*LENS, "--field", "200"], "--field"),
         ([*LENS, "--field", "4", "--chromatic"], "an eye"),
@@ -228,7 +228,7 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
         ([*LENS, "--field", "4", "--depth-unit", "disparity"], "baseline"),
         ([*LENS, "--field", "4", "--gamma", "9"], "gamma"),
         ([*LENS, "--field", "1e-4"], "reduce the picture"),
-        ([*LENS, "--field", "4", "--eye", "no.toml"], "give one of the three"),
+        ([*LENS, "--field", "4", "--eye", "no.toml"], "give exactly one of the three"),
         (["--eye", "no.toml", "--field", "4"], "no.toml"),
         ([*LENS, "--field", "4", "--focus", "1"], "twice"),
         ([*LENS, "--field", "4", "--focus", "0.01"], "focal length"),

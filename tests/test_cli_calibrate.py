@@ -203,7 +203,7 @@ def test_slips_are_refused_and_named(tmp_path, one, other, named):
     path.write_text(text.replace("f_number =", "focus_distance_m = 0.3\nf_number ="))
     result = run("calibrate", path, "--out", tmp_path / "camera.toml")
     assert result.exit_code == 2
-    assert f"contradict what is stated of them: their blur fits better with {named}" in result.stderr
+    assert f"contradict the stated values: their blur fits better with {named}" in result.stderr
     assert not (tmp_path / "camera.toml").exists()
 
 
@@ -255,7 +255,7 @@ def test_no_input_is_written_over(tmp_path, out):
 def test_a_photograph_is_not_written_over_by_a_calibration(tmp_path):
     (tmp_path / "other.jpg").write_bytes(b"mine")
     said = sentence(run("calibrate", targets(tmp_path, (0.5,)), "--out", tmp_path / "other.jpg"))
-    assert "a calibration's name ends in .toml" in said
+    assert "a calibration's file name must end in .toml" in said
     assert (tmp_path / "other.jpg").read_bytes() == b"mine"
 
 

@@ -122,11 +122,11 @@ def test_a_set_is_made_of_what_was_drawn(tmp_path: Path) -> None:
     assert run("slanted-plane", "--out", tmp_path / "far", *size, "--distance", 1).exit_code == 0
     np.save(tmp_path / "border" / "picture.npy", np.zeros(one.shape, np.float32))
     for given, out, said in (
-        ((folders[0], tmp_path / "far"), "other", "far is drawn for another display than plane"),
+        ((folders[0], tmp_path / "far"), "other", "far is drawn for a display other than that of plane"),
         ((folders[0], folders[0]), "other", "two folders are named 'plane'"),
         ((folders[1],), "other", "border/picture.npy is not what"),
         ((tmp_path,), "other", "stimulus.json cannot be read"),
-        ((folders[0],), "plane", "lies in --out"),
+        ((folders[0],), "plane", "is in --out"),
     ):
         result = run("set", *given, "--out", tmp_path / out)
         assert result.exit_code == 2

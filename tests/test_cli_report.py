@@ -95,7 +95,7 @@ def test_nothing_is_written_into_a_data_set(data, tmp_path):
     for out in (data, data / "report", data / "sub-01" / "report", tmp_path / "link" / "report"):
         result = run(data, "--out", out)
         assert result.exit_code == 2
-        assert "lies in the data set" in result.stderr
+        assert "is in the data set" in result.stderr
     assert sorted(data.rglob("*")) == before
 
 
@@ -115,7 +115,7 @@ def test_a_table_of_ones_own(tmp_path):
     assert {"headline.R", "depth_rating_trials.csv"} <= set(os.listdir(tmp_path / "report"))
     result = run(file, "--columns", "rating", "--out", tmp_path / "other")
     assert result.exit_code == 2
-    assert "must be pairs like participant=subject" in result.stderr
+    assert "must be pairs such as participant=subject" in result.stderr
 
 
 def test_rules_and_a_preregistration(tmp_path):

@@ -61,7 +61,7 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
     monkeypatch.setattr(pictures, "_encode", lambda job: pytest.fail("encoded again"))
     result = run("depth-rating", "--observers", 3, *common[2:], "--design", rating)
     assert result.exit_code == 0, result.output
-    assert result.stdout.splitlines()[0] == "Simulated observers (default): 1; 2 were there already."
+    assert result.stdout.splitlines()[0] == "Simulated observers (default): 1; 2 existed already."
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
         (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blur-blind, opposite"),
         (("depth-rating", "--stimuli", "nowhere"), "contains no finished set"),
         (("necker", "--stimuli", "nowhere"), "--stimuli cannot go with necker"),
-        (("necker", "--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "two ways to share the work"),
+        (("necker", "--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "both set where the work is done"),
         (("depth-rating", "--design", "{necker}"), "is a design of necker, but depth-rating is to be simulated"),
         (("necker", "--design", "{broken}"), "directions"),
         (("necker", "--observers", 0), "--observers"),
@@ -133,7 +133,7 @@ def test_ctrl_c_leaves_with_130_and_what_was_recorded(tmp_path, necker):
     run.send_signal(signal.SIGINT)
     _, told = run.communicate(timeout=120)
     assert run.returncode == 130, told
-    assert "Interrupted: what is recorded stays" in told
+    assert "Interrupted: recorded answers are kept" in told
     # At most one observer was cut off, and the same command goes on with that one.
     problems = validate(out).problems
     assert len(problems) <= 1

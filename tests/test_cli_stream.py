@@ -119,7 +119,7 @@ def test_a_lost_frame_is_reported_and_what_follows_is_right(folder: Path, views:
         (["video.mkv", "--out", "d.mp4", *OPTICS, "--far", "0.5"], "lies beyond or at --far"),
         (["video.mkv", "--out", "video.mkv"], "video.mkv would be overwritten, but it is read"),
         (["video.mkv", "--out", "./new/../video.mkv"], "video.mkv would be overwritten, but it is read"),
-        (["video.mkv", "--out", "d.mp4", "--values", "d.json"], "name one file twice"),
+        (["video.mkv", "--out", "d.mp4", "--values", "d.json"], "name the same file"),
         (["video.mkv", "--out", "d.mp4", "--values", "video.mkv"], "video.mkv would be overwritten, but it is read"),
         (
             ["video.mkv", "--out", "d.mp4", "--window", "nan"],
@@ -133,7 +133,7 @@ def test_a_lost_frame_is_reported_and_what_follows_is_right(folder: Path, views:
         (["video.mkv", "--out", "a\udcff.mp4"], "not UTF-8"),
         (
             ["video.mkv", "--out", "d.mp4", *OPTICS[:2], "--f-number", "5.6", "--f-number", "16", *OPTICS[6:]],
-            "even frames are the sharper",
+            "even frames are sharper",
         ),
     ],
 )
@@ -143,7 +143,7 @@ def test_unusable_input_is_refused_in_one_sentence(folder: Path, args: list[str]
 
 def test_a_video_that_does_not_alternate_is_refused_without_optics(folder: Path, views: list[np.ndarray]) -> None:
     write(Path("same.mkv"), views, [0] * 6)
-    assert "nothing tells which aperture is the larger" in refused("same.mkv", "--out", "d.mp4")
+    assert "does not show which aperture is the larger" in refused("same.mkv", "--out", "d.mp4")
 
 
 def test_interrupted_it_leaves_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -77,7 +77,7 @@ def test_blur_and_disparity_are_set_apart(given: Path) -> None:
     [
         (["--focus", "0.8", "--no-blur", "--blur-at", "1"], "--no-blur and --blur-at"),
         (["--focus", "0.8", "--show", "halves", "--screen", "80x40"], "do not fit"),
-        (["--focus", "0.8", "--focal-length", "20"], "give one of the three"),
+        (["--focus", "0.8", "--focal-length", "20"], "give exactly one of the three"),
         (["--focus", "0"], "--focus is 0"),
     ],
 )
@@ -113,8 +113,8 @@ def test_a_series_is_made_once(given: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--nearest", "2", "--farthest", "1"], "must not be the nearer"),
-        (["--wavelengths", "5", "--f-number", "4", "--focal-length", "20"], "for an eye"),
+        (["--nearest", "2", "--farthest", "1"], "must not be nearer"),
+        (["--wavelengths", "5", "--f-number", "4", "--focal-length", "20"], "requires an eye"),
         (["--nearest", "2", "--farthest", "inf", "--error", "0"], "--error"),
     ],
 )

@@ -107,7 +107,7 @@ def test_drawings_and_practice_are_written_as_files(tmp_path: Path) -> None:
     assert all((tmp_path / "set" / row["picture"]).is_file() for row in main)
     again = command(*given, "--files", tmp_path / "files")
     assert again.exit_code == 2
-    assert "holds files already" in again.output
+    assert "contains files already" in again.output
 
 
 @pytest.mark.parametrize(

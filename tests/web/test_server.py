@@ -490,5 +490,5 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anybody_takes_part(
     for data in (tmp_path / "there", tmp_path / "there" / "data"):
         done = CliRunner().invoke(main, [*words, str(data)])
         assert done.exit_code == 2
-        assert "there cannot be written: see who may write there" in done.output
+        assert "there cannot be written: change its permissions" in done.output
         assert not (tmp_path / "links.jsonl").exists()

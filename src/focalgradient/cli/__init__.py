@@ -1,7 +1,7 @@
-"""The command line.
+"""Command-line interface.
 
-Whatever is wrong with the input is said in one sentence on standard error, with exit code 2. Results are computed
-first, written beside their place, and moved there together. Heavy rooms are imported by the command that needs them.
+Invalid input is reported in one sentence on standard error, with exit code 2. Results are computed first, written to
+temporary files, and moved into place together. Slow modules are imported only by the commands that need them.
 """
 
 from typing import Any
@@ -35,7 +35,7 @@ __all__ = ["main"]
 
 
 def _cite(context: click.Context, parameter: click.Parameter, wanted: Any) -> None:
-    """Print the citation and exit, if it is wanted."""
+    """Print the citation and exit, if `wanted`."""
     if wanted:
         click.echo(__citation__, nl=False)
         context.exit()
@@ -64,7 +64,7 @@ def main() -> None:
     First steps:
       focalgradient demo --out demo                       examples of every file, and a first depth map
       focalgradient depth demo/views.toml --out results   the same for photographs of your own
-    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    """  # noqa: D301  click's marker against rewrapping is a literal backspace
 
 
 main.add_command(blur)

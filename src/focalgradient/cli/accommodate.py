@@ -78,7 +78,7 @@ def target_of(text: str) -> TargetCourse:
         before, after, at = (*numbers, WARM)[:3]
         latest = LONGEST - AFTER
         if not 0 <= at <= latest:
-            raise InputError(f"--accommodate {text} steps at {at:g} s, but must do so from 0 to {latest:g} s.")
+            raise InputError(f"--accommodate {text} steps at {at:g} s, but must step between 0 and {latest:g} s.")
         return TargetCourse(lambda t: after if t >= at else before, max(SECONDS, at + AFTER), text)
     if kind == "sine" and len(numbers) == 3 and all(map(math.isfinite, numbers)):
         mean, amplitude, hertz = numbers
@@ -86,7 +86,7 @@ def target_of(text: str) -> TargetCourse:
 
         most = Accommodation().rate / 2  # Nyquist frequency of the eye's moments
         if not 0 < hertz < most:
-            raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must have above 0 and below {most:g} Hz.")
+            raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must be above 0 and below {most:g} Hz.")
         return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), SECONDS, text)
     raise InputError(f"--accommodate is {printable(text)!r}, but must be {FORMS}.")
 
@@ -99,14 +99,16 @@ def _from_file(name: str) -> TargetCourse:
     text = read_text(name, "a target's course", LARGEST_LIST)
     rows = [re.split(r"[,;\t]", line.strip()) for line in text.splitlines() if line.strip() and line.strip()[0] != "#"]
     if rows and not _is_number(rows[0][0]):
-        rows = rows[1:]  # names of the columns
+        rows = rows[1:]  # skip the header
     if len(rows) < 2 or any(len(row) != 2 or not all(map(_is_number, row)) for row in rows):
-        raise InputError(f"{printable(name)} must hold two or more lines of time,dioptres, in seconds and dioptres.")
+        raise InputError(
+            f"{printable(name)} must contain at least two lines of time,dioptres, in seconds and dioptres."
+        )
     times, vergences = np.array(rows, dtype=float).T
     if np.any(np.diff(times) < 0) or times[0] < 0:
-        raise InputError(f"{printable(name)} has times that go back or are negative: sort its lines by time.")
+        raise InputError(f"{printable(name)} has times that decrease or are negative: sort its lines by time.")
     if not 0 < times[-1] <= LONGEST:
-        raise InputError(f"{printable(name)} ends at {times[-1]:g} s, but must end within {LONGEST:g} s.")
+        raise InputError(f"{printable(name)} ends at {times[-1]:g} s, but must end by {LONGEST:g} s.")
     return TargetCourse(target_course(times, vergences), float(times[-1]), printable(name), Path(name))
 
 

@@ -1,4 +1,4 @@
-"""``focalgradient blur``: any picture with its depth, seen through a lens or an eye."""
+"""``focalgradient blur``: a sharp picture and its depth, imaged through a lens or an eye."""
 
 from __future__ import annotations
 
@@ -61,27 +61,28 @@ if TYPE_CHECKING:
 __all__ = ["blur"]
 
 SECONDS_PER_MEGAPIXEL = 0.55
-"""Of one picture through one lens on two cores: 1920 x 1080 pixels in colour with a blur of 15 pixels took 1.1 s
-(`benchmarks/blurred_pictures.py --speed`)."""
+"""Computing time of one picture through one lens, in s per megapixel on two cores: 1920 x 1080 pixels in colour with a
+blur of 15 pixels took 1.1 s (`benchmarks/blurred_pictures.py --speed`).
+"""
 
 SINGLE, DISTANCE = "blurred", "distance.npy"
-"""How the files begin that are made of one picture; its distances in metres, holes filled."""
+"""Stem of the files made from a single picture; and the file of its distances in m, with holes filled."""
 
 SETTINGS = "settings.json"
-"""Of the frames in a folder: those that are there are kept only where they were made alike."""
+"""Settings of the frames in a folder: existing frames are kept only if they were made with the same settings."""
 
 LIGHTS = 3
-"""Lights of a display, each blurred in one focus, where their spectra are not known."""
+"""Number of spectral bands of a display if its spectra are unknown, each blurred at one focus."""
 
 CLIPPED = 1e-3
-"""Share of values beyond the display's white above which a warning says so."""
+"""Proportion of values above the display's white beyond which a warning is issued."""
 
 
 def _focus(context: click.Context, option: click.Parameter, given: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse what is no distance, and two that would be one file."""
+    """Raise `InputError` for an invalid distance, or two that would have the same file name."""
     positive(" of metres, or inf", infinite=True)(context, option, given)
     if len(set(given)) < len(given):
-        raise InputError("--focus names one distance twice: give each once.")
+        raise InputError("--focus is given twice with the same distance: give each distance once.")
     return given
 
 
@@ -97,59 +98,77 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     required=True,
     metavar="M",
     callback=_focus,
-    help="Distance in focus, in metres, or inf; as many as wanted.",
+    help="Distance in focus, in metres, or inf. Repeatable.",
 )
 @pixel_options
 @depth_file_options
 @picture_encoding_option
-@shape_options("Shape of a lens's blur: auto is a disc, and of an eye its own.")
-@click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
+@shape_options("Shape of the blur; auto: a disc for a lens, the eye's own blur for an eye.")
+@click.option("--chromatic", is_flag=True, help="Blur each waveband at its own focus, as in an eye.")
 @click.option(
     "--illuminant",
     metavar="NAME",
-    help="With --chromatic: surfaces in this light (D65, A, LED-B1 or another by the CIE, or '3000 K') instead of a "
+    help="With --chromatic: surfaces under this illuminant (D65, A, LED-B1 or another by the CIE, or '3000 K') "
+    "instead of a "
     "display.",
 )
 @click.option(
     "--wavelengths",
     type=click.IntRange(3, 81),
     metavar="N",
-    help="With --chromatic: parts of a display's light, each in its own focus.  [default: by pupil and distances]",
+    help="With --chromatic: number of wavelength samples, each at its own focus.  [default: by pupil and distances]",
 )
 @click.option(
     "--to-show",
     is_flag=True,
-    help="With --chromatic: what a display at --focus must show for the eye to get this image in every colour.",
+    help="With --chromatic: compute what a display at --focus must show to give the eye this retinal image in every "
+    "waveband.",
 )
 @click.option(
-    "--display", "display_file", type=click.Path(path_type=Path), metavar="FILE", help="A display (TOML); else:"
+    "--display",
+    "display_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Display (TOML), instead of the following options.",
 )
-@click.option("--screen", default="1920x1080", show_default=True, metavar="WxH", help="The display's pixels.")
 @click.option(
-    "--screen-width", type=float, metavar="CM", callback=positive(" of centimetres"), help="Of the display, in cm."
+    "--screen", default="1920x1080", show_default=True, metavar="WxH", help="Width and height of the display in pixels."
 )
 @click.option(
-    "--distance", type=float, metavar="M", callback=positive(" of metres"), help="From eye to display, in metres."
+    "--screen-width",
+    type=float,
+    metavar="CM",
+    callback=positive(" of centimetres"),
+    help="Width of the display, in centimetres.",
 )
-@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of the display, or sRGB.")
-@click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
+@click.option(
+    "--distance",
+    type=float,
+    metavar="M",
+    callback=positive(" of metres"),
+    help="Distance from the eye to the display, in metres.",
+)
+@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Gamma of the display, or sRGB.")
+@click.option(
+    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
+)
 @force_option
 @json_option
 def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: ShapeAsked, **options: Any) -> None:
-    """See PICTURE through a lens or an eye, DEPTH giving the distance of each of its pixels.
+    """Image PICTURE through a lens or an eye, with DEPTH giving the distance of each pixel.
 
-    PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, all in focus. DEPTH is a .npy, EXR, PFM or floating-point TIFF file,
-    or an integer PNG with --depth-scale: distances in metres unless --depth-unit says otherwise. The optics are
-    --f-number and --focal-length, or --pupil, or --eye; the size of a pixel is --field, or --pixel-pitch with a lens,
-    or that of the display (--display, or --screen-width and --distance).
+    PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, sharp everywhere. DEPTH is a .npy, EXR, PFM or floating-point TIFF
+    file, or an integer PNG with --depth-scale: distances in metres unless --depth-unit states another unit. The optics
+    are --f-number and --focal-length, or --pupil, or --eye; the size of a pixel is --field, or --pixel-pitch with a
+    lens, or that of the display (--display, or --screen-width and --distance).
 
-    For each --focus M it writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light, beside them
-    DIR/distance.npy, the depth in metres with its holes filled; DIR/summary.json says how they were made. Two folders
-    in place of the two files: every picture with the depth of the same name, into DIR/NAME-M.png and .npy. A video and
-    a folder: each frame with one file of the folder, in order of name. The same command goes on where it was cut off.
+    For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light; also
+    DIR/distance.npy, the depth in metres with holes filled, and DIR/summary.json with all settings. Two folders instead
+    of two files: every picture with the depth file of the same name, written to DIR/NAME-M.png and .npy. A video and a
+    folder: each frame with one file of the folder, in order of name. After an interruption the same command continues.
 
-    Takes about 1.2 s for 2 megapixels and each focus on two cores, an eye four times that; longer where blur is wider
-    than 15 pixels.
+    Takes about 1.2 s for 2 megapixels per focus on two cores, for an eye four times as long; more if blur exceeds 15
+    pixels.
 
     \b
     EYE.toml:                          DISPLAY.toml:
@@ -183,9 +202,9 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
         display, lens, shape = _display(options), _optics(options, focus), psf.shape_or_none()
         if shape is not None and options["f_number"] is None:
             raise InputError(
-                "--psf is the shape of a lens's blur, and an eye has its own: give --f-number, or leave it out."
+                "--psf is the shape of a lens's blur, but an eye has its own: give --f-number, or leave --psf out."
             )
-    left = "what was finished is there; the same command goes on." if several else "nothing was written."
+    left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
     settings |= {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()}
     settings |= {"psf": psf.name, "psf_parameters": {} if shape is None else shape.stated()}
@@ -221,7 +240,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *(
-            f"Blur: up to {max(facts['largest_blur_px']):.3g} px in radius, {facts['pixel_arcmin']:.3g} arcmin a pixel"
+            f"Blur: up to {max(facts['largest_blur_px']):.3g} px in radius, {facts['pixel_arcmin']:.3g} arcmin per "
+            "pixel"
             for facts in found[:1]
         ),
         f"Written: {len(names) + 1} files in {printable(out)}",
@@ -229,23 +249,23 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
 
 
 def _uneven(video: Path, depth: Path, frames: str, files: int) -> str:
-    return f"{printable(video)} has {frames} but {printable(depth)} {files} files: give each frame one file of depth."
+    return f"{printable(video)} has {frames} but {printable(depth)} {files} files: give one depth file per frame."
 
 
 def _same_settings(out: Path, settings: dict[str, Any]) -> None:
-    """Refuse to go on with frames that other settings made."""
+    """Raise `InputError` if existing frames were made with other settings."""
     path = out / SETTINGS
     if not path.exists():
         return
     found, now = read_json(path, "the settings of earlier frames"), json.loads(summary_json(settings))
     if not isinstance(found, dict) or {**found, "written_by": None} != {**now, "written_by": None}:
         raise InputError(
-            f"{printable(out)} holds frames made with other settings ({SETTINGS}): give another --out, or empty it."
+            f"{printable(out)} contains frames made with other settings ({SETTINGS}): give another --out, or empty it."
         )
 
 
 def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
-    """Pictures with their depth, and how the names of what is made of them begin."""
+    """Yield pictures with their depth files, and the stem of their output files."""
     if not picture.is_dir() and not depth.is_dir():
         yield picture, depth, SINGLE
         return
@@ -254,34 +274,34 @@ def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
     if not picture.is_dir():
         files = sorted(path for path in depth.iterdir() if path.is_file())
         if not files:
-            raise InputError(f"{printable(depth)} holds no files of depth: give one for each frame of the video.")
+            raise InputError(f"{printable(depth)} contains no depth files: give one for each frame of the video.")
         for number, path in enumerate(files):
             yield picture, path, f"{picture.stem}-{number:06}"
         return
     depths = {path.stem: path for path in sorted(depth.iterdir()) if path.is_file()}
     pictures = [path for path in sorted(picture.iterdir()) if path.is_file() and not path.name.startswith(".")]
     if not pictures:
-        raise InputError(f"{printable(picture)} holds no pictures: give a folder of frames.")
+        raise InputError(f"{printable(picture)} contains no pictures: give a folder of frames.")
     for path in pictures:
         if path.stem not in depths:
-            raise InputError(f"{printable(path)} has no depth of its name in {printable(depth)}: add it.")
+            raise InputError(f"{printable(path)} has no depth file of the same name in {printable(depth)}: add it.")
         yield path, depths[path.stem], path.stem
 
 
 def _video_frames(path: Path) -> Iterator[Any]:
-    """Every frame of a video, H x W x 3 (red, green, blue), as stored."""
+    """Yield the frames of a video, H x W x 3 (red, green, blue), as stored."""
     from focalgradient.video import Frame, Source
 
     with Source(path, lambda colours: colours) as source:
         for item in source.frames():
             if not isinstance(item, Frame):
-                raise InputError(f"frame {item.first} of {printable(path)} {item.reason}: mend the video.")
+                raise InputError(f"frame {item.first} of {printable(path)} {item.reason}: repair the video.")
             yield item.image[..., ::-1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Job:
-    """One picture, through every focus."""
+    """Blurring of one picture at every focus."""
 
     picture: Path
     depth: Path
@@ -294,7 +314,7 @@ class _Job:
     frame: Any = None
 
     def run(self, say: Progress, to_come: int) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Files to write, by name, and what there is to say of them; first how long `to_come` such pictures take."""
+        """Return the files to write, by name, and the summary; announce the time for `to_come` such pictures."""
         from focalgradient.photographs import picture_of, read_picture
 
         say(0.0, "reading")
@@ -304,8 +324,8 @@ class _Job:
         )
         if (dark := float((shown.light < 0).mean())) > 0:
             warnings.warn(
-                f"{printable(self.picture)}: {dark:.2%} of the values are negative, which light is not, and are shown "
-                "as black: look at how the picture was made.",
+                f"{printable(self.picture)}: {dark:.2%} of the values are negative and are shown "
+                "as black: check how the picture was made.",
                 FocalGradientWarning,
                 stacklevel=2,
             )
@@ -314,8 +334,8 @@ class _Job:
         if distances.metres.shape != shown.light.shape[:2]:
             (h, w), (dh, dw) = shown.light.shape[:2], distances.metres.shape
             raise InputError(
-                f"{printable(self.picture)} is {w} x {h} pixels but {printable(self.depth)} is {dw} x {dh}, and both "
-                "must be of one size: scale or crop one of them."
+                f"{printable(self.picture)} is {w} x {h} pixels but {printable(self.depth)} is {dw} x {dh}, but both "
+                "must have the same size: scale or crop one of them."
             )
         refuse_slips(distances.metres, self.optics, angle, self.options["depth_unit"])
         check_frame(angle, shown.light.shape)
@@ -355,14 +375,14 @@ class _Job:
         return writers, facts
 
     def _parts(self, optics: Optics, metres: Any, angle: float) -> int:
-        """How many parts of the light are blurred, each in its own focus."""
+        """Return the number of wavelength samples, each blurred at its own focus."""
         if not self.options["chromatic"]:
             return 1
         if self.options["wavelengths"] is not None:
             return int(self.options["wavelengths"])
         if find_spec("colour") is None and self.options["illuminant"] is None:
             warnings.warn(
-                "colour-science is not installed, so that red, green and blue are each blurred in one focus, which is "
+                "colour-science is not installed, so red, green and blue are each blurred at one focus, which is "
                 "in error by up to 0.1 of white: install focalgradient[eye].",
                 FocalGradientWarning,
                 stacklevel=2,
@@ -400,7 +420,7 @@ class _Job:
     def _to_show(
         self, light: Any, metres: Any, eye: Any, screen: float, angle: float, parts: int, tell: Progress
     ) -> tuple[Any, dict[str, list[float]]]:
-        """What a display at `screen` (m) must show, and what is left by it and by simpler pictures."""
+        """Return what a display at `screen` (m) must show, and the residual errors of it and of simpler pictures."""
         from focalgradient.eye import chromatic_stimulus
 
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
@@ -419,14 +439,15 @@ class _Job:
         return white * found.shown, {name: list(getattr(found, name)) for name in names}
 
     def _png(self, light: Any) -> bytes:
-        """The picture as the display shows it."""
+        """Return the picture encoded for the display, as PNG."""
         from focalgradient.display import Display
         from focalgradient.photographs.pictures import png_of
 
         shares = light / np.float32(self.options["white"])
         if (beyond := float((shares > 1).mean())) > CLIPPED:
             warnings.warn(
-                f"{beyond:.1%} of the values are brighter than white, and cut off in the PNG: give a larger --white.",
+                f"{beyond:.1%} of the values are brighter than white and are clipped in the PNG: give a larger "
+                "--white.",
                 FocalGradientWarning,
                 stacklevel=2,
             )
@@ -435,7 +456,7 @@ class _Job:
 
 
 def _share_of(say: Progress, number: int, count: int) -> Progress:
-    """Progress of one part of `count`."""
+    """Return the progress callback for one part of `count`."""
     return lambda share, words: say((number + share) / count, words)
 
 
@@ -444,28 +465,28 @@ def _save(light: Any, path: Path) -> None:
 
 
 def _largest(optics: Optics, metres: Any, angle: float) -> float:
-    """Radius in pixels of the largest disc of blur."""
+    """Return the radius of the largest blur disc, in pixels."""
     return float(np.abs(optics.focus_vergence - 1 / metres).max() * optics.aperture_diameter / 2 / angle)
 
 
 def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
-    """The lens or the eye, focused at each distance."""
+    """Return the lens or eye, focused at each distance."""
     if options["wavelengths"] is not None and not options["chromatic"]:
-        raise InputError("--wavelengths is how many parts of the light --chromatic has: add --chromatic.")
+        raise InputError("--wavelengths is the number of wavelength samples of --chromatic: add --chromatic.")
     if options["illuminant"] is not None and (options["to_show"] or not options["chromatic"]):
         raise InputError(
-            "--illuminant lights surfaces for an eye that sees colour: add --chromatic, and leave out --to-show, "
+            "--illuminant requires surfaces seen in colour: add --chromatic, and leave out --to-show, "
             "whose light is a display's."
         )
     if options["to_show"] and not (options["chromatic"] and all(math.isfinite(metres) for metres in focus)):
-        raise InputError("--to-show is for an eye and a display at --focus: add --chromatic, and a finite --focus.")
+        raise InputError("--to-show requires an eye and a display at --focus: add --chromatic, and a finite --focus.")
     if options["chromatic"] and (options["f_number"] is not None or options["focal_length"] is not None):
-        raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye.")
+        raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye instead of a lens.")
     return [optics_of(options, 1 / metres) for metres in focus]
 
 
 def _display(options: dict[str, Any]) -> Display | None:
-    """The display, where it is known."""
+    """Return the display, if it is given."""
     from focalgradient.display import Display
 
     path: Path | None = options["display_file"]
@@ -476,7 +497,8 @@ def _display(options: dict[str, Any]) -> Display | None:
         known = {"size_px", "pixel_pitch_um", "distance_m", "gamma", "white", "dither"}
         if unknown := sorted(set(table) - known):
             raise InputError(
-                f"{printable(path)} has the key {unknown[0]!r}, but a display has {', '.join(sorted(known))}."
+                f"{printable(path)} has the key {unknown[0]!r}, but a display may have only "
+                f"{', '.join(sorted(known))}: remove it."
             )
         given = {"pixel_pitch": ("pixel_pitch_um", "um"), "distance": ("distance_m", "m")}
         try:
@@ -495,7 +517,7 @@ def _display(options: dict[str, Any]) -> Display | None:
     if options["screen_width"] is None or options["distance"] is None:
         if options["screen_width"] is not None or options["distance"] is not None:
             raise InputError("--screen-width and --distance belong together: give both.")
-        Display(gamma=curve)  # refuses a gamma out of range before the long work
+        Display(gamma=curve)  # raises for a gamma out of range before the long work
         return None
     size = screen_size(options["screen"])
     with given_as(SCREEN):

@@ -1,4 +1,4 @@
-"""The eye of ``focalgradient blur``: of a pupil, or of a file."""
+"""The eye of ``focalgradient blur``, given by its pupil or by a file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["eye_of", "spectra_of"]
 
 
 def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
-    """The eye of ``--pupil``, ``--luminance`` or ``--eye``, accommodated to `accommodation` (D)."""
+    """Return the eye of ``--pupil``, ``--luminance`` or ``--eye``, accommodated to `accommodation` (D)."""
     if options["pupil"] is not None or options["luminance"] is not None:
         return person_eye(options, options["pupil"], accommodation)
     path: Path = options["eye_file"]
@@ -26,7 +26,7 @@ def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
 
 
 def spectra_of(options: dict[str, Any]) -> SpectralBasis | None:
-    """Spectra of a picture's colours in the light of ``--illuminant``, as a lens of ``--age`` passes them.
+    """Return the spectra of a picture's colours under ``--illuminant``, filtered by a lens of ``--age``.
 
     None: those of the display that the toolkit assumes.
     """
@@ -40,14 +40,17 @@ def spectra_of(options: dict[str, Any]) -> SpectralBasis | None:
 
 
 def _of_file(path: Path, accommodation: float) -> Eye:
-    """The eye of a file, accommodated to `accommodation` (D)."""
+    """Return the eye described by a file, accommodated to `accommodation` (D)."""
     from focalgradient.eye import Eye
 
     table = read_toml(path, "an eye's file")
     known = {"pupil_mm", "chromatic_scale", "stiles_crawford", "aberrations", "wavelength_nm"}
     known |= {"zernike", "measured_mm", "measured_nm"}
     if unknown := sorted(set(table) - known):
-        raise InputError(f"{printable(path)} has the key {unknown[0]!r}, but an eye has {', '.join(sorted(known))}.")
+        raise InputError(
+            f"{printable(path)} has the key {unknown[0]!r}, but an eye may have only {', '.join(sorted(known))}: "
+            "remove it."
+        )
     if not isinstance(table.get("pupil_mm"), (int, float)):
         raise InputError(f"{printable(path)}: pupil_mm is missing: give the pupil's diameter in millimetres.")
     if ("zernike" in table) + ("aberrations" in table) > 1:
@@ -64,12 +67,12 @@ def _of_file(path: Path, accommodation: float) -> Eye:
         raise InputError(f"{printable(path)}: {error}") from error
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"{printable(path)}: aberrations must be a list of [n, m, micrometres], and all else numbers."
+            f"{printable(path)}: aberrations must be a list of [n, m, micrometres], and all other keys numbers."
         ) from error
 
 
 def _measured_eye(path: Path, table: dict[str, Any], accommodation: float) -> Eye:
-    """The eye of a table of Zernike coefficients; corrected, as glasses do, so that it focuses where it is to."""
+    """Return the eye of a table of Zernike coefficients, with its defocus corrected to the given accommodation."""
     from dataclasses import replace
 
     from focalgradient.eye import Eye, read_zernike

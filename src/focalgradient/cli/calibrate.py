@@ -1,4 +1,4 @@
-"""``focalgradient calibrate``: what a camera's blur really is, from photographs of a target at known distances."""
+"""``focalgradient calibrate``: a camera's true blur, measured from photographs of a target at known distances."""
 
 from __future__ import annotations
 
@@ -37,20 +37,21 @@ if TYPE_CHECKING:
 __all__ = ["calibrate"]
 
 ODD = 0.05
-"""Share by which the blur of one photograph may differ from that of the others of its kind before it is named."""
+"""Deviation of one photograph's blur from that of its repetitions above which it is reported, as a fraction."""
 
 AGREES = 0.1
-"""Share by which the blur that a map gives may differ from the pair's own, beyond which the pair's is kept: twice
-`ODD`."""
+"""Tolerance between the blur derived from a depth map and that of the pair, as a fraction; beyond it the pair's is
+kept: twice `ODD`.
+"""
 
 NAMED = 3
-"""Slips that the photographs cannot separate, of which so many are named."""
+"""Maximum number of possible input errors listed if the photographs cannot distinguish them."""
 
 BEYOND = 3.0
-"""Stated standard deviations from which predictions by a single distance contradict the one left out."""
+"""Number of stated standard deviations at which predictions from a single distance contradict the one left out."""
 
 FROM_VIEWS = 0.5
-"""Least share of a prior's variance that the views remove; below, a parameter is dominated by its prior."""
+"""Proportion of a prior's variance that the views must remove; below it a parameter is dominated by its prior."""
 
 
 @click.command(cls=ShapedCommand, short_help="Measure a camera's blur from a target at known distances.")
@@ -66,10 +67,11 @@ FROM_VIEWS = 0.5
     type=click.Choice(["edges", "equalise"]),
     default="edges",
     show_default=True,
-    help="How the target's blur is measured: along its edges, or by equalising pairs of different f-number over the "
-    "whole frame, in the default method's own terms, where any texture will do.",
+    help="Method of measuring the target's blur: along its edges, or by equalising pairs of different f-number over "
+    "the "
+    "whole frame, as in the default method of depth, for which any texture is suitable.",
 )
-@shape_options("With --method equalise, the shape of the blur: auto takes the likeliest of disc, blend and gaussian.")
+@shape_options("With --method equalise, shape of the blur; auto: the most likely of disc, blend and gaussian.")
 @force_option
 @json_option
 def calibrate(
@@ -78,20 +80,20 @@ def calibrate(
     """Measure a camera's blur from photographs of a target at known distances, or of scenes with depth maps.
 
     The target is a flat sheet that faces the camera: with sharp black and white edges (printed squares, a checkerboard,
-    a slanted edge), or, with --method equalise, of any texture. Take it at two distances or more, three to learn the
-    offset, at each f-number that is to be used, without touching the focus; more exposures of each show what one
-    exposure is worth.
+    a slanted edge), or, with --method equalise, of any texture. Photograph it at two or more distances (three to
+    determine the offset) at each f-number to be used, without touching the focus; repeated exposures show the
+    repeatability.
 
     Writes CAMERA.toml: effective f-numbers, true focus, the offset of the plane that distances were measured from,
-    the blur along edges and what the camera adds of its own, with their uncertainties. Depth takes it with
-    --calibration, or from a line calibration = "CAMERA.toml" under [camera] in VIEWS.toml.
+    the blur along edges and the camera's residual blur, with their uncertainties. The command depth reads it with
+    --calibration, or through a line calibration = "CAMERA.toml" under [camera] in VIEWS.toml.
 
-    Ordinary scenes do as well, each with a map of its distances from a depth camera, a phone or stereo, on the
-    photograph's pixels: each [[view]] then names it, as depth = "depth_mm.png", instead of distance_m. Two f-numbers
-    of each scene, ten scenes or more, all at one focus. One robust fit over the scenes gives focus, f-numbers, offset
-    and blur over the field; it is tested on the half of the scenes that was left out.
+    Instead of a target, ordinary scenes can be used, each with a map of its distances from a depth camera, a phone or
+    stereo, registered to the photograph: each [[view]] then names it, as depth = "depth_mm.png", instead of distance_m.
+    Use two f-numbers per scene, at least ten scenes, and one focus for all. A robust fit over the scenes gives focus,
+    f-numbers, offset and blur over the field; it is tested on the half of the scenes that was left out.
 
-    Takes about 8 s a megapixel and photograph on two cores.
+    Takes about 8 s per megapixel and photograph on two cores.
 
     \b
     Examples:
@@ -107,20 +109,20 @@ def calibrate(
       focal_length_mm = 18.0
       pixel_pitch_um = 4.7       # of the sensor, also for camera raw files
       encoding = "srgb"          # or "linear", as in VIEWS.toml
-      distances_from = "sensor"  # or "lens_front" or "entrance_pupil"; left out where it is not known
-      focus_from = "sensor"      # the same for the marks of the focus, where it is another
-      offset_m = 0.0             # prior: from where distances were measured to the entrance pupil
-      offset_sd_m = 0.1          # ... and how surely
-      distance_sd_m = 0.005      # of each measured distance
-      f_number_tolerance = 0.07  # of the marks on the lens
+      distances_from = "sensor"  # or "lens_front" or "entrance_pupil"; omit if unknown
+      focus_from = "sensor"      # the same for the focus marks, if it differs
+      offset_m = 0.0             # prior: distance from the measuring plane to the entrance pupil
+      offset_sd_m = 0.1          # ... and its standard deviation
+      distance_sd_m = 0.005      # standard deviation of each measured distance
+      f_number_tolerance = 0.07  # relative standard deviation of the marks on the lens
       [[view]]                   # one such table for each photograph
       image = "50cm_f10.jpg"     # relative to this file
       distance_m = 0.5           # of the target, as measured
       f_number = 10              # as marked
-      focus_distance_m = 0.25    # as marked; may be left out where all share one focus
-      flat = "flat_f10.jpg"      # a blank, evenly lit surface, to divide out vignetting; may be left out
-      # of a scene, instead of distance_m, with depth_unit = "mm" and depth_step = 1 under [camera]:
-      depth = "depth_mm.png"     # distances on the photograph's pixels, 0 where none
+      focus_distance_m = 0.25    # as marked; may be omitted if all share one focus
+      flat = "flat_f10.jpg"      # a blank, evenly lit surface, to correct vignetting; may be omitted
+      # for a scene, instead of distance_m, with depth_unit = "mm" and depth_step = 1 under [camera]:
+      depth = "depth_mm.png"     # distances registered to the photograph, 0 if unknown
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if sheet is not None:
         _write_sheet(sheet, targets, out)
@@ -139,7 +141,7 @@ def calibrate(
         return
     if stated is not None and method != "equalise":
         raise InputError(
-            "--psf is for --method equalise, as edges are measured by a Gaussian: add it, or leave --psf out."
+            "--psf requires --method equalise, because edges are fitted with a Gaussian: add it, or leave --psf out."
         )
     from focalgradient import calibration as room
     from focalgradient.photographs import Calibrated, camera_toml, load_targets
@@ -169,13 +171,13 @@ def calibrate(
                 announce((time.perf_counter() - start) * (len(shots) - 1), f"{len(shots) - 1} more photographs")
         sensor = settings.camera
         known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.priors)
-        say("checking what is stated")
+        say("checking stated values")
         _refuse_slips(*known[:3], room.pair_priors(settings.priors, k) if pairs else settings.priors)
         camera = fit(*known)
         if pairs:
             camera = replace(camera, psf=blur)
             found = _field(settings, pairs, camera, readings, say)
-            camera = replace(fit(*known), psf=blur, field=found.field)  # by what the maps read, where they do
+            camera = replace(fit(*known), psf=blur, field=found.field)  # with the readings of the maps, where available
         say("fitting the camera")
         by_distance = room.cross_validate(*known, fit=fit)
         by_view = room.cross_validate(*known, leave="view", fit=fit)
@@ -196,15 +198,17 @@ def calibrate(
 
 
 def _refuse_other_names(out: Path) -> None:
-    """Refuse a name that is none of a calibration: most likely a photograph of the target, with --out forgotten."""
+    """Raise `InputError` for a name without .toml: most likely a photograph, with --out forgotten."""
     if out.suffix.lower() != ".toml":
-        raise InputError(f"--out is {printable(out)}, but a calibration's name ends in .toml: give --out CAMERA.toml.")
+        raise InputError(
+            f"--out is {printable(out)}, but a calibration's file name must end in .toml: give --out CAMERA.toml."
+        )
 
 
 def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:
-    """A PDF to print."""
+    """Write a calibration sheet as PDF."""
     if targets is not None or out.suffix.lower() != ".pdf":
-        raise InputError("--sheet writes a PDF to print and reads nothing: give --sheet A4 --out sheet.pdf alone.")
+        raise InputError("--sheet only writes a PDF to print: give only --sheet A4 --out sheet.pdf.")
     writable(out.parent, (out.name,), [])
     from focalgradient.plotting import calibration_sheet
     from focalgradient.plotting.figures import as_file
@@ -222,7 +226,7 @@ def _field(
     readings: list[Reading],
     say: Callable[[str], object],
 ) -> FieldFit:
-    """Focus and blur over the field, by depth maps of the target; `readings` become what these maps give, if near."""
+    """Fit focus and blur over the field to depth maps of the target; replace `readings` by similar ones of the maps."""
     from focalgradient.calibration import Field, FieldFit, disc_radius, fit_field
 
     places, maps, views = [], [], []
@@ -253,14 +257,14 @@ def _field(
 
 
 def _field_lines(found: FieldFit) -> list[str]:
-    """The field as the maps of the target give it, in sentences."""
+    """Return sentences on the field, as estimated from depth maps of the target."""
     if not math.isfinite(found.left):
         return ["Field: the maps of the target are too sparse to show how focus varies over the frame."]
     uneven = any((*found.field.focus, *found.field.blur))
-    order = "varies over the frame, as [field] says" if uneven else "is even over the frame"
+    order = "varies over the frame, as stated in [field]" if uneven else "is even over the frame"
     return [
-        f"Field: blur {order}: parts of the frame left out scatter by {found.left:.3f} D about it, "
-        f"{found.left_without:.3f} D about one number.",
+        f"Field: blur {order}: left-out parts of the frame scatter by {found.left:.3f} D around it, "
+        f"{found.left_without:.3f} D around a constant.",
         f"Cross-validated: {found.coverage:.1%} of the left-out pixels within two standard deviations "
         f"(model error {found.field.split_band_scale:.2f} times the split-band test's).",
     ]
@@ -275,20 +279,20 @@ def _fit_pairs(
     f_numbers: Sequence[float],
     k: float,
 ) -> Calibration:
-    """As `focalgradient.calibration.calibrate`, for pairs."""
+    """Fit a camera to pairs, with the signature of `focalgradient.calibration.calibrate`."""
     from focalgradient.calibration import calibrate_pairs
 
     return calibrate_pairs(readings, f_numbers, focal_length, pixel_pitch, priors, k)
 
 
 def _refuse_slips(readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> None:
-    """Refuse readings that a likely slip in what is stated explains clearly better, and name the slip."""
+    """Raise `InputError` if a likely error in the stated values explains the readings much better; name the error."""
     from focalgradient.calibration import likeliest_slips
 
     slips = likeliest_slips(readings, focal_length, pixel_pitch, priors)
     if slips:
         likely = "; or with ".join(slip.text for slip in slips[:NAMED])
-        raise InputError(f"the photographs contradict what is stated of them: their blur fits better with {likely}.")
+        raise InputError(f"the photographs contradict the stated values: their blur fits better with {likely}.")
 
 
 def _check_prediction(
@@ -297,7 +301,7 @@ def _check_prediction(
     by_view: Sequence[Prediction | None],
     camera: Calibration,
 ) -> None:
-    """Refuse a calibration that predicts what was left out worse than no calibration; warn where nothing was."""
+    """Raise `InputError` if left-out photographs are predicted worse than without calibration; warn if untested."""
     from focalgradient.calibration import prediction_errors
 
     distances = len({reading.distance for reading in readings})
@@ -305,19 +309,19 @@ def _check_prediction(
     for predictions in (by_distance, by_view):
         predicted, stated, by_mean = prediction_errors(readings, predictions, camera.offset)
         unknown = unknown and math.isnan(predicted)
-        # From one distance alone little is known of another, which the stated sd includes.
+        # A single distance determines others poorly, which the stated SD includes.
         if predicted > by_mean and (distances > 2 or predicted > BEYOND * stated):
             raise InputError(
-                f"photographs left out are predicted worse than without a calibration (off by {predicted:.2g} D, by "
-                f"the mean vergence of the others by {by_mean:.2g} D), and no single slip explains it: check "
+                f"left-out photographs are predicted worse than without a calibration (error {predicted:.2g} D; with "
+                f"the mean vergence of the others {by_mean:.2g} D), and no single input error explains it: check "
                 "distance_m, f_number and focus_distance_m of each photograph, focal_length_mm and pixel_pitch_um, and "
-                "that focus was not touched."
+                "that the focus was not touched."
             )
     if unknown:
         cause = (
             f"all of them ({len(readings)}) show the target at one distance: add photographs at another"
             if distances == 1
-            else "each one left out leaves its f-number or the side of focus unknown: add photographs at another "
+            else "without any one of them its f-number or the side of focus is unknown: add photographs at another "
             "distance, at each f-number, or give focus_distance_m"
         )
         warnings.warn(
@@ -328,7 +332,7 @@ def _check_prediction(
 
 
 def _warn_of_the_odd(shots: Sequence[TargetShot], readings: Sequence[Reading]) -> None:
-    """Name photographs whose blur is not that of the others of their kind: shaken, or refocused."""
+    """Warn of photographs whose blur differs from that of their repetitions: camera shake, or changed focus."""
     for shot, reading in zip(shots, readings, strict=True):
         kind = (reading.distance, reading.f_number, reading.focus_distance)
         alike = sorted(r.width for r in readings if (r.distance, r.f_number, r.focus_distance) == kind)
@@ -336,14 +340,14 @@ def _warn_of_the_odd(shots: Sequence[TargetShot], readings: Sequence[Reading]) -
         if len(alike) > 2 and abs(odd) > ODD:
             warnings.warn(
                 f"{shot.image} is {abs(odd):.0%} {'more' if odd > 0 else 'less'} blurred than the others of its kind: "
-                "look whether it was shaken, and leave it out.",
+                "check for camera shake, and leave it out.",
                 FocalGradientWarning,
                 stacklevel=1,
             )
 
 
 def _found(camera: Calibration) -> dict[str, Any]:
-    """The parameters for programs; the unit is in the name, ``sd`` in the order of ``parameters``."""
+    """Return the parameters for programs; units are in the names, ``sd`` is in the order of ``parameters``."""
     return {
         "k": camera.k,
         "own_blur_um2": camera.own * 1e12,
@@ -357,7 +361,7 @@ def _found(camera: Calibration) -> dict[str, Any]:
 
 
 def _camera_lines(camera: Calibration, distances: int) -> list[str]:
-    """The parameters, each with its sd and what it is known from."""
+    """Return lines with the parameters, each with its SD and whether views or prior determine it."""
     sd, informed = camera.sd, camera.informed
     rows = [("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}", informed[0])]
     pitch = camera.pixel_pitch * 1e6
@@ -375,8 +379,8 @@ def _camera_lines(camera: Calibration, distances: int) -> list[str]:
         lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
     if distances < 3:
         lines.append(
-            f"{distances} distance{'s do' if distances > 1 else ' does'} not determine the offset alone: it rests on "
-            "the priors of it, of k and of the f-numbers. Three distances or more would determine it."
+            f"{distances} distance{'s do' if distances > 1 else ' does'} not determine the offset: it depends on "
+            "its prior and those of k and of the f-numbers. Three or more distances would determine it."
         )
     lines.append(f"Model error of the blur's width: {camera.model_error:.1%}")
     return lines
@@ -389,7 +393,7 @@ def _predicted(
     by_view: Sequence[Prediction | None],
     by_distance: Sequence[Prediction | None],
 ) -> list[str]:
-    """A table of each view's distance as the others predict it, and the errors' root mean squares."""
+    """Return a table of each view's distance as predicted from the others, and the RMS errors."""
     lines = [
         f"{'Predicted from the others':34}{'blur px':>8}{'true m':>8}{'without it':>20}{'without its distance':>24}"
     ]
@@ -408,5 +412,5 @@ def _predicted(
             rms = math.sqrt(sum(error**2 for error in errors) / len(errors))
             lines.append(f"Root mean square error, each view predicted {name}: {rms:.3f} D")
         else:
-            lines.append(f"Views predicted {name}: none, the others do not determine it.")
+            lines.append(f"Views predicted {name}: none, because the others do not determine it.")
     return lines

@@ -1,4 +1,4 @@
-"""``focalgradient calibrate SCENES.toml``: a camera from ordinary photographs with depth maps of their scenes."""
+"""``focalgradient calibrate SCENES.toml``: calibration from ordinary photographs with depth maps of their scenes."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 __all__ = ["calibrate_scenes"]
 
 LEAST_HELD_OUT = 4
-"""Scenes from which on a fit to one half of them is tested on the other."""
+"""Minimum number of scenes for testing a fit to one half of them on the other half."""
 
 
 def calibrate_scenes(path: Path, out: Path, psf: Psf) -> None:
-    """Fit a camera to scenes of known depth, print it with what it predicts of scenes left out, and write it."""
+    """Fit a camera to scenes of known depth, print it with predictions of left-out scenes, and write it."""
     from focalgradient.calibration import LEAST_SCENE_SHARE
     from focalgradient.photographs import Calibrated, camera_toml, load_known_scenes
 
@@ -44,16 +44,16 @@ def calibrate_scenes(path: Path, out: Path, psf: Psf) -> None:
                 names.append(name)
         if not scenes:
             raise InputError(
-                "no scene gave depth by blur: take scenes with texture, without saturation, at two f-numbers that "
-                "differ by two stops or more."
+                "no scene gave depth from blur: use scenes with texture, without saturation, at two f-numbers that "
+                "differ by at least two stops."
             )
         say("fitting the camera")
         fit = known.fit(scenes, psf)
         held_out = _held_out(known, scenes, psf)
         if len(scenes) < LEAST_HELD_OUT:
             warnings.warn(
-                f"only {len(scenes)} of {len(shots)} scenes gave depth by blur, too few to test the calibration on "
-                "scenes left out: add scenes.",
+                f"only {len(scenes)} of {len(shots)} scenes gave depth from blur, too few to test the calibration on "
+                "left-out scenes: add scenes.",
                 FocalGradientWarning,
                 stacklevel=1,
             )
@@ -69,7 +69,7 @@ def calibrate_scenes(path: Path, out: Path, psf: Psf) -> None:
 
 
 def _quietly(known: KnownScenes, group: Sequence[Any], psf: Psf) -> KnownScene | None:
-    """Depth of a scene; None where its views cannot be compared. What is warned of concerns users of the map."""
+    """Return the depth of a scene, without warnings; None if its views cannot be compared."""
     from focalgradient.photographs.known_scenes import UnusableSceneError
 
     with warnings.catch_warnings():
@@ -81,7 +81,7 @@ def _quietly(known: KnownScenes, group: Sequence[Any], psf: Psf) -> KnownScene |
 
 
 def _held_out(known: KnownScenes, scenes: Sequence[KnownScene], psf: Psf) -> list[SceneScore | None]:
-    """How each scene is predicted by a fit to the half of the scenes that it does not belong to."""
+    """Score each scene's prediction by a fit to the half of the scenes that it does not belong to."""
     from focalgradient.calibration import score_scene
 
     found: list[SceneScore | None] = [None] * len(scenes)
@@ -100,26 +100,26 @@ def _held_out(known: KnownScenes, scenes: Sequence[KnownScene], psf: Psf) -> lis
 
 
 def _lines(fit: SceneFit, names: Sequence[str], count: int) -> list[str]:
-    """The camera, with standard deviations."""
+    """Return lines with the camera's parameters and standard deviations."""
     camera = fit.calibration
     (mark, vergence), sd = next(iter(camera.focus.items())), camera.sd
     focus_sd = math.sqrt(max(sd[-1] ** 2 - fit.repeat**2, 0.0))
     lines = [
-        f"{len(names)} of {count} scenes gave depth by blur.",
+        f"{len(names)} of {count} scenes gave depth from blur.",
         f"Focus marked {mark:g} m: {vergence:.4f} +- {focus_sd:.4f} D, which is {1 / vergence - camera.offset:.3f} m "
-        f"from the plane of the depth maps; from scene to scene it differs by {fit.repeat:.3f} D.",
+        f"from the plane of the depth maps; it varies between scenes by {fit.repeat:.3f} D (SD).",
         f"Offset of the entrance pupil: {camera.offset:+.3f} +- {sd[2]:.3f} m",
     ]
     for number, (f_mark, effective) in enumerate(camera.f_numbers.items(), 3):
         lines.append(f"f-number marked {f_mark:g}: {effective:.3f} +- {effective * sd[number]:.3f}")
     field = " ".join(f"{value:+.3f}" for value in camera.field.blur)
-    lines.append(f"Blur over the field, of x, y, x^2, x y, y^2 (shares): {field}")
-    lines.append(f"Scatter of pixels about the fit: {fit.scatter:.3f} D")
+    lines.append(f"Blur over the field, of x, y, x^2, x y, y^2 (relative): {field}")
+    lines.append(f"Scatter of pixels around the fit: {fit.scatter:.3f} D")
     return lines
 
 
 def _predicted(names: Sequence[str], scores: Sequence[SceneScore | None]) -> list[str]:
-    """A table of scenes as predicted by the other half, and medians."""
+    """Return a table of scenes as predicted from the other half, and its medians."""
     known = [score for score in scores if score is not None]
     if not known:
         return []
@@ -135,7 +135,7 @@ def _predicted(names: Sequence[str], scores: Sequence[SceneScore | None]) -> lis
 
 
 def _found(fit: SceneFit, names: Sequence[str], scores: Sequence[SceneScore | None]) -> dict[str, Any]:
-    """The parameters for programs."""
+    """Return the parameters for programs."""
     camera = fit.calibration
     return {
         "k": camera.k,

@@ -1,4 +1,4 @@
-"""``focalgradient collect``: what platforms kept of an exported study, brought into a data set."""
+"""``focalgradient collect``: import of an exported study's results from platforms into a data set."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from focalgradient.errors import InputError, check_installed
 __all__ = ["collect"]
 
 
-@click.command(short_help="Bring answers from JATOS, DataPipe or Pavlovia into a data set.")
+@click.command(short_help="Import answers from JATOS, DataPipe or Pavlovia into a data set.")
 @click.argument("files", metavar="FILES...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
 @click.option(
     "--stimuli",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Folder of the pictures that the study was made with, for depth rating.",
+    help="Folder of the study's pictures, for depth rating.",
 )
-@click.option("--store", metavar="URL", help="Instead of FILES: the database of 'focalgradient serve --store'.")
+@click.option(
+    "--store", metavar="URL", help="Import from the database of 'focalgradient serve --store' instead of FILES."
+)
 @task_file_option
 @json_option
 def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: str | None) -> None:
-    """Bring the answers of a study that 'serve --export' made into a data set: the journals and tables of 'serve'.
+    """Import the answers of a study exported with 'serve --export' into a data set, as journals and tables of 'serve'.
 
-    With --store it brings those that 'serve --store' keeps in a PostgreSQL database, also while servers use it.
+    With --store, import those that 'serve --store' keeps in a PostgreSQL database, also while servers use it. FILES are
+    the platform's files, unchanged: JATOS's results as plain text, ZIP or results archive; the CSV or JSON files of
+    DataPipe at the OSF, and of Pavlovia, individually or as ZIP. Answers that the data set already has are not added
+    twice. An unfinished session is imported as far as it went, and extended by later imports.
 
-    FILES are what the platform gave, as it is: JATOS's results as plain text, ZIP or results archive; the CSV or JSON
-    files of DataPipe at the OSF, and of Pavlovia, one by one or as ZIP. What is in the data set already is not added
-    twice. A session that was left is there as far as it went, and goes on when more of it is collected.
-
-    All is checked before anything is written: trial lists against the design, every answer against its scale. Exit code
-    1 where a session, or the end of one, was left out. Takes about 10 s for 40 sessions of 100 trials.
+    Everything is checked before anything is written: trial lists against the design, answers against their scale. Exit
+    code 1: a session, or the end of one, was left out. Takes about 10 s for 40 sessions of 100 trials.
 
     \b
     Examples:
@@ -46,7 +47,7 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: st
       focalgradient collect --store postgresql://lab@db.example.org/study --data data
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if bool(files) == (store is not None):
-        raise InputError("give FILES of a platform, or the --store of a server: one of them.")
+        raise InputError("FILES and --store are both given or both missing: give one of them.")
     check_installed(*SERVER)
     if store is not None:
         _from_store(store, data)

@@ -1,4 +1,4 @@
-"""``focalgradient demo``: a folder with one small example of everything that the other commands read."""
+"""``focalgradient demo``: a folder with one small example of every input of the other commands."""
 
 from __future__ import annotations
 
@@ -30,28 +30,31 @@ __all__ = ["demo"]
 FOCAL_LENGTH_MM, PITCH_UM = 25.0, 8.0
 STOPS = (5.6, 16.0)
 FOCUS_M = 0.85
-"""The camera of all these pictures: a thin lens of 25 mm, 8 um pixels, focused at 0.85 m unless a file says so."""
+"""The camera of all demo pictures: a thin lens of 25 mm, 8 um pixels, focused at 0.85 m unless a file states otherwise.
+"""
 
 FOCI_M = (0.8, 1.6)
-"""Focus of the two photographs: nearer and farther than the middle of the scene, so that the side of focus is known."""
+"""Focus of the two photographs in m: nearer and farther than the middle of the scene, which resolves the side of focus.
+"""
 
 TARGETS_M = (0.45, 0.65, 1.5)
-"""Distances of the target: three, so that the offset is determined; its blur is 2 to 8 pixels in radius at f/5.6."""
+"""Distances of the target in m: three, to determine the offset; its blur radius is 2 to 8 pixels at f/5.6."""
 
 CARDS_M = (1.0, 1.25, 1.7)
-"""Distances of the dark cards in the photograph of hard edges, left to right; the wall behind them is at 2.5 m."""
+"""Distances in m of the dark cards in the photograph of hard edges, left to right; the wall behind them is at 2.5 m."""
 
 SHAPE, SMALL = (240, 320), (144, 192)
 FRAMES, FPS = 24, 12.0
 SLANT_M = (0.95, 2.0)
-"""Distances of the two edges of the plane in the video, which turns until they have changed places."""
+"""Distances in m of the two edges of the plane in the video, which rotates until they have exchanged places."""
 
 NOISE = 0.003
-"""Standard deviation of the sensor's noise, white being 1: that of a camera at its base sensitivity."""
+"""Standard deviation of the sensor's noise as a fraction of white: that of a camera at base sensitivity."""
 
 SUBJECTS, EFFECT = 16, 1.3
-"""Simulated subjects of the ratings table, and the rise of their ratings at the largest aperture, as a ratio: so many
-find the rise in 99.7 % of 2000 experiments (`focalgradient.power.quick_power`), 8 in 83 %."""
+"""Number of simulated subjects in the ratings table, and ratio of their ratings at the largest aperture to the pinhole:
+16 subjects find the effect in 99.7 % of 2000 experiments (`focalgradient.power.quick_power`), 8 in 83 %.
+"""
 
 VIEWS_TOML = """\
 # Two photographs of one scene, focused at different distances.
@@ -85,7 +88,8 @@ f_number_tolerance = 0.07
 """
 
 CAMERA = Path(__file__).with_name("demo_camera.toml")
-"""What `focalgradient calibrate` makes of the targets: kept, as it takes half a minute the first time."""
+"""Result of `focalgradient calibrate` for the targets, stored because computing it takes half a minute the first time.
+"""
 
 README = """\
 A folder of examples, made by `focalgradient demo`. Nothing here was photographed or answered by a person:
@@ -106,8 +110,8 @@ picture.png and distance.npy, which have a focus at 0.85 m. The distances in dep
 """
 
 TRUST = (
-    "What to trust: distances where the map is not hatched, to about twice the stated uncertainty; "
-    "along outlines 7 % of them are farther off than that."
+    "Reliability: distances are accurate to about twice the stated uncertainty where the map is not hatched; "
+    "near occlusion boundaries 7 % have larger errors."
 )
 
 
@@ -117,13 +121,13 @@ TRUST = (
 @json_option
 @click.pass_context
 def demo(context: click.Context, out: Path) -> None:
-    """Write a small example of everything that the other commands read, and make a first depth map.
+    """Write a small example of every input of the other commands, and make a first depth map.
 
     The pictures are ray cast: two photographs with their settings file, a target for calibration, a photograph of cards
     with hard edges, a video that alternates between two apertures, and a picture with its distances. The table of
-    ratings is simulated. DIR/README.txt says what each file is, and what is true in it.
+    ratings is simulated. DIR/README.txt describes each file and its true values.
 
-    About 15 s; half a minute the first time, when the program is compiled.
+    Takes about 15 s; half a minute the first time, when the program is compiled.
 
     \b
     Example:
@@ -155,7 +159,7 @@ def demo(context: click.Context, out: Path) -> None:
         say("compiling, the first time")
     show(
         None,  # the result is that of depth
-        f"Written: {len(files)} files in {out}; README.txt says what each is.",
+        f"Written: {len(files)} files in {out}; README.txt describes each.",
         f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}",
     )
     words = [str(out / "views.toml"), "--out", str(out / "depth")]
@@ -166,9 +170,9 @@ def demo(context: click.Context, out: Path) -> None:
 
 @contextmanager
 def _compiled_meanwhile() -> Iterator[None]:
-    """What depth needs is compiled by a process beside this one: the first time, that is half of all the work.
+    """Compile the code of depth in a parallel process: on first use, compilation is half of the work.
 
-    At the end it is waited for. It writes nothing but the compiled code's cache.
+    On exit the process is awaited. It writes only the cache of compiled code.
     """
     command = [sys.executable, "-P", "-c", "from focalgradient.cli.demo import compile_depth; compile_depth()"]
     quiet = subprocess.DEVNULL
@@ -181,9 +185,9 @@ def _compiled_meanwhile() -> Iterator[None]:
 
 
 def compile_depth() -> None:
-    """Compile all that a depth map from two photographs needs, by making one of a small step.
+    """Compile the code of a depth map from two photographs, by computing a small one.
 
-    The process ends with the one that has started it: when its input is closed.
+    The process ends when its parent closes its standard input.
     """
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
     from scipy import ndimage
@@ -201,7 +205,7 @@ def compile_depth() -> None:
 
 
 def _view(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:
-    """The scene as the camera sees it, with noise."""
+    """Return the scene as photographed by the camera, with noise."""
     from focalgradient import Lens
     from focalgradient.render import cast, noisy
 
@@ -210,7 +214,7 @@ def _view(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, ra
 
 
 def _shown(view: View) -> NDArray[np.uint8]:
-    """8-bit values as sRGB has them."""
+    """Return 8-bit sRGB values of a view."""
     from focalgradient.display import Display
 
     return Display(gamma="sRGB").encode(view.image)
@@ -223,14 +227,14 @@ def _png(view: View) -> bytes:
 
 
 def _field(focus: float) -> float:
-    """Width of the larger pictures, as a tangent."""
+    """Return the width of the larger pictures, as a tangent."""
     from focalgradient import Lens
 
     return SHAPE[1] * 1e-6 * PITCH_UM / Lens(1e-3 * FOCAL_LENGTH_MM, STOPS[0], focus).sensor_distance
 
 
 def _photographs() -> dict[str, bytes]:
-    """Spheres before a wall, focused near and far."""
+    """Return photographs of spheres in front of a wall, focused near and far."""
     from focalgradient.scenes import spheres
 
     scene = spheres(3, field=_field(FOCI_M[0]))
@@ -241,14 +245,14 @@ def _photographs() -> dict[str, bytes]:
 
 
 def _target(z: float) -> Scene:
-    """A white sheet with a large dark square and a small one, as large on every photograph."""
+    """Return a white sheet with a large and a small dark square, of equal angular size at every distance."""
     from focalgradient.scenes.objects import Scene
 
     return Scene((_wall(z), _card(-0.0093, 0.0014, 0.0272, z), _card(-0.0301, 0.0009, 0.0031, z)))
 
 
 def _cards() -> Scene:
-    """Three dark cards before a white wall."""
+    """Return three dark cards in front of a white wall."""
     from focalgradient.scenes.objects import Scene
 
     places = zip((-0.019, 0.0, 0.019), CARDS_M, strict=True)
@@ -263,7 +267,7 @@ def _wall(z: float) -> Any:
 
 
 def _card(x: float, y: float, side: float, z: float) -> Any:
-    """A dark square at a distance: its place and size are tangents; just before what else is as far."""
+    """Return a dark square at distance `z`, slightly in front of it; position and size are tangents."""
     from focalgradient.scenes.objects import Plane
     from focalgradient.scenes.texture import Texture
 
@@ -280,7 +284,7 @@ def _targets_toml(targets: dict[str, tuple[float, float]]) -> str:
 
 
 def _frames() -> list[NDArray[np.uint8]]:
-    """A plane that turns about its middle, through both apertures by turns."""
+    """Return frames of a plane that rotates around its centre, alternating between both apertures."""
     from focalgradient.scenes import slant
 
     middle, half = (sum(1 / m for m in SLANT_M) / 2, (1 / SLANT_M[0] - 1 / SLANT_M[1]) / 2)
@@ -300,7 +304,7 @@ def _write_video(path: Path, frames: list[NDArray[np.uint8]]) -> None:
 
 
 def _picture() -> dict[str, bytes]:
-    """The spheres through a pinhole, and how far off each pixel is."""
+    """Return the spheres through a pinhole, and the distance of each pixel."""
     from focalgradient import Lens
     from focalgradient.render import cast
     from focalgradient.scenes import spheres
@@ -313,7 +317,7 @@ def _picture() -> dict[str, bytes]:
 
 
 def _ratings() -> bytes:
-    """Ratings by a model, in the columns of a table of one's own."""
+    """Return simulated ratings, with the columns of a user's own table."""
     from focalgradient.design import DepthRatingDesign
     from focalgradient.power import Model, simulated_ratings
 

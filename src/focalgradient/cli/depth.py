@@ -1,4 +1,4 @@
-"""``focalgradient depth``: depth from views that differ in aperture, in focus, or in both."""
+"""``focalgradient depth``: depth from views that differ in aperture, focus, or both."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 __all__ = ["depth"]
 
 STAGES = 6
-"""Stages that the progress bar counts: reading, the four of `recover_depth`, drawing."""
+"""Number of stages of the progress bar: reading, the four of `recover_depth`, drawing."""
 
 
 FROM_EXIF = {
@@ -56,21 +56,21 @@ FROM_EXIF = {
     "distances_from": "--distances-from",
     "focus_from": "--focus-from",
 }
-"""Parameters of `focalgradient.photographs.from_exif` and the options that give them."""
+"""Parameters of `focalgradient.photographs.from_exif`, and the corresponding options."""
 
 SECONDS = {"equalise": 5.0, "spectra": 9.0, "ratio": 0.5, "edges": 10.0, "autofocus": 0.7}
-"""Seconds a megapixel of two views: processor time measured at 1280 x 960 pixels, of two apertures and of two foci."""
+"""Processor time of two views in s per megapixel, measured at 1280 x 960 pixels with two apertures and two foci."""
 
 NEEDED = 200
-"""Bytes a pixel that depth takes beside the images: 190 measured, by the default method of two views."""
+"""Memory of depth in bytes per pixel, apart from the images: 190 measured, with the default method and two views."""
 
 
 OF_POINTS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
-"""Parameters that refusals of measured points name, and the options that give them."""
+"""Parameters named in messages on measured points, and the corresponding options."""
 
 
 def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str]) -> list[KnownPoint]:
-    """Points of X,Y=M, as an option's callback."""
+    """Parse points X,Y=M, as an option's callback."""
     found = []
     for text in given:
         place, distance = text.partition("=")[::2]
@@ -79,7 +79,8 @@ def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str
             found.append((x, y, float(distance)))
         except ValueError as error:
             raise InputError(
-                f"--at is {printable(text)}, but must be a column, a row and a distance in metres, as 320,200=2.31."
+                f"--at is {printable(text)}, but must be a column, a row and a distance in metres, such as "
+                "320,200=2.31."
             ) from error
     return checked_points(found)
 
@@ -94,36 +95,37 @@ def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str
     type=click.Choice(list(METHODS)),
     default="equalise",
     show_default=True,
-    help="How blur is measured: see above.",
+    help="Method of measuring blur: see above.",
 )
 @click.option(
     "--at",
     multiple=True,
     metavar="X,Y=M",
     callback=_known_points,
-    help="A point whose distance was measured: its column and row in pixels of the first view, and metres. Corrects "
-    "the focus, from two points on the scale of the apertures too, within their tolerance. May be given again.",
+    help="Point of measured distance: column and row in pixels of the first view, and distance in metres. Corrects "
+    "the focus, with two or more points also the scale of the apertures, within their tolerance. Repeatable.",
 )
 @limit_options
 @shape_options(
-    "Shape of the blur: auto is a disc, or as the --calibration measured it. For a gaussian or a blend, blur_k in "
+    "Shape of the blur; auto: a disc, or as measured by --calibration. For a gaussian or a blend, blur_k in "
     "[camera] is its k."
 )
 @click.option(
     "--align",
     is_flag=True,
-    help="Remove shift and scale between the views before comparing them; crop views of unequal size to what all show.",
+    help="Remove shift and scale between the views before comparing them; crop views of unequal size to their common "
+    "part.",
 )
 @click.option(
     "--dense",
     is_flag=True,
-    help="Complete vergence where it is not valid, with a standard deviation that says how far it is guessed.",
+    help="Complete vergence where it is not valid, with a standard deviation that includes the interpolation error.",
 )
 @click.option(
     "--calibration",
     type=click.Path(path_type=Path),
     metavar="CAMERA.toml",
-    help="The camera as `focalgradient calibrate` measured it; f-number and focus distance are then marks on the lens.",
+    help="Camera measured by `focalgradient calibrate`; f-number and focus distance are then marks on the lens.",
 )
 @optics_options
 @shared_options
@@ -146,33 +148,32 @@ def depth(
 ) -> None:
     """Recover depth from two or more views that differ in aperture, in focus, or both.
 
-    The views are named, with their optics, in a settings file; or they are photographs, whose focal length, f-number,
-    distance of focus and pixel pitch are read from EXIF where the options marked * do not give them.
+    The views and their optics are named in a settings file; or they are photographs whose focal length, f-number, focus
+    distance and pixel pitch are read from EXIF unless options marked * give them.
 
-    Writes DIR/depth.npz, DIR/depth.png and DIR/summary.json. The arrays, one value a pixel of the first view: distance
-    (m), vergence (dioptres), valid, and two standard deviations in dioptres: vergence_sd of what differs between
-    pixels, and common_sd of what the whole frame shares, as the focus. Pixels that are not valid have no estimate that
-    can be used; with --dense they have a completed one, and `evidence` is 2 where depth is measured, 1 near there and
-    0 where it is guessed. With --method autofocus `beyond` is -1 at or beyond the farthest focus, 1 at or nearer than
-    the nearest.
+    Writes DIR/depth.npz, DIR/depth.png and DIR/summary.json. The arrays have one value per pixel of the first view:
+    distance (m), vergence (dioptres), valid, and two standard deviations in dioptres: vergence_sd for errors that
+    differ between pixels, and common_sd for errors common to the frame, such as that of the focus. Pixels that are not
+    valid have no usable estimate; with --dense they have a completed one, and `evidence` is 2 where depth is measured,
+    1 near such pixels and 0 where it is extrapolated. With --method autofocus `beyond` is -1 at or beyond the far
+    focus, 1 at or nearer than the near focus.
 
     \b
-    Methods, and when each is right:
+    Methods and their uses:
       equalise   two or more views of anything with texture. The default.
-      edges      one view or more: printed squares, cards and other hard edges on blank surfaces, where the default
+      edges      one or more views: printed squares, cards and other hard edges on blank surfaces, where the default
                  finds no texture. Depth along the edges only.
-      spectra    two or more views: the paper's regression on the spectra of patches, to compare with.
-      ratio      two apertures at one focus: fast, with errors of some per cent. For video see 'stream'.
-      autofocus  three or more foci: the sharpest of a stack. With ten or more images the most exact of all.
+      spectra    two or more views: the paper's regression on the spectra of patches, for comparison.
+      ratio      two apertures at one focus: fast, with errors of a few per cent. For video see 'stream'.
+      autofocus  three or more foci: the sharpest of a stack. The most accurate with ten or more images.
 
-    Of several settings files, one for each frame, each gets such a folder of its own in DIR, named as the file, or as
-    its folder where several files have one name. The workers of a --scheduler must see the same files under the same
-    paths.
+    Several settings files, one per frame, each get a subfolder of DIR, named after the file, or after its folder if
+    several files have the same name. The workers of a --scheduler must see the same files under the same paths.
 
-    Two views that differ only in aperture leave open on which side of the focus a point lies: limit the search with
-    --near or --far to one side, or change the focus too.
+    Two views that differ only in aperture do not determine on which side of the focus a point lies: limit the search to
+    one side with --near or --far, or change the focus too.
 
-    Takes about 3 s a megapixel (edges: 8 s) on two cores, after some seconds to start.
+    Takes about 3 s per megapixel (edges: 8 s) on two cores, after a few seconds of start-up.
 
     \b
     Examples:
@@ -187,16 +188,16 @@ def depth(
       [camera]
       focal_length_mm = 25.0
       pixel_pitch_um = 8.0
-      encoding = "linear"        # or "srgb"; may be left out where the files say it
+      encoding = "linear"        # or "srgb"; may be omitted if the files state it
       telecentric = false
-      focus_tolerance = 0.1      # standard deviation of the focus distances as a share; may be left out
-      f_number_tolerance = 0.05  # the same of a factor of all f-numbers
-      calibration = "CAMERA.toml"  # may be left out; gives all that is above, and the focus if there is but one
-      [[view]]                   # one such table for each view, two or more
+      focus_tolerance = 0.1      # relative standard deviation of the focus distances; may be omitted
+      f_number_tolerance = 0.05  # the same for a common factor of all f-numbers
+      calibration = "CAMERA.toml"  # may be omitted; gives everything above, and the focus if it has only one
+      [[view]]                   # one such table per view, at least two
       image = "view0.png"        # relative to this file: PNG, TIFF, JPEG or .npy
       f_number = 16
       focus_distance_m = 0.85
-      flat = "flat0.png"         # may be left out: a blank, evenly lit surface, to divide out vignetting
+      flat = "flat0.png"         # may be omitted: a blank, evenly lit surface, to correct vignetting
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
@@ -232,7 +233,7 @@ def depth(
 
 
 def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path]:
-    """What settings files name; where one is wrong, that is said when its frame has its turn."""
+    """Yield the files named in settings files; invalid settings files raise when their frame is processed."""
     from focalgradient.photographs import load_camera, load_settings
 
     calibrated = None
@@ -245,7 +246,7 @@ def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path
 
 
 def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
-    """Recover the depth of one frame; `given` are the warnings that were given by then."""
+    """Recover the depth of one frame; `given` are the warnings issued so far."""
     from focalgradient.photographs.settings import GIVEN as KEYS
 
     with given_as({**GIVEN, **(KEYS if frame.inputs[0].suffix.lower() == ".toml" else {})}):
@@ -296,7 +297,7 @@ def _estimated(
     limits: tuple[float | None, float | None],
     say: Callable[[str], object],
 ) -> DepthMap:
-    """Depth as counted from the entrance pupil, as the optics count."""
+    """Return depth relative to the entrance pupil, as in the optics."""
     from focalgradient import recover_depth
 
     near, far = limits
@@ -306,14 +307,14 @@ def _estimated(
         near=near,
         far=far,
         psf=psf,
-        align=options["align"] or settings.relative,  # what focus does to magnification is not known then
+        align=options["align"] or settings.relative,  # the effect of focus on magnification is then unknown
         dense=options["dense"],
         progress=lambda share, words: say(words),
     )
 
 
 def _limits(settings: Settings, options: Mapping[str, Any], offset: float) -> tuple[float | None, float | None]:
-    """Nearest and farthest distance (m) from the entrance pupil; the user's count from a plane `offset` before it."""
+    """Return near and far limits (m) from the entrance pupil; `offset` is its distance from the user's plane."""
     near, far = (None if options[end] is None else options[end] + offset for end in ("near_m", "far_m"))
     return _beside_focus(near, far, settings)
 
@@ -325,7 +326,7 @@ def _compared_with_the_other_encoding(
     options: Mapping[str, Any],
     limits: tuple[float | None, float | None],
 ) -> DepthMap:
-    """`result` with how depth would differ were the files of the other encoding, where nobody says which they are."""
+    """Add the change of depth under the other encoding to `result`, if the files do not state their encoding."""
     from focalgradient.photographs.other_encoding import encoding_difference
 
     kinds = {photograph.encoding for photograph in photographs}
@@ -336,7 +337,7 @@ def _compared_with_the_other_encoding(
 
 
 def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offset: float) -> DepthMap:
-    """`result` with distances from the plane that the user counts from, calibrated where a camera is given."""
+    """Refer `result` to the user's plane of distances, and apply the calibration if a camera is given."""
     from focalgradient.calibration import apply_calibration
 
     if settings.relative:
@@ -348,11 +349,12 @@ def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offse
 
 
 def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
-    """A map of which only the order is known: `vergence` is 1 at the first photograph's focus, 2 at the last's."""
+    """Return a map of ordinal depth: `vergence` is 1 at the first photograph's focus, and 2 at the last one's."""
     warnings.warn(
-        "no focus distance is known (give --focus-distance once for each photograph), so that only the order of depth "
-        f"results: vergence 1 stands for the focus of the first photograph, 2 for that of the last of {count}, taken "
-        "to be evenly spaced; distance is left out.",
+        "no focus distance is known (give --focus-distance once for each photograph), so only the order of depth "
+        f"is estimated: vergence is 1 at the focus of the first photograph and 2 at that of the last of {count}, "
+        "assumed "
+        "to be evenly spaced; distance is not estimated.",
         FocalGradientWarning,
         stacklevel=1,
     )
@@ -360,13 +362,15 @@ def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
 
 
 def _shape(asked: ShapeAsked, method: MethodName, settings: Settings) -> BlurSource:
-    """The shape of blur: as asked for, else as the camera was calibrated; methods that cannot use it refuse it."""
+    """Return the blur shape that was requested, or else calibrated; raise if the method cannot use it."""
     camera = settings.calibration
     source = asked.source(settings.given_k(asked.name))
     if source is not AUTO or camera is None:
         return source
     if camera.psf is None:
-        return Gaussian(camera.k) if method == "edges" else AUTO  # as the edges of the target were measured
+        return (
+            Gaussian(camera.k) if method == "edges" else AUTO
+        )  # the model with which the target's edges were measured
     if method == "edges":
         warnings.warn(
             "the camera was calibrated by equalising, which does not measure the blur along edges: depth by edges may "
@@ -378,9 +382,9 @@ def _shape(asked: ShapeAsked, method: MethodName, settings: Settings) -> BlurSou
 
 
 def _beside_focus(near: float | None, far: float | None, settings: Settings) -> tuple[float | None, float | None]:
-    """Limits (m, from the pupil) beside one calibrated focus: a limit at the focus, as marked, means that side of it.
+    """Return limits (m from the pupil) next to a calibrated focus: a limit at the marked focus selects that side of it.
 
-    The calibrated focus is not quite where its mark says, so that a limit at the mark would leave both sides open.
+    The calibrated focus differs slightly from its mark, so a limit at the mark would leave both sides open.
     """
     camera = settings.calibration
     foci = {lens.focus_distance for lens in settings.lenses()}
@@ -420,7 +424,7 @@ def _read(
     if len(inputs) < least:
         what = f"{printable(inputs[0])} is {'a folder' if inputs[0].is_dir() else 'one file'}"
         raise InputError(
-            f"{what}, but depth needs {least} or more photographs, or a settings file whose name ends in .toml: give "
+            f"{what}, but depth needs at least {least} photographs, or a settings file whose name ends in .toml: give "
             "these, or --method edges for one photograph of sharp edges."
         )
     encoding = optics["encoding"] or (None if calibrated is None else calibrated.sensor.encoding)

@@ -1,4 +1,4 @@
-"""What ``focalgradient depth`` states of a depth map: summary.json, and the lines that it prints."""
+"""Summary of a depth map by ``focalgradient depth``: summary.json, and the printed lines."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["printed", "summary_of"]
 
 
 def printed(settings: Settings, result: DepthMap, summary: Mapping[str, Any], count: int) -> str:
-    """The median depth and its uncertainty, and how depth would differ were the files encoded otherwise."""
+    """Return lines with the median depth and its uncertainty, and the change of depth under the other encoding."""
     distance = summary["medians"]["distance_m"]
     middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
     if settings.relative:
@@ -33,14 +33,15 @@ def printed(settings: Settings, result: DepthMap, summary: Mapping[str, Any], co
         srgb = summary["settings"]["views"][0]["encoding"] == "srgb"
         taken, other = ("sRGB", "linear") if srgb else ("linear", "sRGB")
         middle += (
-            f"\nThe files do not say how they encode light and are taken for {taken}; were they {other}, depth would "
-            f"differ by {difference:+.2g} D (give --encoding, or encoding under [camera], where you know)"
+            f"\nThe files do not state their encoding of light and are assumed to be {taken}; if they were {other}, "
+            "depth would "
+            f"differ by {difference:+.2g} D (give --encoding, or encoding under [camera], if known)"
         )
     return middle + _uncertainty(result, summary["medians"])
 
 
 def _uncertainty(result: DepthMap, medians: Mapping[str, float]) -> str:
-    """What differs between pixels and what the whole frame shares, in a line."""
+    """Return a line with the standard deviations between pixels and common to the frame."""
     own, common = medians["vergence_sd_dioptres"], medians["common_sd_dioptres"]
     if result.details.get("order_only") or math.isnan(own):
         return ""
@@ -60,7 +61,7 @@ def summary_of(
     result: DepthMap,
     given: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the content of summary.json, but for the time taken."""
+    """Return the content of summary.json, without the computing time."""
     valid = result.valid
 
     def median(values: np.ndarray[Any, Any]) -> float:
@@ -104,13 +105,13 @@ def summary_of(
 
 
 def _calibration(settings: Settings, options: Mapping[str, Any], result: DepthMap) -> dict[str, Any] | None:
-    """What the calibration makes of the marks, and the error it leaves in all pixels alike, beside `vergence_sd`."""
+    """Return the optics as calibrated, and the common error that remains in addition to `vergence_sd`."""
     camera = settings.calibration
     if camera is None:
         return None
     lenses = settings.lenses()
     marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
-    if options["method"] == "edges":  # each view speaks for itself, the most blurred one best
+    if options["method"] == "edges":  # views are independent, and the most blurred one is the most informative
         marks = [min(marks)]
     vergence = result.vergence[result.valid]
     vergence = vergence[:: 1 + vergence.size // 10_000]

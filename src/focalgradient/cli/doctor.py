@@ -1,4 +1,4 @@
-"""``focalgradient doctor``: whether this computer can run the experiments, as a table for a laboratory's report."""
+"""``focalgradient doctor``: checks whether this computer can run the experiments, as a table for a report."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ from focalgradient.files import printable
 
 __all__ = ["Check", "doctor", "table"]
 
-SCREEN = [sys.executable, "-m", "focalgradient.lab.check_screen"]  # in a process of its own, which owns PsychoPy
+SCREEN = [sys.executable, "-m", "focalgradient.lab.check_screen"]  # in a separate process, which runs PsychoPy
 
 PHOTOMETER = [sys.executable, "-m", "focalgradient.lab.photometer"]
 
 WRITES = 50
-SLOW = 0.02  # seconds to the disk that a participant would notice between trials
+SLOW = 0.02  # time in s of a disk write that participants would notice
 ROOM = 1 << 30  # bytes
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One line of the table.
+    """One row of the table.
 
     Parameters
     ----------
     name, measured
-        What was looked at, and what was found.
+        What was checked, and the result.
     well
         Whether the experiments can be run with it.
     remedy
-        What to do where they cannot.
+        Remedy if they cannot.
     limit
-        Up to where it is well; "" where there is none.
+        Acceptance limit; "" if there is none.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Check:
 
 
 @click.command(short_help="Check screen, keyboard and disk for the experiments.")
-@click.option("--monitor", metavar="NAME", help="The screen's name in PsychoPy's Monitor Center.")
+@click.option("--monitor", metavar="NAME", help="Name of the screen in PsychoPy's Monitor Center.")
 @click.option("--screen", type=click.IntRange(min=0), default=0, show_default=True, help="Number of the screen.")
 @click.option(
     "--data",
@@ -65,7 +65,7 @@ class Check:
     default=Path("data"),
     show_default=True,
     metavar="DIR",
-    help="Folder that data will be written to.",
+    help="Folder to which data will be written.",
 )
 @click.option(
     "--seconds",
@@ -73,40 +73,40 @@ class Check:
     default=10.0,
     show_default=True,
     callback=positive(" of seconds", least=0.1, most=600),
-    help="How long to count dropped frames: 0.1 to 600.",
+    help="Duration of counting dropped frames, in seconds: 0.1 to 600.",
 )
-@click.option("--windowed", is_flag=True, help="Look at a window, not at the whole screen.")
+@click.option("--windowed", is_flag=True, help="Check a window instead of the whole screen.")
 @click.option(
     "--luminance",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="A photometer's table (CSV: level, red, green, blue, grey in cd/m2): fitted, drawn beside it as FILE-fit.png, "
-    "and with --monitor stored for the experiments.",
+    help="Photometer measurements (CSV: level, red, green, blue, grey in cd/m2): fitted, plotted as FILE-fit.png, "
+    "and stored for the experiments with --monitor.",
 )
 @click.option(
     "--photometer",
     metavar="NAME:PORT",
-    help="Measure that table by a photometer, such as LS100:/dev/ttyUSB0, and write it as the FILE of --luminance.",
+    help="Measure with a photometer, such as LS100:/dev/ttyUSB0, and write the FILE of --luminance.",
 )
 @click.option(
     "--markers",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="The laboratory's markers, as for run: test pulses of code 60 are sent, and timed.",
+    help="Python file with mark(), as for run: test pulses of code 60 are sent and timed.",
 )
 @click.option(
     "--triggers",
     multiple=True,
     metavar="PORT",
-    help="A port for triggers, as for run (parallel:..., serial:..., lsl, file:PATH): test pulses are sent, and timed.",
+    help="Trigger port, as for run (parallel:..., serial:..., lsl, file:PATH): test pulses are sent and timed.",
 )
 @click.option(
     "--codes",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="TOML file with the laboratory's own codes, as for run.",
+    help="TOML file with custom event codes, as for run.",
 )
-@click.option("--card", is_flag=True, help="Measure the screen's size by a bank card held to it.")
+@click.option("--card", is_flag=True, help="Measure the screen's size with a bank card held against it.")
 @force_option
 @json_option
 def doctor(
@@ -122,12 +122,12 @@ def doctor(
     codes: Path | None,
     card: bool,
 ) -> None:
-    """Look at what the experiments need: screen and frames, size, gamma, keyboard, triggers, clock, disk, versions.
+    """Check what the experiments need: screen and frames, size, gamma, keyboard, triggers, clock, disk, versions.
 
-    Prints a table in Markdown, to be pasted into a report: green where all is well, red with a remedy where it is not.
-    Exit code 1 where something is not.
+    Prints a table in Markdown for a report: passed checks in green, failed ones in red with a remedy. Exit code 1: a
+    check failed.
 
-    Needs a screen and the extra lab. Takes as long as --seconds, and some seconds more.
+    Needs a screen and the extra lab. Takes a few seconds longer than --seconds.
 
     \b
     Example:
@@ -147,7 +147,7 @@ def doctor(
     measured: str | None = None
     if photometer is not None:
         if luminance is None:
-            raise InputError("--photometer needs a file for what it measures: give --luminance FILE.")
+            raise InputError("--photometer needs a file for its measurements: give --luminance FILE.")
         measured = _measured(luminance, [photometer, "--screen", str(screen), *(["--windowed"] if windowed else [])])
     if luminance is not None:
         light = [*_luminance(luminance, monitor, measured)]
@@ -159,7 +159,7 @@ def doctor(
 
 
 def table(checks: list[Check]) -> str:
-    """Markdown, coloured for a terminal.
+    """Return the checks as a Markdown table, coloured for a terminal.
 
     >>> click.unstyle(table([Check("disk space", "0.2 GB", False, "make room")])).splitlines()[-1]
     '| WRONG | disk space | 0.2 GB |  | make room |'
@@ -174,13 +174,13 @@ def table(checks: list[Check]) -> str:
 
 
 def _measured(path: Path, options: list[str]) -> str:
-    """The table that a photometer measures, which is going to be written to the path."""
+    """Measure luminances with a photometer; return the table, which is later written to `path`."""
     writable(path.parent, [path.name, _drawing(path).name])
     run = subprocess.run([*PHOTOMETER, *options], capture_output=True, text=True, encoding="utf-8")
     if run.returncode == 0 and "level," in run.stdout:
         return run.stdout[run.stdout.index("level,") :]
     last = (run.stderr.strip().splitlines() or [f"it ended with {run.returncode}"])[-1]
-    raise InputError(last if run.returncode == 2 else f"the photometer's program broke off ({last}): run it again.")
+    raise InputError(last if run.returncode == 2 else f"the photometer's program failed ({last}): run it again.")
 
 
 def _drawing(path: Path) -> Path:
@@ -188,7 +188,7 @@ def _drawing(path: Path) -> Path:
 
 
 def _luminance(path: Path, monitor: str | None, measured: str | None) -> Iterator[Check]:
-    """Fit and draw a photometer's table, written now where it was `measured`: what it says of the screen."""
+    """Fit and plot photometer measurements, writing them first if just `measured`; yield checks of the screen."""
     from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, read_luminance
     from focalgradient.plotting.figures import as_file
     from focalgradient.plotting.luminance import luminance_figure
@@ -212,21 +212,19 @@ def _luminance(path: Path, monitor: str | None, measured: str | None) -> Iterato
         "luminance", text, 1 <= round(found.grey.gamma, 2) <= 4, "see the drawing, and measure again", "gamma 1 to 4"
     )
     worst = max(curve.deviation for curve in found.curves.values())
-    remedy = "the screen follows no such curve: switch its picture modes off, and measure again"
-    yield Check(
-        "fit of luminance", f"{worst:.1%} of white off the curve", worst <= DEVIATION, remedy, f"{DEVIATION:.0%}"
-    )
+    remedy = "the screen does not follow a gamma curve: switch its picture modes off, and measure again"
+    yield Check("fit of luminance", f"deviates by {worst:.1%} of white", worst <= DEVIATION, remedy, f"{DEVIATION:.0%}")
     if len(found.curves) > 1:
-        remedy = "greys are coloured: set the screen's colours to their defaults, and measure again"
-        yield Check("guns", f"gammas apart by {found.unequal:.2f}", found.unequal <= UNEQUAL, remedy, f"{UNEQUAL:g}")
+        remedy = "greys are not neutral: reset the screen's colours to their defaults, and measure again"
+        yield Check("guns", f"gammas differ by {found.unequal:.2f}", found.unequal <= UNEQUAL, remedy, f"{UNEQUAL:g}")
     if found.additivity is not None:
-        remedy = "the guns are not independent: switch the screen's picture modes off, and measure again"
-        text = f"red, green and blue make {found.additivity:+.1%} of grey"
+        remedy = "the channels are not independent: switch the screen's picture modes off, and measure again"
+        text = f"sum of red, green and blue deviates by {found.additivity:+.1%} from grey"
         yield Check("additivity", text, abs(found.additivity) <= ADDITIVE, remedy, f"{ADDITIVE:.0%}")
 
 
 def _screen(options: list[str]) -> Iterator[Check]:
-    """What only PsychoPy can find out."""
+    """Run the checks that need PsychoPy, in a separate process."""
     run = subprocess.run([*SCREEN, *options], capture_output=True, text=True, encoding="utf-8")
     try:
         found = json.loads(run.stdout.strip().splitlines()[-1])
@@ -240,7 +238,7 @@ def _screen(options: list[str]) -> Iterator[Check]:
 
 
 def _disk(data: Path) -> Iterator[Check]:
-    """How long a line takes to be safe, and how much room there is."""
+    """Check the time of a safe write, and the free disk space."""
     base = next(folder for folder in (data.absolute(), *data.absolute().parents) if folder.exists())
     times = []
     try:
@@ -256,7 +254,7 @@ def _disk(data: Path) -> Iterator[Check]:
         return
     times.sort()
     median = times[len(times) // 2]
-    text = f"{median * 1e3:.1f} ms to the disk, at worst {times[-1] * 1e3:.1f} ms"
+    text = f"{median * 1e3:.1f} ms per write, {times[-1] * 1e3:.1f} ms at most"
     yield Check("safe writing", text, median < SLOW, "give --data a folder on a local disk", f"{1e3 * SLOW:g} ms")
     free = shutil.disk_usage(base).free
     yield Check(

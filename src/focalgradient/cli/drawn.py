@@ -1,4 +1,4 @@
-"""``focalgradient stimuli NAME``: a command for each function that draws a stimulus, made from its parameters."""
+"""``focalgradient stimuli NAME``: a command for each function that draws a stimulus, generated from its parameters."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ __all__ = ["DRAWN"]
 SUMMARY = "stimulus.json"
 
 FILES = ("picture.png", "picture.npy", "sharp.npy", "depth.npy", "blur.npy", "masks.npz", SUMMARY)
-"""What `focalgradient.stimuli.drawn_files` makes, here without NumPy."""
+"""Files made by `focalgradient.stimuli.drawn_files`, listed here without loading NumPy."""
 
 ABOUT = f"""\
-DIR/picture.png is the picture for the display, 8 bits; the .npy files are linear light with and without blur (shares
-of white), true distance (m) and true blur (standard deviation, arcmin); masks.npz has the regions; {SUMMARY} has every
-parameter, what was controlled and the source. Takes about a second; for a picture that fills a screen, up to 20 s.
-'focalgradient stimuli set' makes a set for judging depth of such folders.
+DIR/picture.png is the picture for the display, 8 bits; the .npy files are linear light with and without blur
+(fractions of white), true distance (m) and true blur (standard deviation, arcmin); masks.npz has the regions; {SUMMARY}
+has all parameters, what was controlled, and the source. Takes about a second; for a picture that fills a screen, up to
+20 s. 'focalgradient stimuli set' combines such folders into a set for judging depth.
 """
 
 
 def _listed(kind: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
-    """Make a tuple, as an option's callback, of values with commas between them."""
+    """Return an option's callback that splits comma-separated values into a tuple."""
 
     def split(_: click.Context, option: click.Parameter, given: Any) -> Any:
         if not isinstance(given, str):
@@ -54,14 +54,14 @@ def _listed(kind: Callable[[str], Any]) -> Callable[[click.Context, click.Parame
 
 
 class _Drawn(ShapedCommand):
-    """The command of one function of `focalgradient.stimuli`, which is loaded when its options are needed."""
+    """Command for one function of `focalgradient.stimuli`, which is imported when its options are needed."""
 
     def __init__(self, name: str, short_help: str) -> None:
         super().__init__(name, callback=self._draw, short_help=short_help)
 
     @cached_property
     def function(self) -> Callable[..., Stimulus]:
-        """What draws the stimulus."""
+        """Function that draws the stimulus."""
         from focalgradient import stimuli
 
         drawing: Callable[..., Stimulus] = getattr(stimuli, str(self.name).replace("-", "_"))
@@ -73,23 +73,23 @@ class _Drawn(ShapedCommand):
 
     @property
     def params(self) -> list[click.Parameter]:
-        """The options, of the function's parameters and of the display."""
+        """Options of the function's parameters and of the display."""
         return self._own
 
     @params.setter
     def params(self, _: object) -> None:
-        """Leave out what `click.Command` sets: the options are made when they are needed."""
+        """Ignore the value set by `click.Command`: the options are generated when needed."""
 
     @property
     def help(self) -> str:
-        """The function's first paragraph, what is written, and an example."""
+        """First paragraph of the function's docstring, output files, and an example."""
         about = inspect.getdoc(self.function) or ""
         example = f"\b\nExample:\n  focalgradient stimuli {self.name} --out DIR --screen-width 53.1 --distance 0.57"
         return "\n\n".join([_plain(about.partition("\n\nParameters\n")[0]), ABOUT, example])
 
     @help.setter
     def help(self, _: object) -> None:
-        """Leave out what `click.Command` sets, as of `params`."""
+        """Ignore the value set by `click.Command`, as for `params`."""
 
     def _draw(self, out: Path, **given: Any) -> None:
         display = display_of(**{name: given.pop(name) for name in _SCREEN})
@@ -98,14 +98,14 @@ class _Drawn(ShapedCommand):
         known = inspect.signature(self.function).parameters
         if "pixels_per_degree" in known and given["pixels_per_degree"] is None:
             given["pixels_per_degree"] = display.pixels_per_degree
-        # A parameter of one plain word is an option only where a sentence begins with it.
+        # A one-word parameter stands for an option only at the beginning of a sentence.
         names = {name: _option(name) for name in known if "_" in name}
         names |= {f"{name} {verb}": f"{_option(name)} {verb}" for name in given for verb in ("is", "has")}
         _write(out, display, names, lambda: self.function(**given))
 
 
 def _write(out: Path, display: Display, names: Mapping[str, str], draw: Callable[[], Stimulus]) -> None:
-    """Draw a stimulus and write it."""
+    """Draw a stimulus and write its files."""
     writable(out, FILES)
     from focalgradient.stimuli.drawn_files import stimulus_files
 
@@ -121,13 +121,13 @@ def _write(out: Path, display: Display, names: Mapping[str, str], draw: Callable
         f"Picture: {width} x {height} px, {display.degrees(width):.3g} x {display.degrees(height):.3g} degrees",
         f"Blur: {low:.3g} to {high:.3g} arcmin",
         *([f"Depth: {depth[0]:.3g} to {depth[1]:.3g} m"] if depth else []),
-        f"Sharpest place: {one.controlled['sharpest']:.2g} of what its blur allows",
+        f"Largest sharpness: {one.controlled['sharpest']:.2g} of that allowed by its blur",
         f"Written: {printable(out)}",
     )
 
 
 def _options(function: Callable[..., Any]) -> list[click.Parameter]:
-    """An option for each parameter that a command line can give."""
+    """Return an option for each parameter that can be given on the command line."""
     texts = _texts(inspect.getdoc(function) or "")
     hints = get_type_hints(function)
     made: list[click.Parameter] = []
@@ -163,7 +163,7 @@ def _options(function: Callable[..., Any]) -> list[click.Parameter]:
 
 
 def _nothing() -> None:
-    """Bear the options of a shape until they are moved to a command."""
+    """Carry the options of a shape until they are moved to a command."""
 
 
 def _option(name: str) -> str:
@@ -171,7 +171,7 @@ def _option(name: str) -> str:
 
 
 def _kind(hint: Any) -> tuple[Any, bool]:
-    """The type of option for a parameter of this type, None where there is none; and whether it may be left out."""
+    """Return the option type for a parameter's type hint (None if unsupported), and whether it is optional."""
     optional = get_origin(hint) in (Union, UnionType) and type(None) in get_args(hint)
     if optional:
         rest = [part for part in get_args(hint) if part is not type(None)]
@@ -184,7 +184,7 @@ def _kind(hint: Any) -> tuple[Any, bool]:
 
 
 def _texts(about: str) -> dict[str, str]:
-    """What a docstring says of each parameter, by its name."""
+    """Return the description of each parameter in a docstring, by name."""
     part = about.partition("\nParameters\n")[2].partition("\n\nReturns\n")[0]
     found = {}
     for names, text in re.findall(r"^(\w[\w, ]*)\n((?:    .*\n?|\n)+)", part.partition("\n")[2], re.MULTILINE):
@@ -194,7 +194,7 @@ def _texts(about: str) -> dict[str, str]:
 
 
 def _plain(text: str) -> str:
-    """A docstring's text without marks of code, and with options for parameters."""
+    """Return a docstring's text without code markup."""
     return re.sub(r"`+(\w+)`+", lambda match: match[1], text)
 
 
@@ -209,7 +209,7 @@ _SCREEN = [str(option.name) for option in _DISPLAY if option.expose_value]
 
 @click.command("replica", short_help="The stimulus of a published experiment.")
 @click.argument("paper", metavar="PAPER")
-@click.option("--condition", metavar="NAME", help="Of the paper.  [default: its first]")
+@click.option("--condition", metavar="NAME", help="Condition of the paper.  [default: its first]")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the stimulus.")
 @display_options
 @force_option
@@ -218,10 +218,10 @@ def replica(paper: str, condition: str | None, out: Path, **screen: Any) -> None
     """Draw the stimulus of a published experiment, by the key of PAPER in the bibliography.
 
     Keys: mather1996, marshall1996, mather2002, taylor2015, watson2011, held2010, vishwanath2010, maiello2017. An
-    unknown condition is answered by the list of those known. Parameters that the paper's abstract or its authors' page
-    does not state are ours: stimulus.json lists those stated. Pixels are those of the display.
+    unknown condition raises an error that lists the known ones. Parameters that the paper's abstract or its authors'
+    page do not state are our choices: stimulus.json lists those stated. Pixels are those of the display.
 
-    Writes the files of 'focalgradient stimuli texture-border'. Takes about a second, and up to 20 s for large pictures.
+    Writes the files of 'focalgradient stimuli texture-border'. Takes about a second, or up to 20 s for large pictures.
 
     \b
     Example:
@@ -248,4 +248,4 @@ DRAWN: tuple[click.Command, ...] = (
     _Drawn("fixated-cube", "The Necker cube, in focus where it is fixated."),
     replica,
 )
-"""A command for each."""
+"""All commands that draw a stimulus."""

@@ -84,7 +84,7 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     return given
 
 
-@click.command(short_help="See the depth of a scene as an eye could.")
+@click.command(short_help="Estimate depth from blur as an eye could.")
 @click.argument("scene", metavar="[SCENE]", required=False)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
@@ -96,7 +96,7 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     default="D65",
     show_default=True,
     metavar="NAME",
-    help='Light of the scene: D65, A, E, LED-B1 or another by the CIE, or a black body such as "3000 K".',
+    help='Illuminant of the scene: D65, A, E, LED-B1 or another by the CIE, or a black body such as "3000 K".',
 )
 @click.option(
     "--accommodation",
@@ -136,7 +136,8 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     "--through-focus",
     "is_through_focus",
     is_flag=True,
-    help="Instead of SCENE: modulation transfer, visual Strehl ratio and point spreads against the target's vergence.",
+    help="Instead of SCENE: modulation transfer, visual Strehl ratio and point-spread functions by the target's "
+    "vergence.",
 )
 @shared_options
 @force_option

@@ -1,4 +1,4 @@
-"""``focalgradient focus-series``: a picture at every focus, to be re-focused live."""
+"""``focalgradient focus-series``: a picture at a series of foci, for refocusing in real time."""
 
 from __future__ import annotations
 
@@ -23,20 +23,24 @@ from focalgradient.plausibility import given_as
 __all__ = ["focus_series"]
 
 
-@click.command("focus-series", short_help="Make a picture that can be focused anew at every frame.")
+@click.command("focus-series", short_help="Make a picture that can be refocused at every frame.")
 @click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
 @click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the series.")
 @lens_or_eye_options
 @click.option(
-    "--nearest", type=float, metavar="M", callback=positive(" of metres"), help="Nearest focus.  [default: of DEPTH]"
+    "--nearest",
+    type=float,
+    metavar="M",
+    callback=positive(" of metres"),
+    help="Near focus, in metres.  [default: nearest distance in DEPTH]",
 )
 @click.option(
     "--farthest",
     type=float,
     metavar="M",
     callback=positive(" of metres, or inf", infinite=True),
-    help="Farthest focus, in metres, or inf.  [default: of DEPTH]",
+    help="Far focus, in metres, or inf.  [default: farthest distance in DEPTH]",
 )
 @pixel_options
 @depth_file_options
@@ -45,7 +49,7 @@ __all__ = ["focus_series"]
     "--wavelengths",
     type=click.IntRange(3, 81),
     metavar="N",
-    help="With an eye: parts of a display's light, each in its own focus.  [default: all alike]",
+    help="With an eye: number of wavelength samples, each at its own focus.  [default: one focus for all]",
 )
 @click.option(
     "--error",
@@ -54,23 +58,28 @@ __all__ = ["focus_series"]
     show_default=True,
     metavar="STEPS",
     callback=positive(" of steps"),
-    help="Largest error of mixing, in steps of 8 bits.",
+    help="Maximum interpolation error, in 8-bit steps.",
 )
-@click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
-@click.option("--web", is_flag=True, help="Write DIR/focus.json, too: the series for a page, as of jsPsych.")
+@click.option(
+    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
+)
+@click.option(
+    "--web", is_flag=True, help="Also write DIR/focus.json: the series for a web page, such as one of jsPsych."
+)
 @force_option
 @json_option
 def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
-    """Make the planes of focus of PICTURE, of which a program mixes two for any focus between, frame by frame.
+    """Make a focus series of PICTURE: a program interpolates between two planes for any focus, at every frame.
 
-    PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. Planes are chosen so that the
-    mixture is within --error steps of 8 bits of the picture blurred at that focus, in the worst pixel (a third of that
-    in the median one). 'focalgradient run gaze-focus' shows the series; Python reads it with fg.FocusSeries.read.
+    PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. The planes are spaced so that
+    the interpolated picture is within --error 8-bit steps of the picture blurred at that focus, in the worst pixel (a
+    third of that in the median pixel). 'focalgradient run gaze-focus' shows the series; Python reads it with
+    fg.FocusSeries.read.
 
-    It writes DIR/series.json, with the error and the memory that the planes take as textures, DIR/focus-VD.npy (linear
-    light in 16 bits, V in dioptres) and DIR/distance.npy. The same command goes on where it was cut off.
+    Writes DIR/series.json, with the error and the texture memory of the planes, DIR/focus-VD.npy (linear
+    light in 16 bits, V in dioptres) and DIR/distance.npy. After an interruption the same command continues.
 
-    Takes about twice 'focalgradient blur' for each plane, of which there are some four to a pixel of blur radius.
+    Takes about twice as long as 'focalgradient blur' per plane; there are about four planes per pixel of blur radius.
 
     \b
     Example:
@@ -84,16 +93,16 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
     refuse_overwriting([picture, depth], [out / "distance.npy"])
     click.get_current_context().with_resource(given_as({**GIVEN, "field": ("--field", "")}))
     if options["wavelengths"] is not None and options["pupil"] is None and options["eye_file"] is None:
-        raise InputError("--wavelengths is for an eye: give --pupil or --eye, or leave it out.")
+        raise InputError("--wavelengths requires an eye: give --pupil or --eye, or leave it out.")
     light, metres, angle = read_picture_and_depth(picture, depth, options, [])
     low = 1 / (options["farthest"] or float(metres.max()))
     high = 1 / (options["nearest"] or float(metres.min()))
     if not low <= high:
         raise InputError(
-            f"--farthest is {1 / low:g} m but --nearest {1 / high:g} m, and must not be the nearer: change them."
+            f"--farthest is {1 / low:g} m, but must not be nearer than --nearest, {1 / high:g} m: change them."
         )
     optics = optics_of(options, (low + high) / 2)
-    with warnings_given() as said, resumable("what was finished is there; the same command goes on.") as say:
+    with warnings_given() as said, resumable("finished planes are kept; the same command continues.") as say:
         made = FocusSeries.of(
             light / options["white"],
             metres,
@@ -122,6 +131,6 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
         result,
         f"Planes: {len(made.planes)}, from {made.vergences[0]:.3g} to {made.vergences[-1]:.3g} D; "
         f"{made.texture_bytes / 2**20:.0f} MB as textures",
-        f"Error of mixing: {median:.2g} steps of 8 bits in the median pixel, {largest:.2g} in the worst",
+        f"Interpolation error: {median:.2g} 8-bit steps in the median pixel, {largest:.2g} in the worst",
         f"Written: {printable(out)}",
     )

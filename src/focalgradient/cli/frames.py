@@ -1,4 +1,4 @@
-"""Depth of many frames, each a set of views with results of its own, by this process or by several."""
+"""Depth of many frames, each a set of views with its own results, in one or several processes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ __all__ = ["NAMES", "Frame", "Recovered", "by_worker", "folders", "recover_frame
 
 NAMES = ("depth.npz", "depth.png", "summary.json")
 
-LEFT = "folders that have a summary.json are whole; the same command makes all of them anew."
+LEFT = "folders that have a summary.json are complete; the same command makes all of them again."
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What one depth map is made from, and where it goes."""
+    """Inputs and output folder of one depth map."""
 
     inputs: tuple[Path, ...]
     optics: Mapping[str, Any]
@@ -37,7 +37,7 @@ class Frame:
     out: Path
 
     def absolute(self) -> Frame:
-        """The same for a process with another working folder."""
+        """Return the frame with absolute paths, for a process with another working folder."""
         marked = None if self.calibration is None else self.calibration.absolute()
         inputs = tuple(path.absolute() for path in self.inputs)
         return replace(self, inputs=inputs, calibration=marked, out=self.out.absolute())
@@ -45,9 +45,9 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """A depth map's files, or what writes them; its summary; the warnings of another process; its median in words.
+    """Result of one frame: files (or functions that write them), summary, warnings, and median depth as text.
 
-    Where the frame is wrong there is only the sentence that says so.
+    A failed frame has only its error message.
     """
 
     files: Mapping[str, bytes | Callable[[Path], object]]
@@ -58,33 +58,33 @@ class Recovered:
 
     @property
     def valid(self) -> float:
-        """Share of valid pixels."""
+        """Proportion of valid pixels."""
         return float(self.summary["share_valid"])
 
     @property
     def rejected(self) -> str | None:
-        """The likeliest cause, where nothing is valid."""
+        """Most likely cause, if no pixel is valid."""
         cause = self.summary["details"].get("rejected")
         return None if cause is None else str(cause)
 
     def give_warnings(self, name: str = "") -> None:
-        """Give the warnings of another process; raise where the frame is wrong."""
+        """Reissue the warnings of another process; raise `InputError` if the frame failed."""
         for given in self.warnings:
             warnings.warn(FocalGradientWarning(f"{name}{given}"), stacklevel=2)
         if self.wrong is not None:
             raise InputError(self.wrong)
 
     def write(self, out: Path) -> None:
-        """Write the files into a folder, whole or not at all."""
+        """Write the files to a folder, all or none."""
         write_set(out, self.files, "summary.json")
 
 
 Recover = Callable[[Frame, list[str], Callable[[str], object]], Recovered]
-"""Recovers one frame; is given a list for warnings, and what to call at each stage."""
+"""Function that recovers one frame, given a list for warnings and a progress callback."""
 
 
 def folders(inputs: Sequence[Path]) -> list[str]:
-    """A folder's name for each settings file: the file's, or that of its folder where files have one name.
+    """Return a folder name for each settings file: that of the file, or of its folder if file names are not unique.
 
     >>> folders([Path("a/views.toml"), Path("b/views.toml")])
     ['a', 'b']
@@ -93,13 +93,13 @@ def folders(inputs: Sequence[Path]) -> list[str]:
         if len({name.casefold() for name in names}) == len(names):
             return [plain_name(name, "the name of a settings file or its folder") for name in names]
     raise InputError(
-        "several settings files have one name, and lie in folders of one name: rename them, so that each can have a "
-        "folder of its own."
+        "several settings files have the same name, in folders of the same name: rename them, so that each gets a "
+        "separate folder."
     )
 
 
 def by_worker(recover: Recover, frame: Frame) -> Recovered:
-    """Recover a frame in any process, with all that another one is to be given."""
+    """Recover a frame in any process; return all that another process needs."""
     given: list[str] = []
 
     def keep(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
@@ -125,12 +125,12 @@ def by_worker(recover: Recover, frame: Frame) -> Recovered:
 def recover_frames(
     recover: Recover, frames: Mapping[str, Frame], out: Path, work: AbstractContextManager[Executor | None]
 ) -> None:
-    """Recover every frame, each written as soon as it is done; those that are wrong are named in the end.
+    """Recover every frame, writing each as soon as it is complete; failed frames are named at the end.
 
     Raises
     ------
     InputError
-        If a frame failed, after all the others were made.
+        If a frame failed, after all others were processed.
     """
     names, wrong, summaries, empty = list(frames), [], {}, {}
     with warnings_given(), resumable(LEFT) as say, work as executor:
@@ -151,7 +151,7 @@ def recover_frames(
             say(done / len(names), f"{done} of {len(names)} frames")
     if wrong:
         raise InputError(
-            f"{len(wrong)} of {len(names)} frames failed, first {wrong[0]}: see above what is wrong there."
+            f"{len(wrong)} of {len(names)} frames failed, first {wrong[0]}: correct the errors listed above."
         )
     ordered = {name: summaries[name] for name in names}
     show(

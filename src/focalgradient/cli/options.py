@@ -1,4 +1,4 @@
-"""Options that several commands share: the optics of the views, and the limits of the search."""
+"""Options shared by several commands: optics of the views, limits of the search, display, depth files, workers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from focalgradient.photographs import Distances
 
 PLANES = ("entrance_pupil", "sensor", "lens_front")
-"""Planes that distances count from: `focalgradient.photographs.planes`, which is not loaded for help."""
+"""Reference planes of distances, as in `focalgradient.photographs.planes`, without loading it for help."""
 
 __all__ = [
     "DEPTH_FILE",
@@ -53,10 +53,10 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 OF_DEPTH = {"scale": "--depth-scale", "baseline": "--baseline", "offset": "--disparity-offset", "unit": "--depth-unit"}
-"""Parameters of `focalgradient.photographs.read_distances` and the options that give them."""
+"""Parameters of `focalgradient.photographs.read_distances`, and the corresponding options."""
 
 DEPTH_FILE = ("depth_unit", "depth_scale", "baseline", "disparity_offset")
-"""What `depth_file_options` adds."""
+"""Options added by `depth_file_options`."""
 
 GIVEN = {
     "focal_length": ("--focal-length", "mm"),
@@ -67,45 +67,45 @@ GIVEN = {
     "near": ("--near", "m"),
     "far": ("--far", "m"),
 }
-"""Options of optics, with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
+"""Options of optics with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
 
 SCREEN = {
     "pixel_pitch": ("--pixel-pitch", "um"),
     "distance": ("--distance", "m"),
     "width": ("--screen-width", "cm"),
 }
-"""The same for a display."""
+"""Options of a display with their units, by the library's parameter."""
 
 SERVER = ("the server", "web", "starlette", "uvicorn")
 STORE = ("the store", "store", "psycopg")
-"""What needs which extra for which modules: see `check_installed`."""
+"""Arguments of `check_installed`: purpose, extra and modules."""
 
 SESSION_S = 0.04
-"""Seconds that the check of a session of some 400 trials takes, on one core."""
+"""Time of checking a session of about 400 trials, in s on one core."""
 
 LEAST, MOST = 1e-6, 1e9
-"""Range of a physical quantity, unless an option states another: what follows from it stays within double precision."""
+"""Default range of a physical quantity, within which derived quantities stay within double precision."""
 
 NEAREST = 1e-3
-"""Metres: at less, a lens blurs by more than any picture is wide."""
+"""Minimum distance in m: below it, a lens blurs by more than any picture's width."""
 
 OPENEST = 0.1
-"""Smallest f-number; no lens in air has less than 0.5."""
+"""Minimum f-number; no lens in air is below 0.5."""
 
-DIAMETER = ": if it is an aperture's diameter, give focal length / diameter"
-"""What a smaller number may be."""
+DIAMETER = ": if it is the aperture's diameter, give focal length / diameter"
+"""Hint on a probable mistake, added to the message on a smaller number."""
 
 BODY_MM = 1.0, 1e4
-"""Millimetres from the sensor to a part of a lens: of a phone 3 to 5, of the longest lens 2 m."""
+"""Range in mm of the distance from the sensor to a part of a lens: 3 to 5 in phones, 2 m in the longest lens."""
 
-UNITS = ": look at its unit"
-"""What a number out of range may be."""
+UNITS = ": check its unit"
+"""Hint on a probable mistake, added to the message on a number out of range."""
 
 
 def positive(
     unit: str = "", infinite: bool = False, least: float = LEAST, most: float = MOST, hint: str = ""
 ) -> Callable[[click.Context, click.Parameter, float | tuple[float, ...] | None], Any]:
-    """Refuse, as an option's callback, what is not a positive number of some `unit`, or beyond what can be meant."""
+    """Return an option's callback that raises `InputError` unless a number is positive and from `least` to `most`."""
 
     def check(_: click.Context, option: click.Parameter, given: float | tuple[float, ...] | None) -> Any:
         for value in given if isinstance(given, tuple) else (given,):
@@ -123,14 +123,14 @@ def positive(
 
 
 def tolerance(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
-    """Refuse, as an option's callback, values that cannot be a relative standard deviation."""
+    """Raise `InputError`, as an option's callback, for values that cannot be a relative standard deviation."""
     if given is not None:
         check_tolerance(option.opts[0], given)
     return given
 
 
 def screen_size(screen: str) -> tuple[int, int]:
-    """Width and height of a display in pixels, of a word like 1920x1080."""
+    """Parse a display's size in pixels, such as 1920x1080."""
     try:
         width, height = (int(side) for side in screen.lower().split("x"))
     except ValueError as error:
@@ -139,10 +139,10 @@ def screen_size(screen: str) -> tuple[int, int]:
 
 
 def gamma_of(word: str) -> Any:
-    """A display's gamma: ``"sRGB"``, a number, or three, as ``"2.1,2.2,2.4"``, of red, green and blue."""
+    """Parse a display's gamma: ``"sRGB"``, a number, or three such as ``"2.1,2.2,2.4"`` for red, green and blue."""
     if word.lower() == "srgb":
         return "sRGB"
-    expected = "must be a number between 1 and 4, three of them as 2.1,2.2,2.4, or sRGB"
+    expected = "must be a number between 1 and 4, three of them such as 2.1,2.2,2.4, or sRGB"
     try:
         guns = tuple(float(gun) for gun in word.split(","))
     except ValueError as error:
@@ -153,7 +153,7 @@ def gamma_of(word: str) -> Any:
 
 
 def display_options(command: Command) -> Command:
-    """Add what is known of the display, of which `display_of` makes a `Display`."""
+    """Add the options of a display, from which `display_of` makes a `Display`."""
     return added(command, _DISPLAY)
 
 
@@ -166,12 +166,12 @@ def display_of(
     white: float,
     dither: bool,
 ) -> Display:
-    """Give the display of the options that `display_options` added."""
+    """Return the display given by the options of `display_options`."""
     from focalgradient.display import Display
 
     size, curve = screen_size(screen), gamma_of(gamma)
     if pixel_pitch is not None and screen_width is not None:
-        raise InputError("--pixel-pitch and --screen-width say the same thing in two ways: give one of them.")
+        raise InputError("--pixel-pitch and --screen-width both determine the size of a pixel: give one of them.")
     others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
     with given_as(SCREEN):
         if screen_width is not None:
@@ -180,12 +180,12 @@ def display_of(
 
 
 def depth_file_options(command: Command) -> Command:
-    """Add what the values of a depth file are, as `read_depth_file` takes them."""
+    """Add the options that interpret a depth file, for `read_depth_file`."""
     return added(command, _DEPTH_FILE)
 
 
 def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
-    """Read a depth file by the options that `depth_file_options` added; a pixel subtends `pixel_angle` radians."""
+    """Read a depth file with the options of `depth_file_options`; a pixel subtends `pixel_angle` radians."""
     from focalgradient.photographs import read_distances
 
     with options_named(OF_DEPTH):
@@ -200,34 +200,34 @@ def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) 
 
 
 def limit_options(command: Command) -> Command:
-    """Add where depth is sought: ``near``, ``far``."""
+    """Add the limits of the depth search: ``near``, ``far``."""
     return added(command, _LIMITS)
 
 
 def focal_length_option(command: Command) -> Command:
-    """Add ``focal_length``, in millimetres, of the optics."""
+    """Add ``focal_length``, in mm."""
     return _FOCAL_LENGTH(command)
 
 
 def picture_encoding_option(command: Command) -> Command:
-    """Add ``encoding``, of pictures that are read by `photographs.read_picture`."""
+    """Add ``encoding``, for pictures read by `photographs.read_picture`."""
     return _PICTURE_ENCODING(command)
 
 
 def optics_options(command: Command) -> Command:
-    """Add the optics where no settings file gives them, as `photographs.from_exif` takes them."""
+    """Add the optics, for views without a settings file, as in `photographs.from_exif`."""
     return added(command, _OPTICS)
 
 
 def added(command: Command, options: Sequence[Callable[[Any], Any]]) -> Command:
-    """Add options to a command, in their order."""
+    """Add options to a command, in order."""
     for option in reversed(options):
         command = option(command)
     return command
 
 
 def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> None:
-    """Load the files of tasks; before other options, so that these may name them."""
+    """Load task files, before other options are parsed that may name their tasks."""
     from focalgradient.tasks.registry import load_file
 
     for file in files:
@@ -243,32 +243,32 @@ _TASK_FILE: list[Callable[[Any], Any]] = [
         is_eager=True,
         expose_value=False,
         callback=_load,
-        help="Python file of a task of your own, that data or design are of. Repeatable.",
+        help="Python file of a user-defined task to which data or design belong. Repeatable.",
     )
 ]
 
 
 def task_file_option(command: Command) -> Command:
-    """Add ``--task-file``, by which a command knows tasks of one's own."""
+    """Add ``--task-file``, which makes user-defined tasks known to a command."""
     return added(command, _TASK_FILE)
 
 
 def shared_options(command: Command) -> Command:
-    """Add how the work is shared: ``workers``, None where the command chooses, and ``scheduler``."""
+    """Add the options for parallel work: ``workers`` (None: chosen by the command) and ``scheduler``."""
     return added(command, _SHARED)
 
 
 def shared_work(
     workers: int | None, scheduler: str | None, seconds: float = 0.0
 ) -> AbstractContextManager[Executor | None]:
-    """Give what shares the work, of the options that `shared_options` added.
+    """Return a context with the executor of the options of `shared_options`.
 
-    `seconds` is about what the work takes on one core: without --workers it is shared where that pays.
+    `seconds` is the approximate time on one core: without --workers, longer work is run in parallel.
     """
     from focalgradient.parallel import shared, workers_for
 
     if workers is not None and scheduler is not None:
-        raise InputError("--workers and --scheduler are two ways to share the work: give one of them.")
+        raise InputError("--workers and --scheduler both set where the work is done: give one of them.")
     return shared(workers or workers_for(seconds), scheduler)
 
 
@@ -278,28 +278,28 @@ _DEPTH_FILE: list[Callable[[Any], Any]] = [
         type=click.Choice(["m", "mm", "dioptres", "disparity"]),
         default="m",
         show_default=True,
-        help="What the values of the depth are.",
+        help="Unit of the depth values.",
     ),
     click.option(
         "--depth-scale",
         type=float,
         metavar="S",
         callback=positive(),
-        help="Units in a step of the depth; needed where it is a file of integers.",
+        help="Units per step of the depth values; required for integer files.",
     ),
     click.option(
         "--baseline",
         type=float,
         metavar="M",
         callback=positive(" of metres"),
-        help="Of a stereo pair, in metres, for disparity in pixels.",
+        help="Baseline of the stereo pair in metres, for disparity in pixels.",
     ),
     click.option(
         "--disparity-offset",
         type=float,
         default=0.0,
         metavar="PX",
-        help="Added to each disparity.",
+        help="Offset added to each disparity, in pixels.",
     ),
 ]
 
@@ -309,21 +309,21 @@ _DISPLAY: list[Callable[[Any], Any]] = [
         default="1920x1080",
         show_default=True,
         metavar="WxH",
-        help="The display's width and height in pixels.",
+        help="Width and height of the display in pixels.",
     ),
     click.option(
         "--pixel-pitch",
         type=float,
         metavar="UM",
         callback=positive(" of micrometres"),
-        help="Side of its pixels, in micrometres.  [default: 276.7]",
+        help="Pixel pitch of the display, in micrometres.  [default: 276.7]",
     ),
     click.option(
         "--screen-width",
         type=float,
         metavar="CM",
         callback=positive(" of centimetres"),
-        help="Instead of --pixel-pitch: width of its picture, in centimetres.",
+        help="Instead of --pixel-pitch: width of the display's picture, in centimetres.",
     ),
     click.option(
         "--distance",
@@ -332,11 +332,9 @@ _DISPLAY: list[Callable[[Any], Any]] = [
         show_default=True,
         metavar="M",
         callback=positive(" of metres"),
-        help="From the eye to the display, in metres.",
+        help="Distance from the eye to the display, in metres.",
     ),
-    click.option(
-        "--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of light over value, or sRGB."
-    ),
+    click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Gamma of the display, or sRGB."),
     click.option(
         "--white",
         type=float,
@@ -344,9 +342,9 @@ _DISPLAY: list[Callable[[Any], Any]] = [
         show_default=True,
         metavar="CD_M2",
         callback=positive(" of cd/m^2"),
-        help="Luminance of its white, in cd/m^2.",
+        help="Luminance of the display's white, in cd/m^2.",
     ),
-    click.option("--dither", is_flag=True, help="Mix 8-bit values at random, so that light is right on average."),
+    click.option("--dither", is_flag=True, help="Dither 8-bit values randomly, so that mean luminance is exact."),
 ]
 
 _SHARED: list[Callable[[Any], Any]] = [
@@ -354,20 +352,21 @@ _SHARED: list[Callable[[Any], Any]] = [
         "--workers",
         type=click.IntRange(1, 256),
         metavar="N",
-        help="Processes on this machine; the results do not depend on it.  [default: one for each core for long work, "
-        "else none beside this]",
+        help="Number of processes on this machine, without influence on the results.  [default: one per core for "
+        "long work, "
+        "otherwise one]",
     ),
     click.option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Of a Dask scheduler in a network that you trust, whose workers do the work instead.",
+        help="Address of a Dask scheduler in a trusted network, whose workers do the work instead.",
     ),
 ]
 
 _PICTURE_ENCODING: Callable[[Any], Any] = click.option(
     "--encoding",
     type=click.Choice(["srgb", "linear"]),
-    help="Of the picture.  [default: as the file says; else srgb for 8 bits, linear for more]",
+    help="Encoding of the picture.  [default: as stated in the file; else srgb for 8 bits, linear for more]",
 )
 
 _LIMITS: list[Callable[[Any], Any]] = [
@@ -420,30 +419,32 @@ _OPTICS: list[Callable[[Any], Any]] = [
         type=float,
         metavar="UM",
         callback=positive(" of micrometres"),
-        help="* Size of a pixel, in micrometres.",
+        help="* Pixel pitch, in micrometres.",
     ),
     click.option(
         "--encoding",
         type=click.Choice(["linear", "srgb"]),
-        help="* How pixel values encode light.  [default: as the files say; else srgb for 8 bits, linear for more]",
+        help="* Encoding of light by pixel values.  [default: as stated in the files; else srgb for 8 bits, linear "
+        "for more]",
     ),
     click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus (image side)."),
     click.option(
         "--distances-from",
         type=click.Choice(PLANES),
-        help="* Plane that distances count from.  [default: entrance_pupil, or as calibrated]",
+        help="* Plane from which distances are measured.  [default: entrance_pupil, or as calibrated]",
     ),
     click.option(
         "--focus-from",
         type=click.Choice(PLANES),
-        help="* Plane that focus distances count from: a lens's scale counts from the sensor.  [default: as others]",
+        help="* Plane from which focus distances are measured: the sensor for a lens's scale.  [default: as "
+        "--distances-from]",
     ),
     click.option(
         "--focus-tolerance",
         type=float,
         metavar="SHARE",
         callback=tolerance,
-        help="* Standard deviation of the focus distances, as a share; it widens what the whole frame shares in error."
+        help="* Relative standard deviation of the focus distances; it increases the error common to the whole frame."
         "  [default: 0.1]",
     ),
     click.option(
@@ -451,32 +452,32 @@ _OPTICS: list[Callable[[Any], Any]] = [
         type=float,
         metavar="SHARE",
         callback=tolerance,
-        help="* The same of a factor of all f-numbers.  [default: 0.05]",
+        help="* Relative standard deviation of a common factor of all f-numbers.  [default: 0.05]",
     ),
     click.option(
         "--sensor-to-pupil",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
-        help="* From the sensor to the entrance pupil, in millimetres.  [default: as of a thin lens]",
+        help="* Distance from the sensor to the entrance pupil, in millimetres.  [default: that of a thin lens]",
     ),
     click.option(
         "--sensor-to-front",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
-        help="* From the sensor to the front of the lens, in millimetres.",
+        help="* Distance from the sensor to the front of the lens, in millimetres.",
     ),
 ]
 
 
 _ENTRY = re.compile(r'\b(\w+)=\{"([^"]*)": "([^"]*)"\}')
-"""An entry of a parameter that is a mapping, as the library writes it: columns={"rating": "NAME"}."""
+"""Pattern of an entry of a mapping parameter in the library's messages: columns={"rating": "NAME"}."""
 
 
 @contextmanager
 def options_named(names: Mapping[str, str]) -> Iterator[None]:
-    """Put options in the place of the library's parameters, `names`, where it refuses what was given.
+    """Replace the library's parameters in `InputError` messages by the options in `names`.
 
     An entry of a mapping, columns={"rating": "NAME"}, becomes --columns rating=NAME.
     """
@@ -493,13 +494,13 @@ trials_option = click.option(
     "--trials",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="List of trials instead of the design's own (CSV or XLSX), as 'focalgradient trials' writes it.",
+    help="List of trials instead of the design's own (CSV or XLSX), in the format of 'focalgradient trials'.",
 )
-"""Adds ``trials``, a table for `with_trials`."""
+"""Decorator that adds ``trials``, a table for `with_trials`."""
 
 
 def with_trials(design: Any, trials: Path | None) -> Any:
-    """Return a design with the trials of a table in the place of its own, where one is given."""
+    """Return a design with the trials of a table instead of its own, if one is given."""
     from focalgradient.design.given_list import read_trials
 
     return design if trials is None else design.with_trials(str(trials), read_trials(trials))

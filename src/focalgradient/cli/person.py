@@ -68,7 +68,7 @@ def person_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def is_person(options: dict[str, Any]) -> bool:
-    """Whether any of the options is given."""
+    """Return whether any of these options is given."""
     names = ("refraction", "correction", "age", "luminance", "aberrations", "zones")
     return any(options[name] is not None for name in names)
 
@@ -88,13 +88,14 @@ def _lens(zones: str) -> ZonedLens:
     except ValueError:
         raise InputError(
             f"--zones is {zones!r}, but must be outer diameters in millimetres and added powers in dioptres, from the "
-            "middle outwards, such as 2:2,8:0."
+            "centre outwards, such as 2:2,8:0."
         ) from None
     try:
         return ZonedLens(tuple(1e-3 * mm for mm, _ in pairs), tuple(power for _, power in pairs))
     except InputError:
         raise InputError(
-            f"--zones is {zones!r}, but diameters must be positive and grow up to 20 mm, and powers be within 10 D."
+            f"--zones is {zones!r}, but diameters must be positive and increase up to 20 mm, and powers must be "
+            "within 10 D."
         ) from None
 
 
@@ -126,7 +127,7 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
     if options["aberrations"] is not None:
         if eye.pupil_diameter > LARGEST_TYPICAL:
             raise InputError(
-                f"--aberrations typical are known of pupils up to {1e3 * LARGEST_TYPICAL:g} mm, but this one has "
+                f"--aberrations typical are known for pupils up to {1e3 * LARGEST_TYPICAL:g} mm, but this one has "
                 f"{1e3 * eye.pupil_diameter:.3g}: give a smaller --pupil."
             )
         eye = replace(eye, aberrations=(*eye.aberrations, *typical_aberrations(eye.pupil_diameter)))

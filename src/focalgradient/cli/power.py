@@ -1,4 +1,4 @@
-"""``focalgradient power``: how many subjects an experiment needs, by simulation of whole experiments."""
+"""``focalgradient power``: power analysis by simulation of whole experiments."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ __all__ = ["power"]
 
 
 def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int, ...]:
-    """Numbers of subjects, as "6,10,20"."""
+    """Parse numbers of subjects, such as "6,10,20"."""
     try:
         counts = tuple(sorted({int(each) for each in given.split(",")}))
     except ValueError:
         counts = ()
     if not counts or counts[0] < 2 or counts[-1] > 1000:
-        raise InputError(f"{option.opts[0]} is {given}, but must be whole numbers from 2 to 1000, like 6,10,20.")
+        raise InputError(f"{option.opts[0]} is {given}, but must be whole numbers from 2 to 1000, such as 6,10,20.")
     return counts
 
 
@@ -40,48 +40,51 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
 @click.option(
     "--effect",
     type=float,
-    help="Near rise at the largest aperture, as a ratio; of answers in steps, places or choices the ratio of the "
-    "odds of a higher answer; of the cube the ratio of the odds of the nonrigid reading with its gradient to those "
-    "without.  [default: 1.3; of odds 3; of the cube 1.5]",
+    help="Ratings: near depth effect at the largest aperture, as a ratio; for steps, visual-analogue scales and "
+    "choices the "
+    "odds ratio of a higher answer; cube: odds ratio of the nonrigid percept with its gradient to "
+    "without.  [default: 1.3; odds ratios 3; cube 1.5]",
 )
-@click.option("--far-effect", type=float, help="Of ratings: far rise, 1 is none.  [default: 1]")
+@click.option("--far-effect", type=float, help="Ratings: far depth effect; 1 is no effect.  [default: 1]")
 @click.option(
     "--between",
     type=float,
-    help="SD over subjects of the log of each effect (of thresholds: of the log threshold).  [default: 0.15; of steps, "
-    "places and choices 1; of the cube 0.3; of thresholds 0.4]",
+    help="SD over subjects of the log of each effect (thresholds: of the log threshold).  [default: 0.15; steps, "
+    "visual-analogue scales and choices 1; cube 0.3; thresholds 0.4]",
 )
 @click.option(
     "--between-scenes",
     type=float,
-    help="Of ratings: the same over scenes, which all subjects share.  [default: 0.05; of steps, places and choices "
+    help="Ratings: SD over scenes, common to all subjects.  [default: 0.05; steps, visual-analogue scales and choices "
     "0.5]",
 )
-@click.option("--noise", type=float, help="Of ratios: SD of the logarithm of one rating.  [default: 0.3]")
-@click.option("--nonrigid", type=float, help="Of the cube: nonrigid share of time without a gradient.  [default: 0.2]")
+@click.option("--noise", type=float, help="Ratio scales: SD of the log of a single rating.  [default: 0.3]")
 @click.option(
-    "--between-levels", type=float, help="Of the cube: SD over subjects of the log odds of that.  [default: 0.7]"
+    "--nonrigid",
+    type=float,
+    help="Cube: proportion of time of the nonrigid percept without a gradient.  [default: 0.2]",
 )
 @click.option(
-    "--lapses", type=float, help="Share of ratings, or of trials of the cube, that mean nothing.  [default: 0.01]"
+    "--between-levels", type=float, help="Cube: SD over subjects of the log odds of --nonrigid.  [default: 0.7]"
 )
+@click.option("--lapses", type=float, help="Lapse rate of ratings, or of trials of the cube.  [default: 0.01]")
 @click.option(
     "--bound",
     type=float,
     callback=positive(),
-    help="Of ratios: of equivalence, the smallest rise that would matter, as a ratio; of thresholds: the factor to "
-    "which the mean is to be known.  [default: 1.2]",
+    help="Ratio scales: equivalence bound, the smallest relevant effect as a ratio; thresholds: the factor within "
+    "which the mean must be known.  [default: 1.2]",
 )
 @click.option(
     "--deciding-test",
     type=click.Choice(["robust", "t"]),
-    help="Of ratios: the test that decides, robust to skewed subjects or Student's t, as deciding_test in the rules of "
+    help="Ratio scales: the deciding test, robust to skewness or Student's t, as deciding_test in the rules of "
     "the report.  [default: robust]",
 )
 @click.option(
     "--sequential",
     type=click.Choice(["obrien-fleming", "pocock", "bayes-factor"]),
-    help="Look at the data at each number of subjects of --subjects, and stop by this rule; of the primary test.",
+    help="Analyse the data at each number of --subjects, and stop by this rule, applied to the primary test.",
 )
 @click.option(
     "--factor",
@@ -89,16 +92,22 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
     default=10.0,
     show_default=True,
     callback=positive(),
-    help="Of --sequential bayes-factor: Bayes factor for either hypothesis at which one stops.",
+    help="With --sequential bayes-factor: Bayes factor for either hypothesis at which to stop.",
 )
 @click.option(
     "--sensitivity",
     is_flag=True,
-    help="The power with each assumed SD half and twice as large, too: a fifth of the experiments each.",
+    help="Also compute the power with each assumed SD halved and doubled, from a fifth of the experiments each.",
 )
-@click.option("--design", type=click.Path(path_type=Path), metavar="FILE", help="Design (TOML).  [default: its own]")
 @click.option(
-    "--experiments", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="With each number."
+    "--design", type=click.Path(path_type=Path), metavar="FILE", help="Design (TOML).  [default: that of TASK]"
+)
+@click.option(
+    "--experiments",
+    type=click.IntRange(1, 1_000_000),
+    default=1000,
+    show_default=True,
+    help="Number of experiments for each number of subjects.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True)
 @shared_options
@@ -120,15 +129,16 @@ def power(
 ) -> None:
     """Simulate whole experiments of TASK, and count how many find the effect.
 
-    TASK is depth-rating (on any response scale: that of the design), necker, blur-threshold, or a task of your own: its
-    name, or its Python file. Subjects are drawn from a statistical model, given by the options, or are the simulated
-    observers of your task; each experiment goes through exclusions and tests by Holm's p, as a report does. Of
-    thresholds, which are estimated, the precision is counted. Writes power.csv and the figure (PNG, PDF). Every
-    experiment is kept in experiments.jsonl as soon as it is done: cut off, the same command goes on.
+    TASK is depth-rating (on the response scale of its design), necker, blur-threshold, or a user-defined task, given by
+    its name or Python file. Subjects are drawn from a statistical model given by the options, or are a user-defined
+    task's simulated observers; each experiment is analysed with exclusions and tests by Holm's p, as in a report. For
+    thresholds, which are estimated, the precision is evaluated. Writes power.csv and the figure (PNG, PDF). Every
+    experiment is saved in experiments.jsonl as soon as it is complete: after an interruption the same command
+    continues.
 
-    Reads nothing but --design (TOML; 'focalgradient run depth-rating --print-design' writes one). A thousand
-    experiments with each number of subjects, the default, take about 3 min on two cores, in steps some 10 min; a
-    hundred give shares to 5 %.
+    Reads only --design (TOML; 'focalgradient run depth-rating --print-design' writes one). The default of a thousand
+    experiments for each number of subjects takes about 3 min on two cores, with steps about 10 min; a hundred give
+    proportions to 5 %.
 
     \b
     Examples:
@@ -148,11 +158,11 @@ def power(
     extra = [*(["sequential.csv"] if sequential else []), *(["sensitivity.csv"] if sensitivity else [])]
     writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
     if sequential:
-        study.without_effect()  # refused at once where there is no test to stop for
+        study.without_effect()  # raises at once if there is no test to stop for
     total = len(subjects) * experiments
     seconds = study.seconds * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
-    left = f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on."
+    left = f"{printable(out / 'experiments.jsonl')} is kept; the same command continues."
     with resumable(left) as say, shared_work(workers, scheduler, 2 * seconds) as executor:
         table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
         looks = (
@@ -170,7 +180,7 @@ def power(
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
-    lines = ["Simulated subjects, of a statistical model: share of experiments that find"]
+    lines = ["Simulated subjects from a statistical model: proportion of experiments that find"]
     for name, meaning in study.tests.items():
         lines.append(f"  {meaning}: {_shares((one.found[name], one.standard_error[name], one) for one in found)}")
     if len(study.tests) > 1:
@@ -179,7 +189,7 @@ def power(
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")
     if looks:
-        lines.append(f"Sequential ({sequential}), of: {next(iter(study.tests.values()))}")
+        lines.append(f"Sequential ({sequential}), test: {next(iter(study.tests.values()))}")
         kind = "factor" if sequential == RULES[-1] else "p below"
         lines += [
             f"  N = {one.subjects}: stop at {kind} {one.bound:.4g}; error so far {one.error:.1%}, power {one.power:.1%}"
@@ -208,7 +218,7 @@ def _shares(found: Iterable[tuple[float, float, Power]]) -> str:
 
 
 def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> AnyStudy:
-    """What is to be simulated, of the options of the task that were given."""
+    """Return the power study of a task, given its design and options."""
     from focalgradient.design import load_design
     from focalgradient.tasks import task_named
 

@@ -1,4 +1,4 @@
-"""What the commands share: one sentence for whatever is wrong, progress, and results written together or not at all."""
+"""Infrastructure of the commands: one-sentence errors, progress bars, and results written together or not at all."""
 
 from __future__ import annotations
 
@@ -51,20 +51,20 @@ __all__ = [
 ]
 
 NOTHING_VALID = 1
-"""Exit code where results were written but no depth is valid."""
+"""Exit code if results were written but no depth is valid."""
 
 INTERRUPTED, TERMINATED = 130, 143
-"""Exit codes after Ctrl-C and after SIGTERM: 128 and the signal's number, as shells have it."""
+"""Exit codes after Ctrl-C and after SIGTERM: 128 plus the signal's number, as in shells."""
 
 MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
 LONG = 10.0
-"""Seconds of work from which on a command says, before it starts, how long it will take."""
+"""Time in s above which a command announces its duration before it starts."""
 
 JSON = "focalgradient.json"
-"""Where a command's context keeps that its result is to be printed as JSON."""
+"""Key in a command's context: whether to print the result as JSON."""
 
 FORCE, WRITTEN = "focalgradient.force", "focalgradient.written"
-"""Where it keeps that files of others may be replaced, and what the command has written by now."""
+"""Keys in a command's context: whether foreign files may be replaced, and which outputs have been written."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -76,25 +76,25 @@ OPTIONS = {
     "(near, far)": "(--near, --far)",
     "(method='edges')": "(--method edges)",
 }
-"""What the library's sentences call parameters, and the command's options for them."""
+"""Parameters in the library's messages, and the corresponding options."""
 
 AGAIN = 0.05
-"""Seconds after which a signal comes again that was lost in a destructor."""
+"""Delay in s after which a signal that was lost in a destructor is sent again."""
 
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM: ends as Ctrl-C does, with an exit code of its own."""
+    """SIGTERM: handled as Ctrl-C, with a different exit code."""
 
 
 class Program(click.Group):
-    """A group of commands that says what went wrong in one sentence."""
+    """Command group that reports errors in one sentence."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run, and leave with exit code 2 after one sentence where the input is wrong."""
+        """Run a command; exit with code 2 and one sentence if the input is invalid."""
         _open_standard_streams()
-        with suppress(AttributeError, ValueError):  # a name that the terminal cannot show is no reason to fail
+        with suppress(AttributeError, ValueError):  # a name that the terminal cannot show must not cause a failure
             sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
         try:
             with _terminable():
@@ -112,22 +112,22 @@ class Program(click.Group):
             fail(MEMORY)
         except RecursionError:
             fail(NESTED)
-        except (KeyboardInterrupt, click.Abort) as stop:  # before the command began, or after its end
+        except (KeyboardInterrupt, click.Abort) as stop:  # before or after the command
             click.echo("Interrupted.", err=True)
             sys.exit(TERMINATED if isinstance(stop.__cause__ or stop, Terminated) else INTERRUPTED)
         except Exception as error:
             if not _of_compiled_code(error):
                 raise
             removed = _forget_compiled_code()
-            fail(f"compiled code kept from before is damaged: its {removed} files are removed; run this again.")
+            fail(f"the cache of compiled code was damaged and its {removed} files were removed: run this again.")
         sys.exit(code if isinstance(code, int) else 0)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; Ctrl-C leaves with exit code 130, SIGTERM with 143, and both say what is there then."""
+        """Run the command; exit with 130 on Ctrl-C and 143 on SIGTERM, stating which results exist."""
         try:
             os.getcwd()
         except OSError:
-            fail("the working folder is no longer there: go to one that is, and run this again.")
+            fail("the working folder no longer exists: change to another, and run this again.")
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as stop:
@@ -138,7 +138,7 @@ class Program(click.Group):
 
 
 def _open_standard_streams() -> None:
-    """Let those that were closed lead nowhere: the next file would take their number, and what libraries print."""
+    """Redirect closed standard streams to null, because the next file opened would receive the libraries' output."""
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         try:
             os.fstat(number)
@@ -148,17 +148,17 @@ def _open_standard_streams() -> None:
                 os.dup2(nowhere, number)
                 os.close(nowhere)
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  for as long as this runs
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  until the process ends
 
 
 def _of_compiled_code(error: BaseException) -> bool:
-    """Whether an error arose where numba reads the compiled code that it keeps."""
+    """Return whether an error arose while numba read its cache of compiled code."""
     frames = traceback.extract_tb(error.__traceback__)
     return any(Path(frame.filename).parts[-3:] == ("numba", "core", "caching.py") for frame in frames)
 
 
 def _forget_compiled_code() -> int:
-    """Remove what numba keeps of this package, wherever it does, so that it is compiled anew; how many files."""
+    """Remove numba's cache of this package, so that it is compiled again; return the number of files."""
     folders = [Path(__file__).parents[1]]
     if elsewhere := os.environ.get("NUMBA_CACHE_DIR"):
         folders.append(Path(elsewhere))
@@ -171,7 +171,7 @@ def _forget_compiled_code() -> int:
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """Let SIGTERM end what is going on as Ctrl-C does."""
+    """Handle SIGTERM as Ctrl-C within the context."""
 
     def stop(*_: object) -> NoReturn:
         raise Terminated
@@ -181,7 +181,7 @@ def _terminable() -> Iterator[None]:
         return
 
     def again(ignored: Any) -> None:
-        if issubclass(ignored.exc_type, KeyboardInterrupt):  # it came where Python lets none through: in a destructor
+        if issubclass(ignored.exc_type, KeyboardInterrupt):  # raised in a destructor, where Python ignores it
             number = signal.SIGTERM if issubclass(ignored.exc_type, Terminated) else signal.SIGINT
             threading.Timer(AGAIN, _signal_main_thread, (number,)).start()
         else:
@@ -204,13 +204,13 @@ def _signal_main_thread(number: signal.Signals) -> None:
 
 
 def fail(sentence: str) -> NoReturn:
-    """Say what is wrong and leave with exit code 2."""
+    """Print an error message and exit with code 2."""
     click.echo(f"Error: {_with_options(sentence)}", err=True)
     sys.exit(2)
 
 
 def json_option(command: Command) -> Command:
-    """Add ``--json``: `show` then prints the result as one JSON object."""
+    """Add ``--json``, with which `show` prints the result as one JSON object."""
 
     def remember(context: click.Context, _: click.Parameter, given: bool) -> None:
         if given:
@@ -221,18 +221,18 @@ def json_option(command: Command) -> Command:
 
 
 def force_option(command: Command) -> Command:
-    """Add ``--force``: `writable` then allows that files of others are replaced."""
+    """Add ``--force``, with which `writable` allows foreign files to be replaced."""
 
     def remember(context: click.Context, _: click.Parameter, given: bool) -> None:
         if given:
             context.meta[FORCE] = True
 
-    text = "Replace files that this command has not written, too; never one that it reads."
+    text = "Also replace files that this command did not write, but never its inputs."
     return click.option("--force", is_flag=True, expose_value=False, callback=remember, help=text)(command)
 
 
 def show(result: Mapping[str, Any] | None, *lines: str) -> None:
-    """Print what a command found: as `lines` for people, or with ``--json`` as `result` alone (nothing where None)."""
+    """Print the result of a command as `lines`, or with ``--json`` as `result` only (None: nothing)."""
     if not click.get_current_context().meta.get(JSON):
         for line in lines:
             click.echo(line)
@@ -241,21 +241,21 @@ def show(result: Mapping[str, Any] | None, *lines: str) -> None:
 
 
 def nothing_valid(cause: str | None, where: str = "No depth") -> None:
-    """Leave with exit code 1 and the likeliest `cause` as the last line, where there is one: files are written then."""
+    """Print the most likely `cause` and exit with code 1, if it is given; files have been written by then."""
     if cause is not None:
         show(None, f"{where}: most likely as {_with_options(cause)}.")
         click.get_current_context().exit(NOTHING_VALID)
 
 
 def announce(seconds: float, work: str) -> None:
-    """Say on standard error, before long work starts, about how long it takes; short work goes unsaid.
+    """Announce the approximate duration of long work on standard error; short work is not announced.
 
     Parameters
     ----------
     seconds
-        An estimate from measured rates, on two cores.
+        Estimated duration on two cores, from measured rates.
     work
-        What is done: begins the sentence.
+        Description of the work, with which the sentence begins.
     """
     if seconds < LONG:
         return
@@ -269,7 +269,7 @@ def announce(seconds: float, work: str) -> None:
 
 
 def _with_options(sentence: str) -> str:
-    """A sentence of the library on one line, with the command's options for its parameters."""
+    """Return a message of the library on one line, with options instead of parameters."""
     words = one_line(sentence)
     for parameter, option in OPTIONS.items():
         words = words.replace(parameter, option)
@@ -278,7 +278,7 @@ def _with_options(sentence: str) -> str:
 
 @contextmanager
 def warnings_given() -> Iterator[list[str]]:
-    """Print focalgradient's warnings above the bar, a line each and once, and collect them; others go their way."""
+    """Print each different focalgradient warning once, above the progress bar, and collect them; pass on all others."""
     from tqdm import tqdm
 
     given: list[str] = []
@@ -298,7 +298,7 @@ def warnings_given() -> Iterator[list[str]]:
 
 @contextmanager
 def progress(stages: int) -> Iterator[Callable[[str], None]]:
-    """Show a bar over the `stages` of the work, on standard error where that is a terminal."""
+    """Show a progress bar over a number of `stages` on standard error, if that is a terminal."""
     from tqdm import tqdm
 
     layout = "{desc:<24}|{bar:30}| {elapsed}"
@@ -314,9 +314,9 @@ def progress(stages: int) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator[Progress]:
-    """Show a bar of the share done with the time left; a Ctrl-C goes on with what is `left` then.
+    """Show a progress bar with the remaining time; Ctrl-C continues with the message `left`.
 
-    `begun` is called once, when what was given has been found right and the work begins.
+    `begun` is called once, when the input has been checked and the work begins.
     """
     from tqdm import tqdm
 
@@ -339,7 +339,7 @@ def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator
 
 
 def strict(value: Any) -> Any:
-    """`value` as strict JSON knows it: NaN becomes null, infinities the texts "inf" and "-inf"."""
+    """Convert a value to strict JSON: NaN becomes null, infinities the texts "inf" and "-inf"."""
     if isinstance(value, Mapping):
         return {str(key): strict(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -352,37 +352,37 @@ def strict(value: Any) -> Any:
 
 
 def summary_json(content: Mapping[str, Any]) -> bytes:
-    """A summary as strict JSON, in UTF-8 whatever the names of files in it."""
+    """Return a summary as strict JSON in UTF-8, whatever file names it contains."""
     text = json.dumps(strict(content), indent=2, allow_nan=False, ensure_ascii=False)
     return (text + "\n").encode("utf-8", "backslashreplace")
 
 
 def _refuse_data_set(out: Path) -> None:
-    """Refuse a place in a data set of people's answers, which is kept as it was recorded."""
+    """Raise `InputError` for an output folder in a data set of human answers, which is kept as recorded."""
     try:
         place = out.resolve()
     except (OSError, ValueError, RuntimeError):
-        return  # whatever is wrong with it is said when it is opened
+        return  # reported when it is opened
     for folder in (place, *place.parents):
         if os.path.lexists(folder / "dataset_description.json"):
             raise InputError(
-                f"--out {printable(out)} lies in the data set {printable(folder)}, which is kept as it was recorded: "
+                f"--out {printable(out)} is in the data set {printable(folder)}, which is kept as recorded: "
                 "give a folder outside it."
             )
 
 
 def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> None:
-    """Refuse what cannot be written, before the long work and not after.
+    """Raise `InputError` before long work if results cannot be written.
 
-    That are data sets, files that are `inputs` too, and, without ``--force``, files that the same command has not
-    written.
+    This includes data sets, files that are also `inputs`, and, without ``--force``, files that the command did not
+    write.
     """
     _refuse_data_set(out)
     try:
         with tempfile.TemporaryFile(dir=existing(out)):
             pass
     except ValueError as error:
-        raise InputError(f"--out is {printable(out)!r}, which is no name of a folder: give another.") from error
+        raise InputError(f"--out is {printable(out)!r}, which is not a valid folder name: give another.") from error
     except OSError as error:
         raise InputError(
             f"--out {printable(out)} cannot be written ({error.strerror}): give a folder that you may write in."
@@ -395,24 +395,24 @@ def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> No
 
 
 def write_set(out: Path, files: Mapping[str, bytes | Callable[[Path], object]], summary: str) -> None:
-    """Write the results of the command that runs, as `focalgradient.files.replace_set` does, with its mark."""
+    """Write the results of the running command with its mark, as `focalgradient.files.replace_set` does."""
     replace_set(out, files, summary, _written_by())
     _remember(out)
 
 
 @contextmanager
 def placing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path]]:
-    """Write the results of the command that runs, as `focalgradient.files.replacing` does, with its mark."""
+    """Write the results of the running command with its mark, as `focalgradient.files.replacing` does."""
     with replacing(places, summary, _written_by()) as hidden:
         yield hidden
     _remember(places[0])
 
 
 def _remember(place: Path) -> None:
-    """Keep what was written, for what is said should the command be interrupted now."""
+    """Record an output, for the message if the command is interrupted."""
     click.get_current_context().meta.setdefault(WRITTEN, []).append(printable(place))
 
 
 def _written_by() -> str:
-    """The command that runs, as its files' marks name it."""
+    """Return the name of the running command, as in the marks of its files."""
     return f"focalgradient {click.get_current_context().command.name}"

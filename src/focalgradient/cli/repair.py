@@ -1,4 +1,4 @@
-"""``focalgradient repair``: damaged sessions of a data set made readable."""
+"""``focalgradient repair``: repair of damaged sessions of a data set."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ __all__ = ["repair"]
 def repair(folder: Path) -> None:
     """Make the damaged sessions of the data set in DATASET readable.
 
-    What was there is kept beside the journal, in sourcedata, as FILE.original. Left out are lines that cannot be used
-    or were changed after they were written, a trial's second record, and trials that the design does not have; the
-    journal, its sidecar and 'focalgradient validate' say so. Exit code 1 where a session could not be repaired.
+    Original files are kept beside the journal, in sourcedata, as FILE.original. Omitted are lines that are invalid or
+    were changed after they were written, second records of a trial, and trials that the design does not have; the
+    journal, its sidecar and 'focalgradient validate' list them. Exit code 1: a session could not be repaired.
 
     \b
     Example:
@@ -37,7 +37,7 @@ def repair(folder: Path) -> None:
             continue
         lines.append(f"Repaired: {one.journal}")
         lines += [f"  {sentence}" for sentence in one.done]
-        lines += [f"  As it was: {original}" for original in one.originals]
+        lines += [f"  Original: {original}" for original in one.originals]
     sessions = [
         {
             "journal": str(one.journal),

@@ -1,4 +1,4 @@
-"""``focalgradient report``: a data set analysed, with figures, tables, methods and provenance."""
+"""``focalgradient report``: analysis of a data set, with figures, tables, methods and provenance."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ __all__ = ["report"]
 
 
 def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
-    """Names as "participant=subject,aperture=fstop"; a comma within a name is no separator unless "=" follows."""
+    """Parse pairs such as "participant=subject,aperture=fstop"; a comma separates only if "=" follows."""
     pairs: dict[str, str] = {}
     for part in (part for one in given if one for part in re.split(r",(?=[^,]*=)", one)):
         name, equals, value = (text.strip() for text in part.partition("="))
         if not (name and equals and value):
             like = "participant=subject,rating=resp" if "--columns" in option.opts else "front=nearest,open=f/5.6"
-            raise InputError(f"{option.opts[0]} is {','.join(given)}, but must be pairs like {like}.")
+            raise InputError(f"{option.opts[0]} is {','.join(given)}, but must be pairs such as {like}.")
         if pairs.setdefault(name, value) != value:
             raise InputError(f"{option.opts[0]} gives {name} as {pairs[name]} and as {value}: give it once.")
     return pairs
@@ -36,23 +36,32 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     type=float,
     metavar="RATIO",
     callback=positive(),
-    help="Smallest rise of a rating at the largest aperture that would matter, stated in advance.  [default: 1.2]",
+    help="Equivalence bound: smallest relevant ratio of ratings at the largest aperture, set in advance.  [default: "
+    "1.2]",
 )
-@click.option("--ordinal", is_flag=True, help="Ratings are steps of a scale, whole numbers, and no ratios.")
-@click.option("--bayes", is_flag=True, help="Bayesian models of the ratings, too: some minutes, and the extra bayes.")
+@click.option("--ordinal", is_flag=True, help="Ratings are steps of a scale (whole numbers), not ratios.")
 @click.option(
-    "--observers", is_flag=True, help="Fit observers to the answers and compare them by people held out, too."
+    "--bayes",
+    is_flag=True,
+    help="Also fit Bayesian models of the ratings; takes some minutes, and requires the extra bayes.",
 )
 @click.option(
-    "--rules", type=click.Path(path_type=Path), metavar="FILE", help="Rules of exclusion, stated in advance (TOML)."
+    "--observers",
+    is_flag=True,
+    help="Also fit observer models to the answers, and compare them by cross-validation over participants.",
+)
+@click.option(
+    "--rules", type=click.Path(path_type=Path), metavar="FILE", help="Exclusion criteria, set in advance (TOML)."
 )
 @click.option(
     "--columns",
     metavar="OURS=YOURS,...",
     multiple=True,
     callback=_pairs,
-    help="Names in a table of your own: participant=subject,aperture=fstop,fixation=focus,rating=resp; of reports on "
-    "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; of thresholds: level=blur,correct=hit.",
+    help="Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports "
+    "on "
+    "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds: "
+    "level=blur,correct=hit.",
 )
 @click.option(
     "--conditions",
@@ -65,15 +74,16 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     "--guess-rate",
     type=float,
     metavar="RATE",
-    help="Share of right answers without a stimulus, of a table of thresholds: 0.25 for four alternatives, 0 for yes "
-    "and no.  [default: of its column alternatives, else 0.5]",
+    help="Proportion of correct answers without a stimulus, for a table of thresholds: 0.25 for four alternatives, 0 "
+    "for yes "
+    "and no.  [default: from its column alternatives, else 0.5]",
 )
 @click.option(
     "--focal-length",
     type=float,
     metavar="MM",
     callback=positive(" of millimetres"),
-    help="Of the lens, for a table without apertures in millimetres.  [default: 50]",
+    help="Focal length of the lens in mm, for a table without apertures in millimetres.  [default: 50]",
 )
 @click.option(
     "--preregister", is_flag=True, help="DATASET is a design (TOML): write the text of a preregistration, without data."
@@ -82,14 +92,15 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     "--effect",
     type=float,
     callback=positive(),
-    help="With --preregister: effect to be found, for the number of subjects; a ratio of ratings, of steps, choices "
-    "and the cube a ratio of odds.  [default: 1.3; of odds 3; of the cube 1.5]",
+    help="With --preregister: effect to be detected, for the number of subjects; a ratio of ratings; for steps, "
+    "choices "
+    "and the cube an odds ratio.  [default: 1.3; odds ratios 3; cube 1.5]",
 )
 @click.option(
     "--far-effect",
     type=float,
     callback=positive(),
-    help="With --preregister: the same with the farthest object in focus, 1 is none.  [default: 1]",
+    help="With --preregister: effect with the farthest object in focus; 1 is no effect.  [default: 1]",
 )
 @task_file_option
 @shared_options
@@ -113,33 +124,33 @@ def report(
     workers: int | None,
     scheduler: str | None,
 ) -> None:
-    """Analyse the data set in DATASET, of people or of simulated observers; or a table of your own (CSV, TSV, XLSX).
+    """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX).
 
     Writes report.html (one page, with all pictures), report.md, the figures (PNG, PDF), every table (CSV), all trials
-    as one table, and R scripts of the headline test into the folder --out. What can be analysed is; what cannot is
-    said there, and here.
+    as one table, and R scripts of the headline test to the folder --out. Analyses that cannot be computed are listed in
+    the report and on standard error.
 
     DATASET is a folder of BIDS tables that 'focalgradient run' or 'simulate' wrote. A table of your own has a row for
     each rating with the columns participant, aperture (pinhole, or an f-number like f/5.6), fixation (nearest or
     farthest) and rating, and may have scene, repetition, trial and catch; or a column for each condition. Other names
-    are given by --columns, other words in the cells by --conditions. A table of reports on the cube has a row for each
+    are given by --columns, other cell values by --conditions. A table of reports on the cube has a row for each
     report with the columns participant, trial, gradient (none, rigid, nonrigid), percept (rigid, nonrigid, none, both)
     and duration in seconds, and may have onset, strength, trial_duration, censored and catch. A table of answers at
     levels, for thresholds, has a row for each trial with the columns participant, level (above 0) and correct (1 or 0),
-    or interval and response, and may have condition, session, catch and alternatives (how many there were to choose
-    from, for the guess rate).
+    or interval and response, and may have condition, session, catch and alternatives (their number, for the guess
+    rate).
 
     A table of judgements by two cues has a row for each trial with the columns participant, first, second (the
     test's difference from the standard by each cue; empty where it was not offered) and larger (1 or 0); one of
     judgements of differences the columns participant, s1, s2, s3 and for quadruples s4, and larger.
 
-    Several data sets of one design are pooled: a meta-analysis with random effects of the main results of each, with a
-    forest plot of each result. The report of each data set is written by a command of its own.
+    Several data sets with one design are pooled: a random-effects meta-analysis of their main results, with a forest
+    plot of each result. The report of each data set is written by a separate command.
 
-    The sessions of a data set are checked by the workers, those of a --scheduler must see it under the same path.
+    The workers check the sessions of a data set; those of a --scheduler must see it under the same path.
 
-    Takes about 10 s for 20 subjects on two cores; --ordinal a little longer, --observers about a minute, of the cube
-    some minutes.
+    Takes about 10 s for 20 subjects on two cores; --ordinal a little longer, --observers about a minute (cube: some
+    minutes).
 
     \b
     Examples:
@@ -171,7 +182,7 @@ def report(
         analysing["--guess-rate"] = guess_rate is not None
         if wrong := [option for option, value in analysing.items() if value]:
             raise InputError(
-                f"{wrong[0]} is of an analysis, but --preregister writes a text without data: leave it out."
+                f"{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
             )
         writable(out, ["preregistration.html", "preregistration.md", "rules.toml"], inputs)
         with options_named({"far_effect": "--far-effect", "ordinal is": "--ordinal is", "bound is": "--bound is"}):
@@ -183,13 +194,15 @@ def report(
         show({"written": [text]}, f"Done: open {text}")
         return
     if effect is not None or far_effect is not None:
-        raise InputError("--effect is of a preregistration: give it with --preregister.")
+        raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
     for one in folders:
         if given and one.is_file() and (other := other_than_ratings(one, columns)):
-            raise InputError(f"{given[0]} is of depth ratings, but {printable(one)} holds {other}: leave it out.")
+            raise InputError(
+                f"{given[0]} applies to depth ratings, but {printable(one)} contains {other}: leave it out."
+            )
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,

@@ -1,4 +1,4 @@
-"""``focalgradient run``: an experiment with a person, on this computer's screen."""
+"""``focalgradient run``: an experiment with a participant, on this computer's screen."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import click
 __all__ = ["run"]
 
 GAZE = "gaze-focus"
-"""Shows a focus series by the gaze; nothing is asked, so that it has no design."""
+"""Name of gaze-contingent focus, which has no task and no design."""
 
 
 @click.command(
@@ -20,12 +20,12 @@ GAZE = "gaze-focus"
 def run(context: click.Context, words: tuple[str, ...]) -> None:
     """Run EXPERIMENT (depth-rating, necker, pinhole or blur-threshold) with a person, in PsychoPy (extra lab).
 
-    A task of your own is EXPERIMENT by its name, if its package is installed, or by its Python file.
+    EXPERIMENT can also be a user-defined task, by its name if its package is installed, or by its Python file.
 
-    Or show a focus series by where one looks (gaze-focus; eye trackers need the extra gaze).
+    gaze-focus shows a focus series contingent on gaze (eye trackers need the extra gaze).
 
-    What is answered is on the disk before the next trial begins. Exit code 1: stopped before the end; the same command
-    with --resume goes on.
+    Answers are on disk before the next trial begins. Exit code 1: stopped before the end; the same command with
+    --resume continues.
 
     \b
     Examples:

@@ -30,31 +30,44 @@ __all__ = ["serve"]
     "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures, for depth rating."
 )
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=8000, show_default=True, metavar="N", help="0: any free one."
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8000,
+    show_default=True,
+    metavar="N",
+    help="Port to listen on; 0: any free one.",
 )
-@click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS", help="Address to listen at.")
+@click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS", help="Address to listen on.")
 @click.option(
     "--links",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Who is who: labels, digests of links, a platform's identifiers. Default: beside the data, DIR-links.jsonl.",
+    help="File of links: labels, digests of links, platform identifiers. Default: beside the data, DIR-links.jsonl.",
 )
 @click.option(
     "--store",
     metavar="URL",
-    help="Instead of --data, for several servers: keep journals and links in a PostgreSQL database, as "
-    "postgresql://user@host/name. 'focalgradient collect --store' makes the data set.",
+    help="Instead of --data, for several servers: store journals and links in a PostgreSQL database, such as "
+    "postgresql://user@host/name. 'focalgradient collect --store' writes the data set.",
 )
 @trials_option
-@click.option("--invite", type=click.IntRange(1, 10_000), metavar="N", help="Print so many new links, one a person.")
-@click.option("--no-open-link", is_flag=True, help="Only people with an invitation take part.")
-@click.option("--consent", type=click.Path(path_type=Path), metavar="FILE", help="Text to agree to before all else.")
+@click.option("--invite", type=click.IntRange(1, 10_000), metavar="N", help="Print N new links, one per person.")
+@click.option("--no-open-link", is_flag=True, help="Only people with an invitation can take part.")
 @click.option(
-    "--gamma", is_flag=True, help="Let participants match greys with black and white lines, for their screen's gamma."
+    "--consent", type=click.Path(path_type=Path), metavar="FILE", help="Consent text, shown before everything else."
 )
-@click.option("--completion", metavar="URL", help="Where a participant goes at the end, as Prolific or SONA give it.")
 @click.option(
-    "--public", metavar="URL", help="What people call this server, as https://lab.example.org, for its links."
+    "--gamma",
+    is_flag=True,
+    help="Let participants match greys to black and white lines, to estimate their screen's gamma.",
+)
+@click.option(
+    "--completion",
+    metavar="URL",
+    help="Address to which participants are redirected at the end, as given by Prolific or SONA.",
+)
+@click.option(
+    "--public", metavar="URL", help="Public address of this server, such as https://lab.example.org, for its links."
 )
 @click.option(
     "--join-rate",
@@ -62,8 +75,9 @@ __all__ = ["serve"]
     default=60,
     show_default=True,
     metavar="N",
-    help="Most people who join by the open link from one address, a minute; twice as many may come at once, and four "
-    "times as many from all addresses.",
+    help="Maximum number of people per minute who join by the open link from one address; twice as many may join at "
+    "once, four "
+    "times as many from all addresses together.",
 )
 @click.option(
     "--guess-rate",
@@ -71,22 +85,22 @@ __all__ = ["serve"]
     default=6,
     show_default=True,
     metavar="N",
-    help="Most wrong passwords of the experimenter's page from one address, a minute.",
+    help="Maximum number of wrong passwords per minute for the experimenter's page from one address.",
 )
 @click.option(
     "--export",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Serve nothing: write the study as files for JATOS, DataPipe and Pavlovia into this new folder.",
+    help="Instead of serving: write the study as files for JATOS, DataPipe and Pavlovia to this new folder.",
 )
 @click.option(
     "--participants",
     default="100",
     show_default=True,
     metavar="N",
-    help="With --export: trial lists for participants 1 to N, or for A-B, as 101-150.",
+    help="With --export: trial lists for participants 1 to N, or for A-B, such as 101-150.",
 )
-@click.option("--datapipe", metavar="ID", help="With --export: experiment ID of DataPipe, for its page.")
+@click.option("--datapipe", metavar="ID", help="With --export: DataPipe's experiment ID, for its page.")
 @task_file_option
 def serve(
     design: Path,
@@ -112,18 +126,18 @@ def serve(
     """Run the experiment of DESIGN.toml (depth rating or the cube) in participants' browsers.
 
     Reads the design, the pictures of --stimuli, and the links of earlier runs. Writes the same journals and tables as
-    'focalgradient run': 'validate' and 'report' read both. Each answer is on the disk before it is acknowledged; a page
-    that is closed, or a server that is killed, goes on where it stopped.
+    as 'focalgradient run': 'validate' and 'report' read both. Each answer is on disk before it is acknowledged; a
+    closed page or a stopped server continues where it stopped.
 
     Prints the open link, the links of --invite, and the address and password of the experimenter's page (the variable
-    FOCALGRADIENT_PASSWORD, or a new one). Runs as long as it is wanted; Ctrl-C ends it. In the open it runs behind a
-    proxy with TLS: docs/web.md.
+    FOCALGRADIENT_PASSWORD, or a new one). Runs until Ctrl-C. On the internet it must run behind a proxy with TLS: see
+    docs/web.md.
 
     With --store several servers behind one address share a PostgreSQL database (extra 'store'): an answer is committed
-    there before it is acknowledged. One database, or one schema, holds one study.
+    there before it is acknowledged. A database, or schema, contains one study.
 
-    With --export it writes the same page, pictures and trial lists made ahead into a folder that JATOS, DataPipe or
-    Pavlovia serve; HOW-TO.txt there says how. 'focalgradient collect' reads back what they give.
+    With --export it writes the same page, the pictures and trial lists made in advance to a folder for JATOS, DataPipe
+    or Pavlovia; HOW-TO.txt there explains how. 'focalgradient collect' imports their results.
 
     \b
     Examples:
@@ -137,7 +151,8 @@ def serve(
 
     if not page_is_built():
         raise InputError(
-            "the page is not built: run 'python hatch_build.py' in the checkout with deno at hand, or install a wheel."
+            "the page is not built: run 'python hatch_build.py' in the checkout with deno installed, or install a "
+            "wheel."
         )
     agreed = _consent(consent, completion)
     if export is not None:
@@ -148,9 +163,9 @@ def serve(
     if data is None and store is None:
         raise InputError("--data is missing: give the folder of the data set, or --export to write the study as files.")
     if store is not None and (data is not None or links is not None):
-        raise InputError("--store keeps journals and links itself: leave out --data and --links.")
+        raise InputError("--store stores journals and links itself: leave out --data and --links.")
     if datapipe is not None:
-        raise InputError("--datapipe belongs to --export: give both.")
+        raise InputError("--datapipe is given without --export, to which it belongs: give both.")
     options = {"stimuli": stimuli, "consent": agreed, "completion": completion, "gamma": gamma}
     options["open_link"] = not no_open_link
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
@@ -162,7 +177,7 @@ def serve(
             study = _shared_study(design, str(store), folder, trials, options)
         limits = Limits(joins=join_rate, guesses=guess_rate)
         _serve(study, password, host, port, public, limits, invite or 0)
-    click.echo("Ended; every answer that was acknowledged is kept.")
+    click.echo("Stopped; all acknowledged answers are saved.")
 
 
 def _serve(study: Study, password: str, host: str, port: int, public: str | None, limits: Limits, invite: int) -> None:
@@ -176,9 +191,9 @@ def _serve(study: Study, password: str, host: str, port: int, public: str | None
         for token in study.people.invite(invite):
             click.echo(f"Invitation: {base}/s/{token}")
         click.echo(f"Experimenter: {base}/experimenter (user: experimenter, password: {password})")
-        click.echo("Ctrl-C ends; sessions that are open go on when the server runs again.")
+        click.echo("Ctrl-C stops the server; open sessions continue when it runs again.")
 
-    with suppress(KeyboardInterrupt):  # the server has ended in order by then, and gives the signal on
+    with suppress(KeyboardInterrupt):  # the server has shut down by then, and passes the signal on
         run(study, password, host, port, ready, limits=limits, public=public)
 
 
@@ -186,24 +201,26 @@ def _consent(path: Path | None, completion: str | None) -> Consent | None:
     from focalgradient.design.consent import read_consent
 
     if completion is not None and not completion.startswith(("https://", "http://")):
-        raise InputError(f"--completion is {completion!r}, but must be an address that begins with https://.")
+        raise InputError(f"--completion is {completion!r}, but must be an address that starts with https://.")
     return None if path is None else read_consent(path)
 
 
 def _refuse_serving(*given: object, no_open_link: bool) -> None:
-    """Refuse what only a server can do."""
+    """Raise `InputError` for options that require a server."""
     names = ("--data", "--links", "--store", "--invite", "--public", "--no-open-link")
     for name, value in zip(names, (*given, no_open_link or None), strict=True):
         if value is not None:
-            raise InputError(f"{name} is of a server, which --export does without: leave one of them out.")
+            raise InputError(f"{name} requires a server, but --export runs none: leave one of them out.")
 
 
 def _labels(participants: str) -> list[str]:
-    """Labels of participants, as the server would give them out."""
+    """Return the labels of participants, as the server would assign them."""
     found = re.fullmatch(r"(?:([0-9]{1,5})-)?([0-9]{1,5})", participants)
     first, last = (int(found[1] or 1), int(found[2])) if found else (0, 0)
     if not 1 <= first <= last < first + 10_000:
-        raise InputError(f"--participants is {participants!r}, but must be a number up to 10000, or two as 101-150.")
+        raise InputError(
+            f"--participants is {participants!r}, but must be a number up to 10000, or a range such as 101-150."
+        )
     return [f"{number:03}" for number in range(first, last + 1)]
 
 
@@ -221,34 +238,36 @@ def _export(lists: Lists, completion: str | None, folder: Path, participants: st
 
 
 def _design(path: Path) -> Design:
-    """The design of a study in browsers, which record no gaze."""
+    """Return the design of a study in browsers, which cannot record gaze."""
     from focalgradient.design import load_design
 
     design = load_design(path)
     gaze = getattr(design, "gaze", "none")
     if gaze != "none":
-        raise InputError(f'gaze is {gaze!r} in {path}, but a browser records none: say gaze = "none".')
+        raise InputError(f'gaze is {gaze!r} in {path}, but a browser cannot record gaze: set gaze = "none".')
     return design
 
 
 def _study(
     design: Path, data: Path, links: Path | None, consent: Path | None, trials: Path | None, options: dict[str, Any]
 ) -> Study:
-    """What is run, with journals and links in local files."""
+    """Return the study, with journals and links in local files."""
     from focalgradient.dataset import journals
     from focalgradient.dataset.bids import check_folder
     from focalgradient.dataset.links import links_beside
     from focalgradient.web import People, Study
 
     place = links or links_beside(data)
-    # Not Path.resolve, which links in a circle end with a RuntimeError.
+    # Path.resolve would raise RuntimeError for circular links.
     if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):
-        raise InputError(f"--links {place} is inside the data set, but names who is who: give it a place elsewhere.")
+        raise InputError(
+            f"--links {place} is inside the data set, but identifies participants: choose a place outside it."
+        )
     refuse_overwriting([path for path in (design, consent, trials) if path is not None], [place])
     check_folder(data, "human")
     above = next(one for one in (data, *data.absolute().parents) if one.exists())
     if not os.access(above, os.W_OK):
-        raise InputError(f"{above} cannot be written: see who may write there, or give another folder with --data.")
+        raise InputError(f"{above} cannot be written: change its permissions, or give another folder with --data.")
     loaded, there = with_trials(_design(design), trials), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken), data)
@@ -262,11 +281,11 @@ def _study(
 
 
 def _shared_study(design: Path, store: str, folder: Path, trials: Path | None, options: dict[str, Any]) -> Study:
-    """What is run, with journals and links in a database; the folder is this server's own."""
+    """Return the study, with journals and links in a database; `folder` is this server's own."""
     from focalgradient.web import Lists, Study
 
     if not store.startswith(("postgresql://", "postgres://")):
-        raise InputError(f"--store is {store!r}, but must be an address as postgresql://user@host/name.")
+        raise InputError(f"--store is {store!r}, but must be an address such as postgresql://user@host/name.")
     check_installed(*STORE)
     from focalgradient.web.postgres import Postgres, SharedPeople
 

@@ -1,4 +1,4 @@
-"""Options of the blur's shape, generated from the parameters of the shapes themselves."""
+"""Options for the shape of the blur, generated from the parameters of the shapes."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ __all__ = ["ShapeAsked", "ShapedCommand", "shape_options"]
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 PREFIX = "psf_parameter_"
-"""How the values of these options are called among a command's, before `ShapedCommand` gathers them."""
+"""Prefix of these options' values among a command's parameters, before `ShapedCommand` collects them."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShapeAsked:
-    """The shape of blur that a user asked for: its name, and those of its parameters that were given."""
+    """Shape of the blur that a user requested: its name, and the parameters given."""
 
     name: str
     values: Mapping[str, float]
 
     def source(self, k: float | None = None) -> BlurSource:
-        """Return the shape; `k` is sigma / disc radius where a file gives it and the user does not.
+        """Return the shape, or "auto"; `k` is sigma / disc radius from a file, used unless the user gave it.
 
         Raises
         ------
         InputError
-            If a parameter is another shape's, or out of bounds.
+            If a parameter belongs to another shape, or is out of range.
         """
         if self.name in SOURCES:
             self._refuse_others(())
@@ -43,12 +43,12 @@ class ShapeAsked:
         return self.shape(k)
 
     def shape_or_none(self) -> Psf | None:
-        """Return the same, or None for "auto"."""
+        """Return the shape, or None for "auto"."""
         source = self.source()
         return source if isinstance(source, Psf) else None
 
     def shape(self, k: float | None = None) -> Psf:
-        """Return the same of a command that offers shapes only."""
+        """Return the shape, for a command without "auto"."""
         shape = shape_class(self.name)
         known = {one.key: one for one in shape.parameters()}
         self._refuse_others(known)
@@ -63,15 +63,15 @@ class ShapeAsked:
                 whose = [name for name in names() if key in [one.key for one in _parameters(name)]]
                 option = next(_option(one) for one in _parameters(whose[0]) if one.key == key)
                 raise InputError(
-                    f"--{option} is of psf {' or '.join(whose)}, but --psf is {self.name}: give --psf {whose[0]}."
+                    f"--{option} belongs to psf {' or '.join(whose)}, but --psf is {self.name}: give --psf {whose[0]}."
                 )
 
 
 class ShapedCommand(click.Command):
-    """A command that may have the options of `shape_options`: its function gets them as one `ShapeAsked` called psf."""
+    """Command with the options of `shape_options`, which its function receives as a `ShapeAsked` named psf."""
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Return the parameters, with those of the shapes that other installed packages add."""
+        """Return the parameters, including those of shapes that other installed packages add."""
         given = super().get_params(ctx)
         if all(one.name != "psf" for one in given):
             return given
@@ -82,7 +82,7 @@ class ShapedCommand(click.Command):
         return [*given[:place], *more, *given[place:]]
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Gather the shape's parameters, and run."""
+        """Collect the shape's parameters, and run the command."""
         if "psf" not in ctx.params:
             return super().invoke(ctx)
         given = {name: ctx.params.pop(name) for name in list(ctx.params) if name.startswith(PREFIX)}
@@ -92,7 +92,7 @@ class ShapedCommand(click.Command):
 
 
 class _ShapeName(click.ParamType[str]):
-    """The name of a shape, or "auto"; names of other packages' shapes are looked up only when one is asked for."""
+    """Name of a shape, or "auto"; shapes of other packages are looked up only when needed."""
 
     name = "shape"
 
@@ -100,11 +100,11 @@ class _ShapeName(click.ParamType[str]):
         self.auto = auto
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
-        """List the names."""
+        """Return the list of names."""
         return f"[{'|'.join(self._names())}]"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Refuse what is no name."""
+        """Return the name of a shape; raise `click.BadParameter` for any other text."""
         if isinstance(value, str) and value in self._names():
             return value
         known = ", ".join(repr(name) for name in self._names())
@@ -115,7 +115,7 @@ class _ShapeName(click.ParamType[str]):
 
 
 def shape_options(help: str, default: str = AUTO.name) -> Callable[[Command], Command]:
-    """Add ``--psf``, and an option for each parameter of a shape; the command is a `ShapedCommand`."""
+    """Add ``--psf``, and an option for each parameter of a shape, to a `ShapedCommand`."""
     psf = click.option("--psf", type=_ShapeName(default == AUTO.name), default=default, show_default=True, help=help)
 
     def add(command: Command) -> Command:
@@ -127,7 +127,7 @@ def shape_options(help: str, default: str = AUTO.name) -> Callable[[Command], Co
 
 
 def _parameters(name: str) -> tuple[Parameter, ...]:
-    """The parameters of a shape; none of another package's that cannot be loaded."""
+    """Return the parameters of a shape; none if it belongs to a package that cannot be loaded."""
     try:
         shape: type[Psf] = shape_class(name)
     except InputError as error:
@@ -141,7 +141,7 @@ def _option(one: Parameter) -> str:
 
 
 def _parameter_options(shapes: Iterable[str], taken: set[str]) -> list[click.Option]:
-    """An option for each parameter of the `shapes`, one for all that share it; `taken` are other options' names."""
+    """Return an option for each parameter of the `shapes`, shared between them; `taken` are other options' names."""
     users: dict[str, list[tuple[str, Parameter]]] = {}
     for name in sorted(shapes, key=names().index):
         for one in _parameters(name):
@@ -158,7 +158,7 @@ def _parameter_options(shapes: Iterable[str], taken: set[str]) -> list[click.Opt
                 [f"--psf-{_option(one)}" if option in taken else option, f"{PREFIX}{key}"],
                 type=int if one.whole else float,
                 metavar=one.unit.upper() or ("N" if one.whole else "X"),
-                help=f"Of psf {whose}: {one.help}{unit}.  [default: {defaults}]",
+                help=f"For psf {whose}: {one.help}{unit}.  [default: {defaults}]",
             )
         )
     return found

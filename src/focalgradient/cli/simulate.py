@@ -1,4 +1,4 @@
-"""``focalgradient simulate``: simulated observers take part in an experiment."""
+"""``focalgradient simulate``: an experiment with simulated observers."""
 
 from __future__ import annotations
 
@@ -18,34 +18,38 @@ if TYPE_CHECKING:
 
 __all__ = ["simulate"]
 
-LEFT = "what is recorded stays, and the same command goes on from it."
+LEFT = "recorded answers are kept, and the same command continues."
 
 
-@click.command(short_help="Let simulated observers take part in an experiment.")
+@click.command(short_help="Run an experiment with simulated observers.")
 @click.argument("experiment")
-@click.option("--observers", required=True, type=click.IntRange(1, 10_000), metavar="N", help="How many.")
-@click.option("--seed", required=True, type=click.IntRange(0), metavar="S", help="The same seed, the same answers.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DATASET", help="The data set.")
+@click.option("--observers", required=True, type=click.IntRange(1, 10_000), metavar="N", help="Number of observers.")
+@click.option(
+    "--seed", required=True, type=click.IntRange(0), metavar="S", help="Random seed: equal seeds give equal answers."
+)
+@click.option(
+    "--out", required=True, type=click.Path(path_type=Path), metavar="DATASET", help="Folder of the data set."
+)
 @click.option(
     "--observer",
     default="default",
     show_default=True,
     metavar="NAME",
-    help="default; ordinal (rates by 7 categories); or a control: blur-blind, opposite (takes blurred for near), "
+    help="default; ordinal (rates in 7 categories); or a control: blur-blind, opposite (interprets blur as nearness), "
     "guessing, lapsing.",
 )
 @click.option(
     "--stimuli",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Pictures to look at; without it small ones are made once and kept.",
+    help="Folder of the pictures shown; without it small ones are made once and cached.",
 )
 @shared_options
 @click.option(
     "--design",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Design of the experiment, if not the usual.",
+    help="Design of the experiment, instead of the default one.",
 )
 @trials_option
 @json_option
@@ -61,17 +65,17 @@ def simulate(
     design: Path | None,
     trials: Path | None,
 ) -> None:
-    """Let simulated observers take part in EXPERIMENT (depth-rating, necker, blur-threshold or published).
+    """Run EXPERIMENT (depth-rating, necker, blur-threshold or published) with simulated observers.
 
-    They look at the pictures themselves, as the display shows them, and answer as people do; those of blur-threshold
-    look at the pictures of --stimuli, or without them have a known threshold. DATASET is what an
-    experiment with people would write, marked as simulated. Observers that it has already are left as they are, so that
-    an interrupted run goes on, and more can be added. What is made once is kept in the user's cache folder, or in the
-    one that the environment variable FOCALGRADIENT_CACHE names.
+    The observers process the pictures as the display shows them, and answer like people; those of blur-threshold
+    process the pictures of --stimuli, or without them have a known threshold. DATASET has the format of an experiment
+    with people, marked as simulated. Existing observers are kept, so an interrupted run continues, and observers can be
+    added. Intermediate results are cached in the user's cache folder, or in that of the environment variable
+    FOCALGRADIENT_CACHE.
 
-    Reads the pictures of --stimuli (a folder that 'focalgradient stimuli' made), or makes small ones, and a design
+    Reads the pictures of --stimuli (a folder written by 'focalgradient stimuli'), or makes small ones, and a design
     (TOML; 'focalgradient run EXPERIMENT --print-design' writes one). Encoding the pictures takes about 1 s each on two
-    cores, 20 observers some seconds more.
+    cores, plus a few seconds for 20 observers.
 
     \b
     Examples:
@@ -95,11 +99,11 @@ def simulate(
     chosen = with_trials(_design(task, design), trials)
     seconds = task.observer_s * observers
     with resumable(LEFT) as say, warnings_given(), shared_work(workers, scheduler, seconds) as executor:
-        # The pictures lie in a folder of this machine, which the workers of a scheduler need not see.
+        # The pictures are in a folder of this machine, which a scheduler's workers may not see.
         seen = task.seen(chosen, stimuli, executor if scheduler is None else None, say)
         who: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer}
         new = simulated(chosen, out, **who, **seen, executor=executor, progress=say)
-    kept = f"; {observers - new} were there already" if new < observers else ""
+    kept = f"; {observers - new} existed already" if new < observers else ""
     show(
         {"observer": observer, "new": new, "kept": observers - new, "written": printable(out)},
         f"Simulated observers ({observer}): {new}{kept}.",
@@ -112,5 +116,7 @@ def _design(task: Task, path: Path | None) -> Simulated:
 
     found: Any = task.design() if path is None else load_design(path)
     if found.task != task.name:
-        raise InputError(f"{path} is a design of {found.task}, but {task.called} is to be simulated: give one of that.")
+        raise InputError(
+            f"{path} is a design of {found.task}, but must be one of {task.called}: give another --design."
+        )
     return found

@@ -1,4 +1,4 @@
-"""``focalgradient stereo``: a picture with its depth, as two eyes see it."""
+"""``focalgradient stereo``: a picture with its depth, as seen by two eyes."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ __all__ = ["stereo"]
 
 WAYS = ("side-by-side", "crossed", "over-under", "anaglyph", "colour-anaglyph", "rows", "halves", "screens")
 NAMES = {"screens": ("left-screen", "right-screen")}
-"""Ways to show two views, and the pictures of those that are more than one."""
+"""Ways to combine two views; and the output files of those with more than one."""
 
 
-@click.command(short_help="See a picture, whose depth is known, with two eyes.")
+@click.command(short_help="Render a picture of known depth for two eyes.")
 @click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
 @click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
@@ -66,7 +66,7 @@ NAMES = {"screens": ("left-screen", "right-screen")}
     type=float,
     metavar="M",
     callback=positive(" of metres, or inf", infinite=True),
-    help="The right eye's, where it differs (monovision).",
+    help="Distance in focus of the right eye, if it differs (monovision).",
 )
 @click.option(
     "--interocular",
@@ -75,52 +75,58 @@ NAMES = {"screens": ("left-screen", "right-screen")}
     show_default=True,
     metavar="MM",
     callback=positive(" of millimetres"),
-    help="Distance between the eyes.",
+    help="Distance between the eyes, in millimetres.",
 )
 @click.option(
     "--screen-at",
     type=float,
     metavar="M",
     callback=positive(" of metres, or inf", infinite=True),
-    help="Distance of zero disparity, that of the screen.  [default: --focus]",
+    help="Distance of zero disparity, in metres: that of the screen.  [default: --focus]",
 )
-@click.option("--no-blur", is_flag=True, help="Disparity alone: both views sharp.")
+@click.option("--no-blur", is_flag=True, help="Disparity only: both views are sharp.")
 @click.option(
     "--blur-at",
     type=float,
     metavar="M",
     callback=positive(" of metres, or inf", infinite=True),
-    help="Blur of everything as at this distance; disparity stays.",
+    help="Blur everything as at this distance, in metres; disparity is unchanged.",
 )
-@click.option("--no-disparity", is_flag=True, help="Blur alone: both views from the middle, at the screen.")
+@click.option("--no-disparity", is_flag=True, help="Blur only: both views from the midpoint, at the screen's distance.")
 @click.option("--camera", type=click.Choice(["left", "middle", "right"]), default="middle", show_default=True)
 @click.option(
     "--show",
     "ways",
     type=click.Choice(WAYS),
     multiple=True,
-    help="How the two are put together, as many as wanted; left.png and right.png are always there.",
+    help="How the two views are combined; left.png and right.png are always written. Repeatable.",
 )
 @click.option(
-    "--screen", default="1920x1080", show_default=True, metavar="WxH", help="For halves: the screen's pixels."
+    "--screen",
+    default="1920x1080",
+    show_default=True,
+    metavar="WxH",
+    help="For halves: width and height of the screen in pixels.",
 )
 @pixel_options
 @depth_file_options
 @picture_encoding_option
-@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of the display, or sRGB.")
-@click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
+@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Gamma of the display, or sRGB.")
+@click.option(
+    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
+)
 @force_option
 @json_option
 def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **options: Any) -> None:
-    """See PICTURE with a left and a right eye, each with its own blur.
+    """Render PICTURE for a left and a right eye, each with its own blur.
 
-    PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. What an eye sees beside the
-    outline of a near thing, and the picture does not show, is completed and flagged.
+    PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. Surfaces that an eye sees beside
+    an occlusion boundary, but that the picture does not show, are completed and flagged.
 
-    It writes DIR/left.png and right.png, and DIR/left.npz and right.npz with linear light and, for every pixel, true
-    distance (m), vergence (D), disparity (rad, positive where nearer than the screen), radius of blur (rad), what the
-    other eye does not see, and what was completed. With --show also DIR/WAY.png; screens are left-screen.png and
-    right-screen.png, turned left to right for a mirror before each eye.
+    Writes DIR/left.png and right.png, and DIR/left.npz and right.npz with linear light and, for every pixel, true
+    distance (m), vergence (D), disparity (rad, positive if nearer than the screen), radius of blur (rad), pixels hidden
+    from the other eye, and completed pixels. With --show also DIR/WAY.png; screens writes left-screen.png and
+    right-screen.png, reversed left to right for a mirror in front of each eye.
 
     Takes about twice as long as 'focalgradient blur' with one focus.
 
@@ -176,7 +182,7 @@ def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **optio
     write_set(out, {**files, "summary.json": summary_json(summary)}, "summary.json")
     show(
         summary | {"written": [printable(out / name) for name in (*files, "summary.json")]},
-        f"Disparity: {pixels.min():.3g} to {pixels.max():.3g} pixels, positive where nearer than the screen",
+        f"Disparity: {pixels.min():.3g} to {pixels.max():.3g} pixels, positive if nearer than the screen",
         f"Completed: {pair.left.is_invented.mean():.1%} of the left view, "
         f"{pair.right.is_invented.mean():.1%} of the right one",
         f"Written: {len(files) + 1} files in {printable(out)}",
@@ -184,7 +190,7 @@ def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **optio
 
 
 def _together(pair: StereoPair, way: str, size: tuple[int, int]) -> dict[str, Any]:
-    """Both views put together in one of `WAYS`, by the name of the picture."""
+    """Return both views combined in one of `WAYS`, by the name of the picture."""
     if way == "screens":
         left, right = pair.screens()
         return {"left-screen": left, "right-screen": right}

@@ -1,4 +1,4 @@
-"""``focalgradient stimuli``: the pictures and moving pictures of the experiments."""
+"""``focalgradient stimuli``: pictures and movies of the experiments."""
 
 from __future__ import annotations
 
@@ -38,30 +38,30 @@ if TYPE_CHECKING:
 __all__ = ["stimuli"]
 
 COUNT = click.IntRange(max=65_536)
-"""A whole number of scenes, pixels or rays; `make_depth_rating` and `make_necker` know how many there may be."""
+"""Number of scenes, pixels or rays; `make_depth_rating` and `make_necker` check its range."""
 
 SECONDS = {"path": 126 / (512**2 * 256), "cast": 20 / (512**2 * 256)}
-"""Seconds a scene, pixel and ray on two cores: 512 x 512 pixels with 256 rays took 126 s path traced."""
+"""Rendering time in s per scene, pixel and ray on two cores: 512 x 512 pixels with 256 rays took 126 s path traced."""
 
-LEFT = "finished files are valid, and the same command goes on from them."
+LEFT = "finished files are valid, and the same command continues from them."
 
 CONTROLS = {
-    "mean_luminance_percent": "Mean luminance, between conditions of a scene: {:.2g} %",
+    "mean_luminance_percent": "Difference of mean luminance between conditions of a scene: {:.2g} %",
     "shift_px": "Shift: {:.2g} px",
-    "spectrum_percent": "Amplitude in an octave, from what blur predicts: {:.2g} %",
-    "noise_steps": "Noise: {:.2g} steps of 8 bits",
-    "sharpest": "Sharpest place: {:.2g} times what its blur allows",
+    "spectrum_percent": "Deviation of octave amplitude from the prediction by blur: {:.2g} %",
+    "noise_steps": "Noise: {:.2g} 8-bit steps",
+    "sharpest": "Largest sharpness: {:.2g} times that allowed by its blur",
 }
 
 
 def _field(text: str) -> Callable[[Command], Command]:
-    """The option --field, with this help."""
+    """Return a decorator that adds --field, with the given help."""
     return click.option("--field", type=float, metavar="DEG", callback=positive(" of degrees", most=179), help=text)
 
 
 @click.group(short_help="Make the pictures of the experiments.")
 def stimuli() -> None:
-    """Make the pictures and moving pictures of the experiments."""
+    """Make the pictures and movies of the experiments."""
 
 
 for drawn in DRAWN:
@@ -69,16 +69,18 @@ for drawn in DRAWN:
 
 
 def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:
-    """Make f-numbers of a list like ``16,8,4``, with or without f/."""
+    """Parse f-numbers in a list such as ``16,8,4``, with or without f/."""
     try:
         return tuple(float(part.strip().removeprefix("f/")) for part in given.split(","))
     except ValueError as error:
-        raise InputError(f"--apertures is {given!r}, but must be f-numbers like 16,8,4.") from error
+        raise InputError(f"--apertures is {given!r}, but must be f-numbers such as 16,8,4.") from error
 
 
 @stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
-@click.option("--seed", type=int, metavar="N", help="The same seed gives the same files; needed without --picture.")
+@click.option(
+    "--seed", type=int, metavar="N", help="Random seed: equal seeds give equal files; required without --picture."
+)
 @click.option("--scenes", type=COUNT, default=13, show_default=True, metavar="K", help="Number of scenes.")
 @click.option(
     "--size", type=COUNT, default=512, show_default=True, metavar="PX", help="Width and height of the pictures."
@@ -88,10 +90,10 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     type=click.Choice(["auto", "path", "shaded", "cast"]),
     default="auto",
     show_default=True,
-    help="What renders them: path traced, shaded, ray cast (plain scenes); auto path traces where Mitsuba runs.",
+    help="Renderer: path tracing, shading, ray casting (plain scenes); auto uses path tracing if Mitsuba is available.",
 )
-@click.option("--samples", type=COUNT, default=256, show_default=True, metavar="N", help="Rays a pixel.")
-@click.option("--chromatic", is_flag=True, help="Focus red, green and blue as an eye does.")
+@click.option("--samples", type=COUNT, default=256, show_default=True, metavar="N", help="Rays per pixel.")
+@click.option("--chromatic", is_flag=True, help="Include an eye's chromatic aberration of red, green and blue.")
 @click.option(
     "--apertures",
     default="22,11,5.6",
@@ -106,7 +108,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     type=click.Path(path_type=Path),
     multiple=True,
     metavar="FILE",
-    help="A sharp photograph, in place of our scenes; as many as wanted, each with its --depth.",
+    help="Sharp photograph, instead of rendered scenes, with its --depth. Repeatable.",
 )
 @click.option(
     "--depth",
@@ -114,7 +116,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     type=click.Path(path_type=Path),
     multiple=True,
     metavar="FILE",
-    help="Distance of every pixel of the photograph.",
+    help="Depth file of the photograph.",
 )
 @_field("Width of the photographs, in degrees at the camera.")
 @depth_file_options
@@ -141,16 +143,17 @@ def depth_rating(
 ) -> None:
     """Make the pictures of the depth-rating experiment.
 
-    Each scene through a pinhole and through each of the --apertures, with its nearest and its farthest object in focus:
-    as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json has every parameter, what was
-    controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. Interrupted, the same command
-    goes on where it was; a finished set is verified.
+    Each scene is shown through a pinhole and through each of the --apertures, with its nearest and its farthest object
+    in focus: as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json has every parameter,
+    what was controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. After an interruption
+    the same command continues; a finished set is verified.
 
-    With --picture and --depth the scenes are photographs, named as their files are: their nearest and farthest things
-    are found in the depth, and the blur of the lens is put in. --field gives the size of their pixels at the camera.
+    With --picture and --depth the scenes are photographs, named after their files: their nearest and farthest objects
+    are found in the depth, and the blur of the lens is added. --field gives the visual angle of their pixels at the
+    camera.
 
-    Reads nothing, or the files of --picture and --depth, which are those of 'focalgradient blur'. A scene of 512 x 512
-    pixels and 256 rays takes about 2 min on two cores, path traced, and some seconds ray cast.
+    Reads nothing, or the files of --picture and --depth, as for 'focalgradient blur'. A scene of 512 x 512 pixels and
+    256 rays takes about 2 min on two cores with path tracing, and a few seconds with ray casting.
 
     \b
     Examples:
@@ -166,9 +169,9 @@ def depth_rating(
 
     if pictures or depths:
         if len(pictures) != len(depths) or field is None:
-            raise InputError("photographs need as many --depth as --picture, and --field: give what is missing.")
+            raise InputError("photographs need one --depth for each --picture, and --field: add the missing options.")
         if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
-            raise InputError(f"{given} is for scenes of ours: leave it out with --picture.")
+            raise InputError(f"{given} applies to rendered scenes: leave it out with --picture.")
         with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
             photographs, angle = _photographs(pictures, depths, field, encoding, depth_file)
             made = make_from_photographs(
@@ -183,9 +186,9 @@ def depth_rating(
         _tell(made, out)
         return
     if given := _given("field", "encoding", *DEPTH_FILE):
-        raise InputError(f"{given} is for photographs: give --picture and --depth too, or leave it out.")
+        raise InputError(f"{given} applies to photographs: give --picture and --depth too, or leave it out.")
     if seed is None:
-        raise InputError("--seed is missing: give a whole number, or photographs by --picture and --depth.")
+        raise InputError("--seed is missing: give a whole number, or photographs with --picture and --depth.")
     traced = engine == "path" or (engine == "auto" and variant() is not None)
     seconds = SECONDS["path" if traced else "cast"] * scenes * size**2 * samples
     begun = partial(announce, seconds, f"{scenes} scenes")
@@ -207,7 +210,7 @@ def depth_rating(
 
 
 def _given(*names: str) -> str | None:
-    """The first of these options that the command line gives, as it is written there."""
+    """Return the first of these options that is given on the command line, as written there."""
     context = click.get_current_context()
     for name in names:
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
@@ -218,24 +221,28 @@ def _given(*names: str) -> str | None:
 def _photographs(
     pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, encoding: Any, depth_file: dict[str, Any]
 ) -> tuple[dict[str, Any], float]:
-    """Light and distances of photographs, by the names of their files, and the radians of a pixel."""
+    """Return light and distances of photographs by file name, and the visual angle of a pixel in rad."""
     from focalgradient.photographs.pictures import read_picture
 
     found: dict[str, Any] = {}
     angle = 0.0
     for picture, file in zip(pictures, depths, strict=True):
         if picture.stem in found:
-            raise InputError(f"two pictures are named {picture.stem!r}, which names the scene: rename one.")
+            raise InputError(f"two pictures are named {picture.stem!r}, but names of scenes must differ: rename one.")
         light = read_picture(picture, encoding).light
         angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
         found[picture.stem] = (light, read_depth_file(file, depth_file, angle).metres)
     return found, angle
 
 
-@stimuli.command("import", short_help="A set made of pictures of your own.")
+@stimuli.command("import", short_help="Import your own pictures as a set.")
 @click.argument("folder", type=click.Path(path_type=Path), metavar="FOLDER")
 @click.option(
-    "--table", required=True, type=click.Path(path_type=Path), metavar="CSV", help="What each picture shows: see above."
+    "--table",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="CSV",
+    help="Table of the pictures' scenes and conditions: see above.",
 )
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
 @click.option(
@@ -244,26 +251,26 @@ def _photographs(
     show_default=True,
     metavar="MM",
     callback=positive(" of millimetres", most=1000),
-    help="Of the lens: f/N is a diameter of it / N.",
+    help="Focal length of the lens in mm: the diameter of f/N is focal length / N.",
 )
-@_field("Width of the pictures, in degrees at the camera: then spectra and shifts are measured, too.")
+@_field("Width of the pictures, in degrees at the camera: spectra and shifts are then measured too.")
 @display_options
 @json_option
 def import_(folder: Path, table: Path, out: Path, focal_length: float, field: float | None, **display: Any) -> None:
-    """Make a set for depth rating of the pictures in FOLDER.
+    """Import the pictures in FOLDER as a set for depth rating.
 
-    CSV has a row for each picture, with the columns file (in FOLDER), scene, aperture (pinhole, or an f-number like
+    CSV has a row for each picture, with the columns file (in FOLDER), scene, aperture (pinhole, or an f-number such as
     f/5.6) and fixation (nearest, farthest or any name; empty for a pinhole that serves all). It may have x_px and y_px
-    (where the fixated object is, from the upper left corner), depth (a file in FOLDER with distances in metres) and
-    focus_m; other columns are kept in the manifest. Pictures are 8-bit PNG, JPEG or TIFF files of one size, with even
-    width and height, and are shown with the values they have.
+    (position of the fixated object from the upper left corner), depth (a file in FOLDER with distances in metres) and
+    focus_m; other columns are kept in the manifest. Pictures are 8-bit PNG, JPEG or TIFF files of equal size, with even
+    width and height, and are shown unchanged.
 
-    Mean luminance is compared with the scene's pinhole picture. With --field, and the column depth, so are spectra and
-    shifts, against what the blur of the lens makes of the pinhole picture: pictures that 'focalgradient blur' made keep
-    the limits of our own.
+    Mean luminance is compared with that of the scene's pinhole picture. With --field and the column depth, spectra and
+    shifts are compared with those predicted by blurring the pinhole picture; pictures made by 'focalgradient blur' meet
+    the limits of rendered sets.
 
-    DIR/manifest.json has all of it, and every file's SHA-256. Interrupted, the same command goes on where it was.
-    Takes about a second a picture.
+    DIR/manifest.json has all results, and every file's SHA-256. After an interruption the same command continues. Takes
+    about a second per picture.
 
     \b
     Example:
@@ -285,19 +292,19 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, field: fl
     _tell(made, out)
 
 
-@stimuli.command("set", short_help="A set made of drawn stimuli.")
+@stimuli.command("set", short_help="Combine drawn stimuli into a set.")
 @click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FOLDER...")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
 @json_option
 def set_(folders: tuple[Path, ...], out: Path) -> None:
-    """Make a set for depth rating of drawn stimuli, each a FOLDER that such a command as 'stimuli dead-leaves' wrote.
+    """Combine drawn stimuli, each the FOLDER written by a command such as 'stimuli dead-leaves', into a set.
 
-    Each is a scene, named as its folder is: without blur ("pinhole"), and with it, as through the f-number of its pupil
-    at 50 mm; its one fixation, "focus", is the middle of what is in focus. All must have one size, one pupil and one
-    display. A stimulus that is sharper somewhere than its blur allows is refused.
+    Each stimulus is a scene for depth rating, named after its folder: without blur ("pinhole"), and with blur, labelled
+    by the f-number of its pupil at 50 mm; its only fixation, "focus", is the centre of the region in focus. All must
+    have the same size, pupil and display. A stimulus that is anywhere sharper than its blur allows is rejected.
 
-    DIR/manifest.json has every stimulus's parameters, what was controlled, and every file's SHA-256. Interrupted, the
-    same command goes on where it was; a finished set is verified. Takes about a second a picture.
+    DIR/manifest.json has every stimulus's parameters, what was controlled, and every file's SHA-256. After an
+    interruption the same command continues; a finished set is verified. Takes about a second per picture.
 
     \b
     Example:
@@ -314,32 +321,33 @@ def set_(folders: tuple[Path, ...], out: Path) -> None:
     for folder in folders:
         name = folder.resolve().name
         if name in drawn:
-            raise InputError(f"two folders are named {name!r}, which names the scene: rename one.")
+            raise InputError(f"two folders are named {name!r}, but names of scenes must differ: rename one.")
         drawn[name], displays[name] = read_stimulus(folder)
         first = next(iter(displays))
         if displays[name] != displays[first]:
             raise InputError(
-                f"{name} is drawn for another display than {first}: draw all with the same --screen-width, --distance "
-                "and other options of the display."
+                f"{name} is drawn for a display other than that of {first}: draw all with the same --screen-width, "
+                "--distance "
+                "and other display options."
             )
     with warnings_given(), resumable(LEFT) as say:
         _tell(make_from_stimuli(out, drawn, display=displays[first], progress=say), out)
 
 
 def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:
-    """Refuse inputs in the folder of the set: a file that is made might take their place."""
+    """Raise `InputError` for inputs in the set's folder, because output files might overwrite them."""
     for path in inputs:
         inside = False
-        with suppress(OSError, ValueError, RuntimeError):  # said when it is opened
+        with suppress(OSError, ValueError, RuntimeError):  # reported when it is opened
             inside = out.resolve() in path.resolve().parents
         if inside:
             raise InputError(
-                f"{printable(path)} lies in --out {printable(out)}, where the set is made: choose another --out."
+                f"{printable(path)} is in --out {printable(out)}, to which the set is written: choose another --out."
             )
 
 
 def _tell(made: StimulusSet, out: Path) -> None:
-    """Print what a finished set has, what was controlled in it, and what a design says to show it."""
+    """Print the contents of a finished set, and the values of its controls."""
     controls = {name: made.manifest["controls"][name] for name in CONTROLS if name in made.manifest["controls"]}
     pictures = len({one.png for one in made.pictures})
     show(
@@ -360,7 +368,7 @@ def _tell(made: StimulusSet, out: Path) -> None:
 
 
 class _Gradients(click.Choice[str]):
-    """The names of the gradients, and the old one of the nonrigid."""
+    """Names of the gradients, including the former name of the nonrigid one."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         return super().convert("nonrigid" if value == "reversed" else value, param, ctx)
@@ -373,14 +381,20 @@ class _Gradients(click.Choice[str]):
     "gradients",
     type=_Gradients(["none", "rigid", "nonrigid"]),
     multiple=True,
-    help="Whose depth the blur has: none; the cube's; the depth-reversed shape's, which favours the nonrigid reading. "
-    "Once for each.  [default: all three]",
+    help="Depth with which the blur is consistent: none; the cube's; that of its depth reversal, which favours the "
+    "nonrigid percept. "
+    "Repeatable.  [default: all three]",
 )
 @click.option(
     "--size", type=COUNT, default=640, show_default=True, metavar="PX", help="Width and height of the frames."
 )
 @click.option(
-    "--edge", default=8.0, show_default=True, metavar="DEG", callback=positive(" of degrees"), help="Size of an edge."
+    "--edge",
+    default=8.0,
+    show_default=True,
+    metavar="DEG",
+    callback=positive(" of degrees"),
+    help="Visual angle of an edge.",
 )
 @click.option(
     "--perspective",
@@ -395,7 +409,7 @@ class _Gradients(click.Choice[str]):
     type=click.Choice(["right", "left"]),
     default="right",
     show_default=True,
-    help="Where the near side moves.",
+    help="Direction in which the near side moves.",
 )
 @click.option(
     "--speed",
@@ -403,7 +417,7 @@ class _Gradients(click.Choice[str]):
     show_default=True,
     metavar="T",
     callback=positive(least=1e-3, most=100),
-    help="Turns a second.",
+    help="Turns per second.",
 )
 @click.option(
     "--frame-rate",
@@ -411,7 +425,7 @@ class _Gradients(click.Choice[str]):
     show_default=True,
     metavar="HZ",
     callback=positive(least=1, most=1000),
-    help="Frames a second.",
+    help="Frames per second.",
 )
 @click.option(
     "--line-width",
@@ -430,7 +444,11 @@ class _Gradients(click.Choice[str]):
     help="Strength of the gradient: the aperture of a lens half a metre from the cube.",
 )
 @click.option(
-    "--focus", type=click.Choice(["near", "far"]), default="near", show_default=True, help="Which end is sharp."
+    "--focus",
+    type=click.Choice(["near", "far"]),
+    default="near",
+    show_default=True,
+    help="Which end of the cube is in focus.",
 )
 @shared_options
 @display_options
@@ -453,11 +471,10 @@ def necker(
 ) -> None:
     """Make the frames of the rotating Necker cube, and a video of each condition.
 
-    DIR/none, DIR/rigid and DIR/nonrigid hold the frames of a quarter turn as PNG, for the display: shown again and
-    again they make a turning without a seam. The lines lie in the same places under all conditions and give off the
-    same light. DIR/none.mp4 and its like show a whole turn, to look at: they are compressed, which the frames are not.
-    DIR/manifest.json has every parameter, every file's SHA-256, and how far each reading is from a rigid shape.
-    Reads nothing. Takes about 20 s on two cores.
+    DIR/none, DIR/rigid and DIR/nonrigid contain the frames of a quarter turn as PNG for the display; repeated, they
+    form a seamless rotation. Lines have the same positions and emit the same light in all conditions. DIR/none.mp4 etc.
+    show a whole turn for viewing: they are compressed, unlike the frames. DIR/manifest.json has every parameter, every
+    file's SHA-256, and the deviation of each percept from a rigid shape. Reads nothing. Takes about 20 s on two cores.
 
     \b
     Example:

@@ -1,4 +1,4 @@
-"""``focalgradient stream``: depth video from video whose frames alternate between two apertures."""
+"""``focalgradient stream``: depth video from a video whose frames alternate between two apertures."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ if TYPE_CHECKING:
 __all__ = ["stream"]
 
 FIRST = 24
-"""Frames looked at beforehand for which aperture is the sharper; the first four of them for noise."""
+"""Number of initial frames from which the sharper aperture is determined; the first four also give the noise."""
 
 MOST_NAMED = 20
-"""Skipped places named on standard error; the note beside the video lists all."""
+"""Maximum number of skipped frames named on standard error; the JSON file beside the video lists all."""
 
 OPTICS = {
     "focal_length": "--focal-length",
@@ -60,21 +60,21 @@ OPTICS = {
 }
 
 NO_DEPTH = (
-    "the scene shows too little texture, or its blur is none that the stated optics and limits allow: check "
+    "the scene has too little texture, or its blur is impossible with the stated optics and limits: check "
     "--f-number, --focus-distance, --near and --far"
 )
-"""The likeliest cause where no frame has depth."""
+"""Most likely cause if no frame has depth."""
 
 SECONDS = 0.034 / (1920 * 1080)
-"""Seconds a frame and pixel on two cores, decoding and coding included."""
+"""Processing time in s per frame and pixel on two cores, including decoding and encoding."""
 
 SATURATED = 254
-"""Stored value from which pixels are left out: the top, and the one below, where lossy coding puts it at times."""
+"""Stored value from which pixels count as saturated: the maximum, and the one below, which lossy coding may produce."""
 
 ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.float32], NDArray[np.bool_]]"]
 
 
-@click.command(cls=ShapedCommand, short_help="Depth video from video that alternates between two apertures.")
+@click.command(cls=ShapedCommand, short_help="Depth video from a video that alternates between two apertures.")
 @click.argument("video", type=click.Path(path_type=Path), metavar="VIDEO")
 @click.option(
     "--out",
@@ -87,7 +87,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     "--values",
     type=click.Path(path_type=Path),
     metavar="FILE.npy",
-    help="Also write the numbers: float32, frames x height/4 x width/4, NaN where there is no estimate.",
+    help="Also write the values: float32, frames x height/4 x width/4, NaN without an estimate.",
 )
 @focal_length_option
 @click.option(
@@ -97,7 +97,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     multiple=True,
     metavar="N",
     callback=positive(infinite=True, least=OPENEST, hint=DIAMETER),
-    help="* f-number: of frames 0, 2, 4, ..., and again for that of frames 1, 3, 5, ...",
+    help="* f-number: give it twice, for frames 0, 2, 4, ... and for frames 1, 3, 5, ...",
 )
 @click.option(
     "--focus-distance",
@@ -111,7 +111,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     type=float,
     metavar="UM",
     callback=positive(" of micrometres"),
-    help="* Size of a pixel of the video, in micrometres on the sensor.",
+    help="* Pixel pitch of the video on the sensor, in micrometres.",
 )
 @limit_options
 @shape_options("Shape of the blur.", Disc.name)
@@ -120,7 +120,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     type=click.Choice(["srgb", "linear"]),
     default="srgb",
     show_default=True,
-    help="How the video's values encode light.",
+    help="Encoding of light by the video's values.",
 )
 @click.option(
     "--window",
@@ -129,7 +129,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     show_default=True,
     metavar="PX",
     callback=positive(" of pixels", least=2, most=64),
-    help="Standard deviation, in pixels, of the window in which detail is gathered: 2 to 64.",
+    help="Standard deviation, in pixels, of the window over which detail is averaged: 2 to 64.",
 )
 @force_option
 @json_option
@@ -147,14 +147,14 @@ def stream(
     """Recover depth, frame by frame, from a video that alternates between two apertures at one focus.
 
     Even frames (0, 2, ...) show one aperture, odd frames the other; every two successive frames give one frame of
-    depth. With the options marked * the output is distance in metres; without them it is the focal disparity, 1 in
+    depth. With the options marked * the output is distance in metres; without them it is focal disparity, 1 in
     focus and falling to 0 with blur. Frames that cannot be decoded or paired are reported and skipped.
 
-    Writes DEPTH_VIDEO, black where there is no estimate, with its scale at the side; beside it a file of the same
-    name ending in .json with the settings and what was skipped; and FILE.npy. Interrupted, it writes nothing. Exit
-    code 1: no frame has depth.
+    Writes DEPTH_VIDEO, black without an estimate, with its scale at the side; beside it a .json file of the same name
+    with the settings and the skipped frames; and FILE.npy. If interrupted, it writes nothing. Exit code 1: no frame has
+    depth.
 
-    Method: the ratio of detail ('ratio' of the command depth), with errors of some per cent. A second of video of
+    Method: the ratio of detail ('ratio' of the command depth), with errors of a few per cent. A second of video with
     1920 x 1080 pixels at 30 frames takes about 2 s on two cores.
 
     \b
@@ -187,7 +187,7 @@ def stream(
                 counts = _recover(source, content, step, to_grid, output)
             if not counts.depth_frames:
                 raise InputError(
-                    f"{printable(video)} has no two successive frames that make a pair: {_list(counts.skipped)}."
+                    f"{printable(video)} has no pair of successive frames that can be used: {_list(counts.skipped)}."
                 )
             seconds = time.perf_counter() - start
             limits = {"near_m": near, "far_m": far}
@@ -217,14 +217,14 @@ def stream(
     show(
         summary | {"written": [printable(place) for place in places]},
         *(() if distance else (disparity,)),
-        f"Depth frames: {counts.depth_frames} from {counts.frames} frames, {rate:.1f} a second",
+        f"Depth frames: {counts.depth_frames} from {counts.frames} frames, {rate:.1f} per second",
         f"Written: {', '.join(printable(place) for place in places)}",
     )
     nothing_valid(None if counts.with_depth else NO_DEPTH, "No depth in any frame")
 
 
 def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
-    """The files to write: the depth video, the note beside it, and the numbers if asked for; none of them read."""
+    """Return the files to write: depth video, its JSON file, and values if requested; none may be an input."""
     from focalgradient.video import check_ending
 
     check_ending(out)
@@ -232,18 +232,20 @@ def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
     places = [out, note] + ([values] if values else [])
     if len({os.path.realpath(place) for place in places}) < len(places):
         raise InputError(
-            f"--values and --out name one file twice (--out brings {note.name} too): give each a name of its own."
+            f"--values and --out name the same file (--out also writes {note.name}): give them different names."
         )
     refuse_overwriting([video], places)
     if values is not None and values.suffix.lower() != ".npy":
-        raise InputError(f"--values is {printable(values)}, but its numbers are written as .npy: give a name in .npy.")
+        raise InputError(
+            f"--values is {printable(values)}, but values are written as .npy: give a name that ends in .npy."
+        )
     for folder in {place.parent for place in places}:
         writable(folder, [place.name for place in places if place.parent == folder], [video])
     return places
 
 
 def _check_pixels(optics: Mapping[str, Any], shape: Sequence[int]) -> None:
-    """Refuse pixels that no sensor has, or that make no frame of this `shape`; none where no optics are given."""
+    """Raise `InputError` for an impossible pixel pitch or frame width, if optics are given."""
     if optics["f_numbers"]:
         pitch, focal_length = 1e-6 * optics["pixel_pitch"], 1e-3 * optics["focal_length"]
         check_focal_length(focal_length)
@@ -252,7 +254,7 @@ def _check_pixels(optics: Mapping[str, Any], shape: Sequence[int]) -> None:
 
 
 def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> tuple[float, float, Sequence[int]]:
-    """Of a video's first frames: log ratio of detail of even to odd, noise of stored values, height and width."""
+    """Return log ratio of detail of even to odd frames, noise, and frame shape, from the first frames."""
     from focalgradient.depth.noise import noise_floor
     from focalgradient.video import Frame, alternation
 
@@ -266,7 +268,7 @@ def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> t
 
 @dataclass
 class _Counts:
-    """What was read, estimated and skipped."""
+    """Numbers of frames read, estimated and skipped."""
 
     frames: int = 0
     depth_frames: int = 0
@@ -274,7 +276,7 @@ class _Counts:
     skipped: list[Skipped] = field(default_factory=list)
 
     def noted(self) -> dict[str, Any]:
-        """The counts as the note beside the video states them."""
+        """Return the counts as stated in the JSON file."""
         places = [{"first": item.first, "last": item.last, "reason": item.reason} for item in self.skipped]
         return {
             "frames_read": self.frames,
@@ -284,15 +286,15 @@ class _Counts:
         }
 
     def report(self, note: Path) -> None:
-        """Name on standard error what was skipped."""
+        """List skipped frames on standard error."""
         for item in self.skipped[:MOST_NAMED]:
             click.echo(f"Skipped: {_sentence(item)}.", err=True)
         if len(self.skipped) > MOST_NAMED:
-            click.echo(f"Skipped: {len(self.skipped) - MOST_NAMED} more places, listed in {note}.", err=True)
+            click.echo(f"Skipped: {len(self.skipped) - MOST_NAMED} more, listed in {note}.", err=True)
 
 
 class _Output:
-    """The depth video, and the numbers if asked for: opened at the first frame of depth, written in one thread."""
+    """Depth video, and values if requested: opened at the first frame of depth, and written in one thread."""
 
     def __init__(self, picture: Path, values: Path | None, fps: float, scale: Scale, distance: bool) -> None:
         self._places, self._fps, self._scale, self._distance = (picture, values), fps, scale, distance
@@ -313,7 +315,7 @@ class _Output:
             self._open.close()
 
     def write(self, grid: NDArray[np.float32], valid: NDArray[np.bool_]) -> None:
-        """Hand over one frame of depth; raises what went wrong with the one before."""
+        """Submit one frame of depth; raise the error of the previous one, if any."""
         if self._written is None:
             self._begin((grid.shape[0], grid.shape[1]))
         else:
@@ -344,7 +346,7 @@ class _Output:
 def _recover(
     source: Source, content: Callable[[NDArray[np.uint8]], float], step: float, to_grid: ToGrid, output: _Output
 ) -> _Counts:
-    """Estimate depth from all pairs of a video. Decoding and writing go on beside it, each in its own thread."""
+    """Estimate depth from all pairs of a video; decoding and writing run in separate threads."""
     from focalgradient.video import Frame, Skipped, ahead, pairs
 
     counts = _Counts()
@@ -378,9 +380,9 @@ def _reader(
     noise: float,
     step: float,
 ) -> tuple[ToGrid, Scale, dict[str, Any]]:
-    """What turns a pair into values on the grid, how these are coloured, and what to say of it.
+    """Return the function that maps a pair to values on the grid, their colour scale, and a description.
 
-    Values are vergences in dioptres, or focal disparity where no optics are given.
+    Values are vergences in dioptres, or focal disparity without optics.
     """
     from focalgradient import Lens
     from focalgradient.depth.ratio import focal_disparity, read_depth, table_for
@@ -391,7 +393,7 @@ def _reader(
     if not optics["f_numbers"]:
         if not apart:
             raise InputError(
-                f"even and odd frames differ in detail by {abs(np.expm1(step)):.1%} only, so that nothing tells which "
+                f"even and odd frames differ in detail by only {abs(np.expm1(step)):.1%}, which does not show which "
                 "aperture is the larger: give a video that alternates between two apertures."
             )
 
@@ -411,12 +413,12 @@ def _reader(
     even_sharper = lenses[0].f_number > lenses[1].f_number
     if apart and (step > 0) != even_sharper:
         raise InputError(
-            f"{'odd' if even_sharper else 'even'} frames are the sharper, though --f-number gives them the larger "
-            "aperture: exchange the two --f-number, of which the first is that of frame 0."
+            f"{'odd' if even_sharper else 'even'} frames are sharper, but --f-number gives them the larger "
+            "aperture: exchange the two --f-number; the first one is that of frame 0."
         )
     if not apart:
         warnings.warn(
-            FocalGradientWarning("even and odd frames hardly differ in detail, so that a lost frame goes unnoticed."),
+            FocalGradientWarning("even and odd frames hardly differ in detail, so a lost frame cannot be detected."),
             stacklevel=2,
         )
 
@@ -438,14 +440,14 @@ def _reader(
 
 
 def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> None:
-    """Refuse optics given in part, and limits that exclude each other."""
+    """Raise `InputError` for incomplete optics, and for limits that exclude each other."""
     given = [option for name, option in OPTICS.items() if optics[name]]
     if given and len(given) < len(OPTICS):
         missing = [option for option in OPTICS.values() if option not in given]
-        raise InputError(f"{', '.join(missing)} is missing beside {', '.join(given)}: give all optics, or none.")
+        raise InputError(f"{', '.join(missing)} is missing, but {', '.join(given)} is given: give all optics, or none.")
     if given and len(optics["f_numbers"]) != 2:
         raise InputError(
-            f"--f-number is given {len(optics['f_numbers'])} times: give it for even, then for odd frames."
+            f"--f-number is given {len(optics['f_numbers'])} times: give it twice, for even and for odd frames."
         )
     if not given and (near or far):
         raise InputError("--near and --far limit distance, which needs the optics: give the options marked * too.")
@@ -460,7 +462,7 @@ def _srgb() -> NDArray[np.float32]:
 
 
 def _in_metres(grid: NDArray[np.float32], valid: NDArray[np.bool_], distance: bool) -> NDArray[np.float32]:
-    """The numbers of a frame: distance in metres, or the disparity itself; NaN where it is not valid."""
+    """Return the values of a frame: distance in m, or focal disparity; NaN where invalid."""
     with np.errstate(divide="ignore"):
         shown = 1 / np.maximum(grid, 0) if distance else grid
     return np.where(valid, shown, np.nan).astype(np.float32)

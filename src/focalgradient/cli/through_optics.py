@@ -1,4 +1,4 @@
-"""A picture with its depth seen through a lens or an eye: the options that commands share, and what they mean."""
+"""A picture with depth imaged through a lens or an eye: shared options, and the optics that they describe."""
 
 from __future__ import annotations
 
@@ -40,31 +40,31 @@ _LENS_OR_EYE = [
         type=float,
         metavar="N",
         callback=positive(least=OPENEST, hint=DIAMETER),
-        help="Of a camera's lens.",
+        help="f-number of a camera's lens.",
     ),
     click.option(
         "--focal-length",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres"),
-        help="Of a camera's lens, in millimetres.",
+        help="Focal length of a camera's lens, in millimetres.",
     ),
     click.option(
         "--pupil",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres"),
-        help="Diameter of an eye's pupil, in millimetres.",
+        help="Pupil diameter of an eye, in millimetres.",
     ),
     click.option(
         "--eye",
         "eye_file",
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help='An eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...',
+        help='Eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...',
     ),
 ]
-"""Of a lens, or of an eye."""
+"""Options of a lens or an eye."""
 
 _PIXEL = [
     click.option(
@@ -75,44 +75,46 @@ _PIXEL = [
         type=float,
         metavar="UM",
         callback=positive(" of micrometres"),
-        help="Of the camera's sensor, in micrometres.",
+        help="Pixel pitch of the camera's sensor, in micrometres.",
     ),
 ]
-"""Size of a pixel."""
+"""Options of the size of a pixel."""
 
 
 def lens_or_eye_options(command: Command) -> Command:
-    """Add a lens or an eye, of which `optics_of` makes optics."""
+    """Add the options of a lens or an eye, from which `optics_of` makes optics."""
     return added(person_options(command), _LENS_OR_EYE)
 
 
 def pixel_options(command: Command) -> Command:
-    """Add the size of a pixel, as `pixel_angle_of` takes it."""
+    """Add the options of the size of a pixel, for `pixel_angle_of`."""
     return added(command, _PIXEL)
 
 
 def optics_of(options: dict[str, Any], vergence: float) -> Optics:
-    """Give the lens or the eye of the options, focused at a vergence (D)."""
+    """Return the lens or eye of the options, focused at a vergence (D)."""
     from focalgradient.optics import Lens
 
     camera = options["f_number"] is not None or options["focal_length"] is not None
     pupil = options["pupil"] is not None or options["luminance"] is not None
     if camera + pupil + (options["eye_file"] is not None) != 1:
-        raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")
+        raise InputError(
+            "the optics must be --f-number and --focal-length, or --pupil, or --eye: give exactly one of the three."
+        )
     if is_person(options) and not pupil:
         raise InputError(
-            "--refraction, --correction, --age, --aberrations and --zones are of an eye: give its --pupil, or "
+            "--refraction, --correction, --age, --aberrations and --zones describe an eye: give its --pupil, or "
             "--luminance."
         )
     if not camera:
         return eye_of(options, vergence)
     if options["f_number"] is None or options["focal_length"] is None:
-        raise InputError("a lens needs both --f-number and --focal-length: give the one that is missing.")
+        raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
     return Lens(1e-3 * options["focal_length"], options["f_number"], 1 / vergence if vergence > 0 else math.inf)
 
 
 def pixel_angle_of(options: dict[str, Any], width: int, display: Display | None) -> float:
-    """Radians of a pixel of a picture `width` pixels wide."""
+    """Return the visual angle in rad of a pixel of a picture `width` pixels wide."""
     field, pitch = options["field"], options["pixel_pitch"]
     if field is not None and pitch is not None:
         raise InputError("--field and --pixel-pitch both give the size of a pixel: give one of them.")
@@ -124,21 +126,23 @@ def pixel_angle_of(options: dict[str, Any], width: int, display: Display | None)
         return 2 * math.tan(math.radians(field) / 2) / width
     if pitch is not None:
         if options["focal_length"] is None:
-            raise InputError("--pixel-pitch is that of a camera's sensor, so it needs --focal-length: or give --field.")
+            raise InputError(
+                "--pixel-pitch of a camera's sensor requires a focal length: give --focal-length, or --field instead."
+            )
         angle = float(1e-3 * pitch / options["focal_length"])
         check_pixel_pitch(1e-6 * pitch, angle)
         return angle
     if display is not None:
         return display.pixel_pitch / display.distance
     raise InputError(
-        "the size of a pixel is not known: give --field, or --pixel-pitch, or --screen-width and --distance."
+        "the size of a pixel is unknown: give --field, or --pixel-pitch, or --screen-width and --distance."
     )
 
 
 def read_picture_and_depth(
     picture: Path, depth: Path, options: dict[str, Any], optics: Sequence[Optics]
 ) -> tuple[NDArray[Any], NDArray[Any], float]:
-    """Read a picture and its depth: linear light, distances in metres, and the radians that a pixel subtends."""
+    """Read a picture and its depth; return linear light, distances in m, and the visual angle of a pixel in rad."""
     from focalgradient.photographs import read_picture
 
     light = read_picture(picture, options["encoding"]).light
@@ -147,7 +151,8 @@ def read_picture_and_depth(
     if metres.shape != light.shape[:2]:
         (h, w), (dh, dw) = light.shape[:2], metres.shape
         raise InputError(
-            f"{printable(picture)} is {w} x {h} pixels but {printable(depth)} is {dw} x {dh}, and both must be of one "
+            f"{printable(picture)} is {w} x {h} pixels but {printable(depth)} is {dw} x {dh}, but both must have the "
+            "same "
             "size: scale or crop one of them."
         )
     refuse_slips(metres, optics, angle, options["depth_unit"])
@@ -156,7 +161,7 @@ def read_picture_and_depth(
 
 
 def refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: str) -> None:
-    """Refuse distances (m) that the optics hardly fit, unless the user states their unit: then that is warned of."""
+    """Raise `InputError` for distances (m) implausible with the optics; only warn if the user stated their unit."""
     from focalgradient.plausibility import picture_slip
 
     ends = float(distances.min()), float(distances.max())
@@ -166,5 +171,5 @@ def refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: s
             continue
         source = click.get_current_context().get_parameter_source("depth_unit")
         if source is not click.core.ParameterSource.COMMANDLINE:
-            raise InputError(f"{slip} Where all is right, give --depth-unit {unit}.")
+            raise InputError(f"{slip} If all is correct, give --depth-unit {unit}.")
         warnings.warn(FocalGradientWarning(slip), stacklevel=2)

@@ -1,4 +1,4 @@
-"""``focalgradient trials``: the list of trials of one participant, as a table for other programs."""
+"""``focalgradient trials``: the trial list of one participant, as a table for other programs."""
 
 from __future__ import annotations
 
@@ -16,25 +16,30 @@ from focalgradient.files import printable, write_whole
 __all__ = ["trials"]
 
 
-@click.command(short_help="Write the list of trials of a participant as a table.")
+@click.command(short_help="Write a participant's trial list as a table.")
 @click.argument("design", metavar="DESIGN")
-@click.option("--participant", required=True, metavar="LABEL", help="Letters and digits, as 01.")
-@click.option("--session", metavar="LABEL", help="Of participants who come more than once.")
 @click.option(
-    "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Pictures of the set, to name their files."
+    "--participant", required=True, metavar="LABEL", help="Label of the participant: letters and digits, such as 01."
+)
+@click.option("--session", metavar="LABEL", help="Label of the session, for participants with more than one.")
+@click.option(
+    "--stimuli",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder of the set of pictures, to name their files.",
 )
 @click.option(
     "--files",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="New folder for conditions.csv, practice.csv, and PNG files of drawings and of what own tasks draw.",
+    help="New folder for conditions.csv, practice.csv, and PNG files of drawings and of user-defined tasks' stimuli.",
 )
 @click.option(
     "--pixels-per-degree",
     type=click.FloatRange(1, 1000),
     default=37.5,
     show_default=True,
-    help="Of the screen, for --files.",
+    help="Resolution of the screen, for --files.",
 )
 @task_file_option
 def trials(
@@ -45,12 +50,13 @@ def trials(
     files: Path | None,
     pixels_per_degree: float,
 ) -> None:
-    """Print the trials of a participant, practice first, as CSV with one row a trial: for PsychoPy Builder, OpenSesame.
+    """Print a participant's trials, practice first, as CSV with one row per trial: for PsychoPy Builder, OpenSesame.
 
-    DESIGN is a settings file (TOML), the name of a task for its usual design, or the Python file of a task. The columns
-    are the settings of a trial; the column picture has the file that is shown, where there is one, reference the
-    file that it is compared with. 'run', 'serve' and 'simulate' take such a table, as CSV or XLSX, by --trials FILE; a
-    further column participant says whose a row is. Takes about a second, with --files some more.
+    DESIGN is a settings file (TOML), the name of a task for its default design, or the Python file of a task. The
+    columns are the fields of a trial; the column picture has the file that is shown, if there is one, and reference the
+    file with which it is compared. 'run', 'serve' and 'simulate' accept such a table, as CSV or XLSX, with --trials
+    FILE; an additional column participant assigns rows to participants. Takes about a second, with --files a little
+    longer.
 
     \b
     Examples:
@@ -66,7 +72,7 @@ def trials(
     task = task_named(made.task)
     pictures = None if stimuli is None else read_set(stimuli)
     if files is not None and files.exists() and any(files.iterdir()):
-        raise InputError(f"{printable(files)} holds files already: give a new folder.")
+        raise InputError(f"{printable(files)} contains files already: give a new folder.")
     contents: dict[str, bytes] = {}
     rows = []
     for trial in made.trials(participant, session):
@@ -92,7 +98,7 @@ def trials(
 
 
 def _design(given: str) -> Any:
-    """The design of a settings file; or the usual one of a task."""
+    """Return the design of a settings file, or the default one of a task."""
     from focalgradient.design import load_design
     from focalgradient.tasks import task_named
 

@@ -1,4 +1,4 @@
-"""``focalgradient validate``: whether a data set is valid BIDS, and what its design and journals say."""
+"""``focalgradient validate``: validation of a data set against BIDS, its design and its journals."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ __all__ = ["validate"]
 @click.option(
     "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures shown, to check them too."
 )
-@click.option("--export", is_flag=True, help="First make the tables of sessions that were cut off, of their journals.")
+@click.option("--export", is_flag=True, help="First write the tables of interrupted sessions from their journals.")
 @task_file_option
 @shared_options
 @json_option
 def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | None, scheduler: str | None) -> None:
-    """Check the data set in DIR.
+    """Validate the data set in DIR.
 
-    Its files by the standard, BIDS (where bids-validator-deno is installed); and that every trial of the design is
-    there once, as its journal has it, at times and with answers that can be, with its condition's pictures. Every
-    problem is listed. Exit code 1 where something is wrong: 'focalgradient repair' makes damaged sessions readable.
-    Nothing is changed, but with --export missing tables are made.
+    Its files are checked against the BIDS standard (if bids-validator-deno is installed); and every trial of the design
+    must be present once, in agreement with its journal, with possible times and answers and its condition's pictures.
+    Every problem is listed. Exit code 1: problems were found; 'focalgradient repair' makes damaged sessions readable.
+    Nothing is changed, except that --export writes missing tables.
 
-    Takes some seconds for 20 participants. The workers of a --scheduler must see DIR under the same path.
+    Takes a few seconds for 20 participants. The workers of a --scheduler must see DIR under the same path.
 
     \b
     Examples:

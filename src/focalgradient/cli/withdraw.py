@@ -1,4 +1,4 @@
-"""``focalgradient withdraw``: a participant removed from a data set."""
+"""``focalgradient withdraw``: removal of a participant from a data set."""
 
 from __future__ import annotations
 
@@ -17,22 +17,24 @@ __all__ = ["withdraw"]
 @click.command(short_help="Remove a participant from a data set.")
 @click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
 @click.argument("participant", metavar="PARTICIPANT")
-@click.option("--yes", is_flag=True, help="Do not ask, as a terminal is asked.")
+@click.option("--yes", is_flag=True, help="Do not ask for confirmation on a terminal.")
 @click.option(
     "--links",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Links of 'focalgradient serve'. Default: beside the data, DATASET-links.jsonl, where there is one.",
+    help="File of links of 'focalgradient serve'. Default: beside the data, DATASET-links.jsonl, if it exists.",
 )
-@click.option("--store", metavar="URL", help="PostgreSQL database of 'focalgradient serve --store', too.")
+@click.option(
+    "--store", metavar="URL", help="Also remove from this PostgreSQL database of 'focalgradient serve --store'."
+)
 @task_file_option
 @json_option
 def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, store: str | None) -> None:
-    """Remove all data of PARTICIPANT, as sub-07, from the data set in DATASET; they cannot be brought back.
+    """Remove all data of PARTICIPANT, such as sub-07, from the data set in DATASET, irrecoverably.
 
-    Tables, journals, what repairs kept, rows of participants.tsv, and links and identifiers of a platform are removed.
-    The number of people who withdrew stays, without label or date. A server may run meanwhile. Copies and reports
-    elsewhere are not reached: remove those, and make the reports anew. Do not give the label to another person.
+    This removes tables, journals, copies made by repairs, rows of participants.tsv, links and platform identifiers. The
+    number of withdrawals is kept, without label or date. A server may be running. Copies and reports elsewhere are not
+    affected: remove those, and make the reports again. Do not reuse the label.
 
     \b
     Examples:
@@ -43,7 +45,7 @@ def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, stor
     from focalgradient.dataset.withdrawal import withdraw as remove
 
     if not yes and sys.stdin.isatty():
-        click.confirm(f"Remove all data of {participant} from {folder} for good?", abort=True)
+        click.confirm(f"Remove all data of {participant} from {folder} permanently?", abort=True)
     stored = store is not None and _withdraw_from(store, participant)
     paths = remove(folder, participant, links, elsewhere=stored)
     left = files_naming(folder, participant)
@@ -57,7 +59,7 @@ def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, stor
         },
         *(f"Removed{' from' if path.is_file() else ''}: {path}" for path in paths),
         *(["Removed from the store."] if stored else []),
-        *(f"Still names {participant}: {path}: remove it, or make it anew." for path in left),
+        *(f"Still names {participant}: {path}: remove it, or make it again." for path in left),
         f"{participant} is withdrawn.",
     )
 

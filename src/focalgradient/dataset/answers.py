@@ -46,8 +46,7 @@ class Apparatus:
         Versions of other software, by name.
     stereoscope
         Layout, offset in px and gamma of each eye, if the eyes saw different parts of a screen; None: both saw the
-        whole
-        screen.
+        whole screen.
     """
 
     clock: str

@@ -1,8 +1,7 @@
 """Append whole lines to a file: a journal, a server's links, the table of participants.
 
 Either the lines are on disk when the call returns, or the file is unchanged: a full disk accepts part of a write (a
-short
-count) before it rejects the rest.
+short count) before it rejects the rest.
 """
 
 from __future__ import annotations

@@ -20,8 +20,7 @@ __all__ = ["late_arrivals", "too_early"]
 
 SLACK_S = 2.0
 """Tolerance in s by which a session's answers may seem to take longer than the available time: the page's first frame
-and
-the server's first response are not timed by one clock (our choice).
+and the server's first response are not timed by one clock (our choice).
 """
 
 BURST_S = 1.0

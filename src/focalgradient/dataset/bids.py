@@ -1,8 +1,7 @@
 """BIDS files of a data set: their paths and contents, derived from the journals.
 
 The journals in ``sourcedata`` are the primary record. Tables and sidecars are derived from them and can be written
-again;
-they grow when a session is resumed, but rows once written never change.
+again; they grow when a session is resumed, but rows once written never change.
 """
 
 from __future__ import annotations

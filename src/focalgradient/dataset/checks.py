@@ -369,7 +369,7 @@ class _Checked:
                 self.problems.append(f"{path}, row {row}: kind is {kind!r}, but must be one of human, simulated.")
             elif (kind == "simulated") != self.simulated:
                 self.problems.append(
-                    f"participants.tsv: {name} is {kind}, but dataset_description.json says otherwise."
+                    f"participants.tsv: {name} is {kind}, but dataset_description.json states the other."
                 )
         if "age" in table:
             for row, age in enumerate(table["age"].tolist(), start=2):

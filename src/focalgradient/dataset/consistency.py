@@ -359,8 +359,7 @@ def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
     """Return the files of the pictures that a manifest lists; empty if it lists none.
 
     Keys are scene, aperture and fixation (the first of several that differ in further columns), and those three
-    followed by
-    any of the further columns, such as "light=dim".
+    followed by any of the further columns, such as "light=dim".
     """
     files: dict[tuple[str, ...], str] = {}
     try:

@@ -72,8 +72,7 @@ def fixations(samples: Iterable[Sample], pixels_per_degree: float) -> list[Fixat
     """Detect fixations by dispersion (I-DT, Salvucci & Goldberg 2000).
 
     A fixation is a run of samples of at least 0.1 s whose width and height add up to at most 1 degree. A sample without
-    a
-    gaze position, or a gap in the recording, ends it.
+    a gaze position, or a gap in the recording, ends it.
 
     Parameters
     ----------

@@ -130,8 +130,7 @@ class Journal:
             First event.
         durable
             Whether to wait for each line until it is on disk, which takes a few ms and protects it from a power
-            failure.
-            Otherwise lines survive only a crash of the process.
+            failure. Otherwise lines survive only a crash of the process.
 
         Raises
         ------

@@ -1,8 +1,7 @@
 """Read and redact a server's file of links, which assign labels to links and to platform identifiers.
 
 The file is stored beside the data set, with one line of JSON per link and per stopped session. Lines of a participant
-who
-withdraws are overwritten in place, which requires no disk space and does not disturb a running server.
+who withdraws are overwritten in place, which requires no disk space and does not disturb a running server.
 """
 
 from __future__ import annotations

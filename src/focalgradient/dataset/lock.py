@@ -16,8 +16,7 @@ __all__ = ["locked", "try_lock", "unlock"]
 
 PLACE = 2**31 - 2
 """Position in bytes of the locked byte on Windows, where locked bytes cannot be read: the last that its C library can
-lock,
-beyond the end of any file of a data set.
+lock, beyond the end of any file of a data set.
 """
 
 PATIENCE = 30.0
@@ -28,8 +27,7 @@ def try_lock(file: int, path: Path) -> bool:
     """Lock a file opened for writing until it is closed or the process ends; return False if it is already locked.
 
     This is `flock` on POSIX (over NFS too, where the kernel turns it into a lock on the server) and `LockFile` on
-    Windows;
-    the system releases both when the process ends, also after a crash.
+    Windows; the system releases both when the process ends, also after a crash.
 
     Raises
     ------

@@ -1,8 +1,7 @@
 """Table of all marked events in BIDS format (``_events.tsv``), with HED tags in its sidecar.
 
 It is derived from the journal if triggers were sent or gaze was recorded. Onsets are on the clock of the session's
-first
-sitting, as are those of gaze.
+first sitting, as are those of gaze.
 """
 
 from __future__ import annotations

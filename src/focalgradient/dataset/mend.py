@@ -57,8 +57,7 @@ def repair(root: Path) -> list[Repair]:
 
     A journal keeps its whole lines. Omitted are lines that are unreadable, invalid, or changed after they were written,
     second records of a trial, and trials that the design does not have; a last line lists the omissions. Tables and
-    sidecars
-    that differ from their journal are written again.
+    sidecars that differ from their journal are written again.
 
     Raises
     ------

@@ -44,8 +44,7 @@ def percepts(presses: Sequence[Press], keys: Mapping[str, str], trial_duration: 
 
     The percept is "none" while neither key is held, and "both" while both are. Repeated presses of a held key (keyboard
     repeat) have no effect; a key released without a press was held from the start. Events before the trial determine
-    the
-    keys held at its start. Other keys are ignored.
+    the keys held at its start. Other keys are ignored.
 
     Parameters
     ----------

@@ -245,8 +245,7 @@ def read_dataset(
 
     Every table has the columns participant_id ("sub-01"), session (its label, or ""), simulated, those of its design
     (`focalgradient.dataset.columns.columns_of`; SI units unless stated otherwise), and those of additional values.
-    Other
-    columns are ignored.
+    Other columns are ignored.
 
     Parameters
     ----------
@@ -256,8 +255,7 @@ def read_dataset(
         Tasks whose tables are read; None: all.
     damaged
         Treatment of sessions with an invalid table or sidecar: "refuse" raises; "leave out" reads all other sessions,
-        and
-        names the invalid ones in `DataSet.problems`.
+        and names the invalid ones in `DataSet.problems`.
 
     Raises
     ------

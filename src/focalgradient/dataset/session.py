@@ -170,8 +170,7 @@ class Session:
         ------
         InputError
             If a label is not alphanumeric, the session already exists, the pictures were changed, or the folder is not
-            a data
-            set, is one of the other kind, or cannot be written.
+            a data set, is one of the other kind, or cannot be written.
         """
         files = Files(root, design.task, participant, session)
         manifest = _new(files, stimuli)
@@ -238,8 +237,7 @@ class Session:
         ------
         InputError
             If there is no such session, another program records it, it is finished, its journal is damaged, or the
-            pictures
-            were changed.
+            pictures were changed.
         """
         files = Files(root, task, participant, session)
         journal = Journal.take(files.journal)
@@ -269,8 +267,7 @@ class Session:
         """Record the answer to the next trial, and return when it is saved.
 
         Values of `noted`, such as times on a second clock, are kept in the journal only. So are `notes`, each a kind
-        and its
-        content: they are written before the answer, as by `note`, with a single wait for the disk.
+        and its content: they are written before the answer, as by `note`, with a single wait for the disk.
 
         Raises
         ------

@@ -42,8 +42,7 @@ def withdraw(root: Path, participant: str, links: Path | None = None, *, elsewhe
 
     This removes tables, journals, copies made by repairs, rows of tables, links and platform identifiers.
     ``dataset_description.json`` keeps the number of withdrawals, without label or date. After an interruption the same
-    call
-    completes the removal. Copies elsewhere, and reports, are not affected.
+    call completes the removal. Copies elsewhere, and reports, are not affected.
 
     Parameters
     ----------

@@ -146,8 +146,7 @@ class Counterbalanced(Plan):
         square, the next row in each repetition and for each participant.
     runs, distances
         Constraints on a random order, by field of a trial: maximum number of consecutive trials with the same level;
-        minimum
-        number of other trials between two with the same level.
+        minimum number of other trials between two with the same level.
 
     Examples
     --------

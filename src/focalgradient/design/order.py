@@ -2,8 +2,7 @@
 
 Participants form pairs, 01 with 02, 03 with 04 and so on: the second has the first's order reversed. Over a pair, the
 mean position of each trial is thus the middle, and linear trends over a session (practice, fatigue) affect all
-conditions
-equally.
+conditions equally.
 """
 
 from __future__ import annotations

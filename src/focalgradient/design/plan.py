@@ -216,8 +216,7 @@ class Plan(Table):
             Name of the table, for messages.
         rows
             Cells by column: fields of a trial, and names of factors. The column ``participant`` assigns rows to
-            participants;
-            without it all participants have all rows.
+            participants; without it all participants have all rows.
 
         Raises
         ------
@@ -256,8 +255,7 @@ class Plan(Table):
         """Return conditions, each `repetitions` times, in a participant's order, preceded by `practice_trials` of them.
 
         No condition occurs more than `longest_run` times in a row; the second participant of each pair has the reversed
-        order
-        of the first.
+        order of the first.
         """
         return tuple(
             self.listed(

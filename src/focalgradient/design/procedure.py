@@ -1,8 +1,7 @@
 """QUEST+ procedure (Watson 2017, J. Vis. 17(3):10), by the library questplus.
 
 The procedure is a function of the design and of the answers so far: a resumed session replays the answers, and
-continues
-unchanged.
+continues unchanged.
 """
 
 from __future__ import annotations
@@ -17,8 +16,7 @@ __all__ = ["LAPSES", "NEEDED", "SLOPES", "Procedure"]
 
 SLOPES = (1.5, 2.1, 2.9, 4.1, 5.7, 8.0)
 """Weibull slopes with equal prior probability, in equal logarithmic steps around 3.5, the slope of QUEST (Watson &
-Pelli
-1983).
+Pelli 1983).
 """
 
 LAPSES = (0.02,)

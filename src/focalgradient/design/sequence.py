@@ -1,8 +1,7 @@
 """Sequence of pages and trials of a session, for laboratory and browser.
 
 Each task has one class of pages (`rating_pages`, `cube_pages`, `pinhole_pages`, `threshold_pages`). It provides the
-steps
-at the beginning of a sitting, between two trials, and at the end of the session.
+steps at the beginning of a sitting, between two trials, and at the end of the session.
 """
 
 from __future__ import annotations
@@ -38,8 +37,7 @@ class Page:
         Name of its event marker.
     text
         Text with the title as first line. Values that are known only when it is shown are in braces: ``{minutes}``
-        left,
-        ``{share}`` of the time in %.
+        left, ``{share}`` of the time in %.
     at
         Value on the scale shown by an example below the text; None on other pages.
     least_s

@@ -2,8 +2,7 @@
 
 An `Experiment` defines what is specific to one experiment; `run` takes a participant through it. `EXPERIMENTS` maps the
 names that ``focalgradient run`` accepts to the experiments of all registered tasks. No other subpackage imports
-PsychoPy
-(extra ``lab``), and it is imported only when a window is opened.
+PsychoPy (extra ``lab``), and it is imported only when a window is opened.
 """
 
 from collections.abc import Iterator, Mapping

@@ -45,12 +45,9 @@ def adjust(
     """Let the participant adjust a stimulus; return the value that Enter confirms.
 
     Left and right arrow keys and the mouse wheel turn the knob by one step, up and down arrow keys by `COARSE` steps,
-    and
-    a held key turns it continuously; the slider at the bottom can be dragged with the mouse. No number is shown. Enter
-    is
-    ignored until the knob has been turned. The question and the slider lie on dark bands, the upper and lower eighths
-    of
-    the screen: draw stimuli between them.
+    and a held key turns it continuously; the slider at the bottom can be dragged with the mouse. No number is shown.
+    Enter is ignored until the knob has been turned. The question and the slider lie on dark bands, the upper and lower
+    eighths of the screen: draw stimuli between them.
 
     Parameters
     ----------

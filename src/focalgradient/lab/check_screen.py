@@ -1,8 +1,7 @@
 """Check the screen and keyboard as the experiments use them, and print the results as JSON for 'focalgradient doctor'.
 
 The output is one line: a list of checks, each with its name, the measured value, whether it passed, and the remedy if
-it
-did not.
+it did not.
 """
 
 from __future__ import annotations

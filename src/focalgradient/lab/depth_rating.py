@@ -92,8 +92,7 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
     -------
     tuple
         Onset of the picture (with two intervals, of the first) in s from the start of the sitting, and its file name;
-        None
-        for a drawing.
+        None for a drawing.
     """
     design: DepthRatingDesign = sitting.design
     shown = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s)]

@@ -180,8 +180,7 @@ def _averaged(event: Any) -> tuple[float, float, float, float | None]:
     """Return time, position and pupil size of an ioHub sample, averaged over the eyes that were found.
 
     The status of a monocular sample is 2 if the eye was lost; of a binocular one, the tens digit is 2 if the left eye
-    was
-    lost, and the units digit is 2 if the right eye was.
+    was lost, and the units digit is 2 if the right eye was.
     """
     nan = float("nan")
     if hasattr(event, "gaze_x"):

@@ -43,8 +43,7 @@ LEVELS: NDArray[np.float64] = np.linspace(0.0, 255.0, 16)
 
 SIDE = 1 / 3
 """Side of the measured square as a fraction of the screen's height: 10 cm on a screen 30 cm high, wider than the
-1-degree
-spot of a spectroradiometer at 1 m (1.7 cm).
+1-degree spot of a spectroradiometer at 1 m (1.7 cm).
 """
 
 SETTLE_S = 0.2

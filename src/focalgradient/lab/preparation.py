@@ -1,8 +1,7 @@
 """Checks before a window is opened: command line, design, data, pictures and screen geometry.
 
 Each fault is reported in one sentence. Whether PsychoPy is installed is checked first; it is imported last, because
-that
-is slow.
+that is slow.
 """
 
 from __future__ import annotations

@@ -46,8 +46,7 @@ def ask(screen: Screen, scale: Control, event: str = "question") -> Given:
     """Ask for a response on a control.
 
     Responses are given on a slider (arrow keys or mouse), as a typed number, or as a rating step, and confirmed with
-    the
-    Enter key; a choice between two alternatives is the first press of an arrow key.
+    the Enter key; a choice between two alternatives is the first press of an arrow key.
 
     The scale shows no marker until the first key press, which places it at random, so that no response is suggested and
     participants who press one key only can be detected.

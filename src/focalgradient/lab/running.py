@@ -44,8 +44,7 @@ Shown = TypeVar("Shown")
 
 PART = 0.05
 """Tolerated drift between wall clock and monotonic clock during a trial, in s, in addition to 0.1 % of its duration:
-three
-frames at 60 Hz. Corrections by slewing (at most 500 ppm on Linux) stay within it.
+three frames at 60 Hz. Corrections by slewing (at most 500 ppm on Linux) stay within it.
 """
 
 VOID = 5

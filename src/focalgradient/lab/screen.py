@@ -251,8 +251,7 @@ class Screen:
         """Show an animation for a duration; return the onset of its first frame.
 
         The last frame stays until the caller shows something else, which must follow immediately. Late frames are
-        counted in
-        `dropped`.
+        counted in `dropped`.
 
         Parameters
         ----------

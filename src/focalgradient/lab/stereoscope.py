@@ -38,8 +38,7 @@ FARTHEST = 0.25
 
 LINE, GAP, LOCK = 0.1, 0.012, 0.14
 """Length of a nonius line, its distance from the centre, and half the side of the fusion-lock frame, as fractions of
-the
-screen's height. Both eyes see the frame, which keeps vergence constant while the lines are compared.
+the screen's height. Both eyes see the frame, which keeps vergence constant while the lines are compared.
 """
 
 EYES = ("left", "right")

@@ -36,8 +36,7 @@ class Mark(NamedTuple):
     """Event to be sent.
 
     `seconds` is its time from the start of the sitting, `at` its time on the monotonic clock; `trial` is the condition
-    of
-    its trial by name, with "phase" and "trial", or None between trials.
+    of its trial by name, with "phase" and "trial", or None between trials.
     """
 
     code: int

@@ -8,8 +8,7 @@ __all__ = ["check_lapses", "check_spreads"]
 
 MOST_SPREAD = 3.0
 """Maximum standard deviation of a natural logarithm: a factor of 20 between people, far above any published variation
-of
-ratings or durations.
+of ratings or durations.
 """
 
 

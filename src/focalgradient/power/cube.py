@@ -1,10 +1,9 @@
 """Power of experiment 2: simulated percept reports on the rotating Necker cube, with exclusion and analysis.
 
 Rigid and nonrigid percepts alternate, each with a log-normally distributed duration that is correlated with the
-previous
-one. Without a gradient, the log odds of the time of the nonrigid percept vary between subjects. A gradient that favours
-it adds the subject's effect times the gradient's strength relative to the largest; one that favours the rigid percept
-subtracts as much.
+previous one. Without a gradient, the log odds of the time of the nonrigid percept vary between subjects. A gradient
+that favours it adds the subject's effect times the gradient's strength relative to the largest; one that favours the
+rigid percept subtracts as much.
 """
 
 from __future__ import annotations
@@ -53,8 +52,7 @@ class CubeModel:
     ----------
     effect
         Odds ratio of the nonrigid percept (time of nonrigid over time of rigid) between the largest strength of a
-        gradient
-        that favours it and no gradient. A gradient that favours the rigid percept divides the odds by it.
+        gradient that favours it and no gradient. A gradient that favours the rigid percept divides the odds by it.
     between
         Standard deviation over subjects of the logarithm of that odds ratio.
     nonrigid
@@ -63,14 +61,13 @@ class CubeModel:
         Standard deviation over subjects of the log odds without a gradient.
     dominance, between_dominances, duration_spread
         Geometric mean over subjects of the mean duration (s) of a percept at even odds; standard deviation over
-        subjects of
-        its logarithm; and standard deviation of log durations within a subject.
+        subjects of its logarithm; and standard deviation of log durations within a subject.
     serial
         Correlation of a log duration with that of the previous percept in the trial.
     first_ratio
         Ratio of the median duration of a trial's first percept to that of later ones, for the same percept. The first
-        percept
-        is usually the preferred one, and so longer on average; data of 22 people show no difference beyond that.
+        percept is usually the preferred one, and so longer on average; data of 22 people show no difference beyond
+        that.
     lapses
         Lapse rate: proportion of trials answered at even odds, without attention.
 
@@ -284,9 +281,8 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
     -------
     dict
         For each of the study's tests 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of the
-        95 %
-        confidence intervals of the changes of the nonrigid proportion by the nonrigid and by the rigid gradient at the
-        largest strength, None if not computed; and `left_out`, the number of subjects excluded.
+        95 % confidence intervals of the changes of the nonrigid proportion by the nonrigid and by the rigid gradient at
+        the largest strength, None if not computed; and `left_out`, the number of subjects excluded.
     """
     return study.outcome(study.table(subjects, study.stream(subjects, number)))
 
@@ -326,8 +322,7 @@ def quick_cube_power(
         Numbers of subjects.
     experiments
         Number of experiments drawn from the pool for each number of subjects: 2000 give a standard error of .011 at a
-        power
-        of .5.
+        power of .5.
     people
         Size of the pool, whose reports are simulated once.
 

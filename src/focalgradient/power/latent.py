@@ -1,11 +1,9 @@
 """Power of tests of ratings in steps, of signed comparisons in steps, and of choices.
 
 A subject's latent response is a level plus an effect times the aperture relative to the largest, plus logistic noise;
-the
-response scale converts it to an answer. Experiments of two sizes are analysed as a report does, and the standard error
-of
-each test is interpolated from them.
-from theirs at any number of subjects, as variance over subjects / N + the part that subjects do not change.
+the response scale converts it to an answer. Experiments of two sizes are analysed as a report does, and the standard
+error of each test is interpolated from them. from theirs at any number of subjects, as variance over subjects / N + the
+part that subjects do not change.
 """
 
 from __future__ import annotations
@@ -249,8 +247,8 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
     -------
     dict
         For each number of subjects, proportion of experiments with a significant result by Holm's p: "near_rise", the
-        slope
-        of the first fixation; "interaction", that it exceeds the slope of each other one, if the report compares them.
+        slope of the first fixation; "interaction", that it exceeds the slope of each other one, if the report compares
+        them.
 
     Raises
     ------

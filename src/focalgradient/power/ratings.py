@@ -53,8 +53,7 @@ class Model:
     ----------
     effect, far_effect
         Mean depth effect, as the ratio of ratings between the largest aperture and the pinhole, with the nearest and
-        with
-        the farthest object in focus.
+        with the farthest object in focus.
     between
         Standard deviation over subjects of the logarithm of each effect.
     between_scenes
@@ -273,10 +272,8 @@ def experiment(study: Study, subjects: int, number: int) -> dict[str, float | No
     -------
     dict
         For each of `TESTS` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, logarithms of the ratio
-        of
-        the confidence limits, None if not computed; and `left_out`, the number of subjects excluded. The result depends
-        only
-        on the arguments.
+        of the confidence limits, None if not computed; and `left_out`, the number of subjects excluded. The result
+        depends only on the arguments.
     """
     return study.outcome(study.table(subjects, study.stream(subjects, number)))
 
@@ -343,9 +340,8 @@ def rise_power(
     """Return the power as `quick_power` does, for a design with any number of fixations.
 
     The first fixation in the order of the report has the near effect, the others the far effect. "far_equivalent" means
-    that
-    all others are equivalent to zero, "interaction" that the first effect exceeds each of them; both are absent without
-    other fixations.
+    that all others are equivalent to zero, "interaction" that the first effect exceeds each of them; both are absent
+    without other fixations.
     """
     by_t = not robust_decides(deciding_test)
     rng = default_rng(SeedSequence([seed, subjects, experiments]))

@@ -41,8 +41,7 @@ class Power:
         Proportion in which all tests were significant (power of all hypotheses together), and its standard error.
     width
         Median width of the 95 % confidence interval of the primary test (described by `AnyStudy.widths`), as the ratio
-        of
-        its limits if the study uses logarithms; NaN without one.
+        of its limits if the study uses logarithms; NaN without one.
     far_width
         The same for another test.
     left_out

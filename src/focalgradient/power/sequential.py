@@ -1,10 +1,8 @@
 """Sequential designs with interim analyses; error rates are simulated with the report's test.
 
 Group-sequential bounds spend the error rate over the analyses (Lan & DeMets 1983). With Bayes factors an experiment
-stops
-at a bound for either hypothesis (Schönbrodt, Wagenmakers, Zehetleitner & Perugini 2017); its error rates are not set,
-but
-estimated.
+stops at a bound for either hypothesis (Schönbrodt, Wagenmakers, Zehetleitner & Perugini 2017); its error rates are not
+set, but estimated.
 """
 
 from __future__ import annotations

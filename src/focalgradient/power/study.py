@@ -93,8 +93,7 @@ class AnyStudy(ABC):
         -------
         dict
             For each of `tests` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of 95 %
-            confidence
-            intervals, None if not computed; and `left_out`, the number of subjects excluded.
+            confidence intervals, None if not computed; and `left_out`, the number of subjects excluded.
         """
 
     @abstractmethod

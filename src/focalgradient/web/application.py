@@ -46,8 +46,7 @@ HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
 }
 """HTTP headers of every response: resources of other sites are not loaded, other sites cannot embed the page, and links
-are
-not passed on as referrers. The first two Cross-Origin headers give performance.now() its finest resolution.
+are not passed on as referrers. The first two Cross-Origin headers give performance.now() its finest resolution.
 """
 
 STATIC = {

@@ -129,8 +129,7 @@ class SameOrigin:
     """Middleware that rejects requests from pages of other sites, by Sec-Fetch-Site, Origin and Referer.
 
     Browsers state the origin of every POST request. A program that sends none of the three headers is not a browser,
-    whose
-    user another site could exploit.
+    whose user another site could exploit.
 
     Parameters
     ----------

@@ -1,9 +1,8 @@
 """Participants: secret links and platform identifiers, both stored separately from the data.
 
 The file has one line of JSON per person (label in the data, digest of the link's secret, identifiers of a platform),
-and
-one for each session that was stopped. The data alone do not identify participants; the file alone does not give access
-to sessions. All entries of participants who withdraw are removed from it.
+and one for each session that was stopped. The data alone do not identify participants; the file alone does not give
+access to sessions. All entries of participants who withdraw are removed from it.
 """
 
 from __future__ import annotations

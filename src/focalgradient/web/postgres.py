@@ -47,8 +47,7 @@ create table if not exists withdrawn (record text primary key);
 """Tables of one study; another study needs another database or another schema.
 
 `labels` is the highest label number at the last withdrawal; lower numbers are not reused. `withdrawn` contains the
-digests
-of removed records, so that existing data sets lose them too.
+digests of removed records, so that existing data sets lose them too.
 """
 
 MOST_CONNECTIONS = 8

@@ -1,10 +1,8 @@
 """Calibration of a participant's screen: size by a card, viewing distance by the blind spot, gamma by grey matches.
 
 The procedure is that of Li, Joo, Yeatman & Reinecke (2020, Scientific Reports 10, 904): a drawn card is matched to a
-bank
-card; then a ball moves away from a square fixated by one eye, and a key is pressed when it disappears at the edge of
-the
-blind spot. All values have standard errors; `benchmarks/viewing_distance.py` simulates participants.
+bank card; then a ball moves away from a square fixated by one eye, and a key is pressed when it disappears at the edge
+of the blind spot. All values have standard errors; `benchmarks/viewing_distance.py` simulates participants.
 """
 
 from __future__ import annotations
@@ -25,8 +23,7 @@ CARD_SD_M = 0.5e-3
 
 EDGE_DEG = 12.5
 """Eccentricity in degrees at which the ball disappears. Li et al. (2020) found key presses at 13.5 degrees, at 54 cm;
-the
-ball had moved by one degree of it during `REACTION_S`, at 120 pixels of 0.265 mm per s.
+the ball had moved by one degree of it during `REACTION_S`, at 120 pixels of 0.265 mm per s.
 """
 
 PERSON_SD = 0.074
@@ -61,10 +58,8 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float | 
     """Estimate pixel pitch and viewing distance from a participant's settings.
 
     The ball moves on until the key is pressed, and the farther the higher the frame rate: this overshoot is subtracted.
-    The
-    error of a distance has three parts: variation of the blind spot between persons, the error of matching the card,
-    and the
-    scatter of one person's key presses. Repetition reduces only the third.
+    The error of a distance has three parts: variation of the blind spot between persons, the error of matching the
+    card, and the scatter of one person's key presses. Repetition reduces only the third.
 
     Parameters
     ----------
@@ -100,10 +95,9 @@ def gamma_of(matches: Sequence[tuple[float, float]]) -> tuple[float, float] | No
     """Estimate a display's gamma and its standard error from matches of grey with black and white rows.
 
     If a fraction s of the rows is white, grey of level v matches them in luminance when (v / 255) ** gamma = s (Colombo
-    &
-    Derrington 2001, Displays 22, 87; To, Woods, Goldstein & Peli 2013, Vision Research 90, 15). Luminance at level 0 is
-    assumed to be 0. The standard error is that of the few matches, increased so that an interval of two standard errors
-    covers 95 %.
+    & Derrington 2001, Displays 22, 87; To, Woods, Goldstein & Peli 2013, Vision Research 90, 15). Luminance at level 0
+    is assumed to be 0. The standard error is that of the few matches, increased so that an interval of two standard
+    errors covers 95 %.
 
     Parameters
     ----------

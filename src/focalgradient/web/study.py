@@ -1,8 +1,7 @@
 """Running study: the session of each link, the stimuli of its page, and the recording of responses.
 
 Each response is on disk before it is acknowledged. Responses arrive in the order of the trials; one that arrives again
-is
-acknowledged but not recorded twice, so that the page may resend it as often as the network requires.
+is acknowledged but not recorded twice, so that the page may resend it as often as the network requires.
 """
 
 from __future__ import annotations
