@@ -184,8 +184,9 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
     yield from (*log.damaged, *log.changed)
     table = root / path.relative_to(root / "sourcedata").with_suffix(".tsv")
     if not table.exists():
-        yield f"{table} is missing, although its journal exists, because the session crashed: use 'focalgradient "
-        "repair'."
+        yield (
+            f"{table} is missing, although its journal exists, because the session crashed: use 'focalgradient repair'."
+        )
         return
     try:
         header, *rows = [line.split("\t") for line in read_tsv(table).splitlines()] or [[]]
