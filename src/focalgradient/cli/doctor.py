@@ -188,7 +188,7 @@ def _drawing(path: Path) -> Path:
 
 
 def _luminance(path: Path, monitor: str | None, measured: str | None) -> Iterator[Check]:
-    """Fit and plot photometer measurements, writing them first if just `measured`; yield checks of the screen."""
+    """Fit and plot photometer measurements, which are written first if new; yield checks of the screen."""
     from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, read_luminance
     from focalgradient.plotting.figures import as_file
     from focalgradient.plotting.luminance import luminance_figure

@@ -280,7 +280,7 @@ class _Walk:
             _uninterrupted(partial(self._page, step))
 
     def _prepare(self) -> None:
-        """Run what follows the instructions: own pages, calibration of the eye tracker, the experiment's `before`."""
+        """Show the experiment's own instructions, calibrate the eye tracker, and call the experiment's `before`."""
         sitting, own = self._sitting, self._experiment.instructions
         self._prepared = True
         if own is not None:

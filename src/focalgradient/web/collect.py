@@ -37,7 +37,7 @@ __all__ = ["Collected", "LeftOut", "collect"]
 
 @dataclass(frozen=True, slots=True)
 class Collected:
-    """Session that is now in the data set.
+    """Session that has been imported into the data set.
 
     Parameters
     ----------

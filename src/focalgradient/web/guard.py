@@ -32,7 +32,7 @@ MESSAGE_S = 30.0
 """Maximum duration of a message, in s: 1.5 MB at 0.4 Mbit/s, a slow mobile network."""
 
 BURST = 2
-"""Duration in min whose quota may be used at once: at 60 per min, a class of 60 whose browsers all reload the page."""
+"""Burst size, in minutes of the permitted rate: at 60 per min, a class of 60 whose browsers all load the page twice."""
 
 ADDRESSES = 4
 """Total quota of all addresses, in multiples of one address's quota."""
