@@ -64,7 +64,7 @@ def test_every_command_with_a_result_prints_it_for_programs(words):
     "words", [words for words in ALL if words[0] not in {"run", "repair", "withdraw", "validate"}], ids=" ".join
 )
 def test_help_says_how_long_it_takes(words):
-    assert re.search(r"[Aa]bout|as long as|some seconds", run(*words, "--help").stdout)
+    assert re.search(r"[Aa]bout|as long as|a few seconds|until Ctrl-C", run(*words, "--help").stdout)
 
 
 def test_units_are_said_once_for_all_and_pixels_are_in_micrometres():

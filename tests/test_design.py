@@ -241,7 +241,7 @@ REFUSED = {
     "misspelt": ({"task": "necker", "repetition": 2}, r"repetition is not a known key: did you mean repetitions\?"),
     "no repetitions": ({"task": "necker", "repetitions": 0}, r"repetitions is 0, but must be a whole number from 1"),
     "half a trial": ({"task": "necker", "catch_trials": 0.5}, r"catch_trials is 0\.5, but must be a whole number"),
-    "too many": ({"task": "depthrating", "repetitions": 50}, r"make 4800 trials, .* 2000 at most: lower repetitions"),
+    "too many": ({"task": "depthrating", "repetitions": 50}, r"make 4800 trials, .* at most 2000: lower repetitions"),
     "more catches than trials": (
         {"task": "necker", "catch_trials": 20},
         r"catch_trials is 20, but must be less than the number of other trials, which is 20",
@@ -258,7 +258,7 @@ REFUSED = {
     "the key that quits": ({"task": "necker", "keys": ["f", "escape"]}, r"'escape', which ends the experiment"),
     "impossible order": (
         {"task": "necker", "gradients": ["none", "rigid"], "strengths_mm": [1, 2, 3, 4, 5, 6, 7, 8], "longest_run": 2},
-        r"32 trials show 'rigid' and only 4 another level.*raise longest_run",
+        r"32 trials have 'rigid' and only 4 another level.*raise longest_run",
     ),
     "blind demonstration": (
         {"task": "pinhole", "natural_aperture": "pinhole"},

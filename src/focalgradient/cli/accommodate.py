@@ -75,11 +75,11 @@ def target_of(text: str) -> TargetCourse:
     except ValueError:
         numbers = []
     if kind == "step" and len(numbers) in (2, 3) and all(map(math.isfinite, numbers)):
-        before, after, at = (*numbers, WARM)[:3]
-        latest = LONGEST - AFTER
+        before, after, at = (*numbers, STEP_S)[:3]
+        latest = LONGEST_S - AFTER_STEP_S
         if not 0 <= at <= latest:
             raise InputError(f"--accommodate {text} steps at {at:g} s, but must step between 0 and {latest:g} s.")
-        return TargetCourse(lambda t: after if t >= at else before, max(SECONDS, at + AFTER), text)
+        return TargetCourse(lambda t: after if t >= at else before, max(DURATION_S, at + AFTER_STEP_S), text)
     if kind == "sine" and len(numbers) == 3 and all(map(math.isfinite, numbers)):
         mean, amplitude, hertz = numbers
         from focalgradient.eye import Accommodation
@@ -87,7 +87,7 @@ def target_of(text: str) -> TargetCourse:
         most = Accommodation().rate / 2  # Nyquist frequency of the eye's moments
         if not 0 < hertz < most:
             raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must be above 0 and below {most:g} Hz.")
-        return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), SECONDS, text)
+        return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), DURATION_S, text)
     raise InputError(f"--accommodate is {printable(text)!r}, but must be {FORMS}.")
 
 
@@ -107,8 +107,8 @@ def _from_file(name: str) -> TargetCourse:
     times, vergences = np.array(rows, dtype=float).T
     if np.any(np.diff(times) < 0) or times[0] < 0:
         raise InputError(f"{printable(name)} has times that decrease or are negative: sort its lines by time.")
-    if not 0 < times[-1] <= LONGEST:
-        raise InputError(f"{printable(name)} ends at {times[-1]:g} s, but must end by {LONGEST:g} s.")
+    if not 0 < times[-1] <= LONGEST_S:
+        raise InputError(f"{printable(name)} ends at {times[-1]:g} s, but must end by {LONGEST_S:g} s.")
     return TargetCourse(target_course(times, vergences), float(times[-1]), printable(name), Path(name))
 
 
@@ -125,7 +125,9 @@ def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> N
     target = target_of(text)
     writable(out, FILES, [target.file] if target.file else [])
     with (
-        resumable("nothing was written.", lambda: announce(SPEED * target.seconds, "Accommodating")) as say,
+        resumable(
+            "nothing was written.", lambda: announce(SECONDS_PER_SECOND * target.seconds, "Accommodating")
+        ) as say,
         warnings_given() as given,
     ):
         say(0.0, "accommodating")

@@ -36,21 +36,21 @@ if TYPE_CHECKING:
 
 __all__ = ["calibrate"]
 
-ODD = 0.05
+BLUR_DEVIATION = 0.05
 """Deviation of one photograph's blur from that of its repetitions above which it is reported, as a fraction."""
 
-AGREES = 0.1
+BLUR_TOLERANCE = 0.1
 """Tolerance between the blur derived from a depth map and that of the pair, as a fraction; beyond it the pair's is
-kept: twice `ODD`.
+kept: twice `BLUR_DEVIATION`.
 """
 
-NAMED = 3
+MOST_SLIPS = 3
 """Maximum number of possible input errors listed if the photographs cannot distinguish them."""
 
-BEYOND = 3.0
+CONTRADICTION_SD = 3.0
 """Number of stated standard deviations at which predictions from a single distance contradict the one left out."""
 
-FROM_VIEWS = 0.5
+LEAST_INFORMED = 0.5
 """Proportion of a prior's variance that the views must remove; below it a parameter is dominated by its prior."""
 
 
@@ -251,7 +251,7 @@ def _field(
                 for at in (centre, lens.focus_vergence + 1)
             ]
             width = camera.k * radius[0]
-            if abs(width / readings[place].width - 1) < AGREES:
+            if abs(width / readings[place].width - 1) < BLUR_TOLERANCE:
                 readings[place] = replace(readings[place], width=width, width_sd=camera.k * radius[1] * sd)
     return found
 
@@ -291,7 +291,7 @@ def _refuse_slips(readings: Sequence[Reading], focal_length: float, pixel_pitch:
 
     slips = likeliest_slips(readings, focal_length, pixel_pitch, priors)
     if slips:
-        likely = "; or with ".join(slip.text for slip in slips[:NAMED])
+        likely = "; or with ".join(slip.text for slip in slips[:MOST_SLIPS])
         raise InputError(f"the photographs contradict the stated values: their blur fits better with {likely}.")
 
 
@@ -310,7 +310,7 @@ def _check_prediction(
         predicted, stated, by_mean = prediction_errors(readings, predictions, camera.offset)
         unknown = unknown and math.isnan(predicted)
         # A single distance determines others poorly, which the stated SD includes.
-        if predicted > by_mean and (distances > 2 or predicted > BEYOND * stated):
+        if predicted > by_mean and (distances > 2 or predicted > CONTRADICTION_SD * stated):
             raise InputError(
                 f"left-out photographs are predicted worse than without a calibration (error {predicted:.2g} D; with "
                 f"the mean vergence of the others {by_mean:.2g} D), and no single input error explains it: check "
@@ -337,7 +337,7 @@ def _warn_of_the_odd(shots: Sequence[TargetShot], readings: Sequence[Reading]) -
         kind = (reading.distance, reading.f_number, reading.focus_distance)
         alike = sorted(r.width for r in readings if (r.distance, r.f_number, r.focus_distance) == kind)
         odd = reading.width / alike[len(alike) // 2] - 1
-        if len(alike) > 2 and abs(odd) > ODD:
+        if len(alike) > 2 and abs(odd) > BLUR_DEVIATION:
             warnings.warn(
                 f"{shot.image} is {abs(odd):.0%} {'more' if odd > 0 else 'less'} blurred than the others of its kind: "
                 "check for camera shake, and leave it out.",
@@ -375,7 +375,7 @@ def _camera_lines(camera: Calibration, distances: int) -> list[str]:
         rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}", informed[n]))
     lines = [f"{'':34}{'value':>9}{'sd':>8}  known from"]
     for name, value, error_text, share in rows:
-        whose = "the views" if share >= FROM_VIEWS else "dominated by the prior"
+        whose = "the views" if share >= LEAST_INFORMED else "dominated by the prior"
         lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
     if distances < 3:
         lines.append(

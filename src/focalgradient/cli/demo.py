@@ -109,7 +109,7 @@ A thin lens magnifies more the nearer its focus: near.png shows the scene 0.2 % 
 picture.png and distance.npy, which have a focus at 0.85 m. The distances in depth/ are on the pixels of near.png.
 """
 
-TRUST = (
+RELIABILITY = (
     "Reliability: distances are accurate to about twice the stated uncertainty where the map is not hatched; "
     "near occlusion boundaries 7 % have larger errors."
 )
@@ -165,7 +165,7 @@ def demo(context: click.Context, out: Path) -> None:
     words = [str(out / "views.toml"), "--out", str(out / "depth")]
     with depth.make_context("depth", words, parent=context) as inner:
         depth.invoke(inner)
-    show(None, f"Look at {out / 'depth' / 'depth.png'}. {TRUST}")
+    show(None, f"Look at {out / 'depth' / 'depth.png'}. {RELIABILITY}")
 
 
 @contextmanager

@@ -61,11 +61,11 @@ FROM_EXIF = {
 SECONDS = {"equalise": 5.0, "spectra": 9.0, "ratio": 0.5, "edges": 10.0, "autofocus": 0.7}
 """Processor time of two views in s per megapixel, measured at 1280 x 960 pixels with two apertures and two foci."""
 
-NEEDED = 200
+BYTES_PER_PIXEL = 200
 """Memory of depth in bytes per pixel, apart from the images: 190 measured, with the default method and two views."""
 
 
-OF_POINTS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
+POINT_OPTIONS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
 """Parameters named in messages on measured points, and the corresponding options."""
 
 
@@ -261,7 +261,7 @@ def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recov
     refuse_overwriting(settings.files, [frame.out / name for name in NAMES])
     pixels = photographs[0].luminance.size
     announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
-    require(NEEDED * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
+    require(BYTES_PER_PIXEL * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
 
     from focalgradient.photographs import make_views
     from focalgradient.plotting import depth_figure
@@ -274,7 +274,7 @@ def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recov
     result = _compared_with_the_other_encoding(result, views, photographs, options, limits)
     result = _referred(result, views, settings, offset)
     if options["at"]:
-        with options_named(OF_POINTS):
+        with options_named(POINT_OPTIONS):
             result = with_known_points(result, options["at"])
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])

@@ -226,7 +226,7 @@ def eye(
         film = _film(world, subject, course, seed, executor)
         say("drawing")
         figure = _views_figure(seen, names, result)
-        focus = _focus_figure(course, subject.accommodation, light, None if views == "bands" else PAIR)
+        focus = _focus_figure(course, subject.accommodation, light, None if views == "bands" else VIEW_TIMES_S)
         found = score(result.vergence, result.valid, seen[0].distance, subject.accommodation)
 
     settings |= {
@@ -275,12 +275,12 @@ def _views(
 
     moments = {"": subject}
     if views != "bands":
-        eyes = subject.through(PAIR, course)
-        moments = {f" at {1e3 * t:.0f} ms": one for t, one in zip(PAIR, eyes, strict=True)}
+        eyes = subject.through(VIEW_TIMES_S, course)
+        moments = {f" at {1e3 * t:.0f} ms": one for t, one in zip(VIEW_TIMES_S, eyes, strict=True)}
     bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
     cones = {f"{band}{moment}": light.cones(one, band) for moment, one in moments.items() for band in bands}
     how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
-    seen = eye_views(world, [*cones.values()], SHAPE, MINUTE, executor=executor, **how)
+    seen = eye_views(world, [*cones.values()], SHAPE, PIXEL_ANGLE, executor=executor, **how)
     return [*cones], [*cones.values()], seen
 
 
@@ -308,7 +308,7 @@ def _scene(name: str, seed: int, fixation: float) -> Scene:
     """Return the scene of that name, centred on the fixation."""
     from focalgradient.scenes import plane, slant, spheres, step
 
-    field = SHAPE[1] * MINUTE
+    field = SHAPE[1] * PIXEL_ANGLE
     nearer, farther = 1 / (fixation + 0.8), 1 / max(fixation - 0.6, 0.1)
     if name == "slant":
         return slant(nearer, farther, field, seed=seed)
@@ -344,7 +344,7 @@ def _film(world: Scene, subject: Any, course: TimeCourse, seed: int, executor: E
 
     times = (np.arange(FRAMES) / FRAMES / 2).tolist()
     return accommodation_views(
-        world, subject, times, course, SHAPE, MINUTE, wavelengths=1, samples=32, seed=seed, executor=executor
+        world, subject, times, course, SHAPE, PIXEL_ANGLE, wavelengths=1, samples=32, seed=seed, executor=executor
     )
 
 

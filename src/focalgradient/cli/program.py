@@ -57,7 +57,7 @@ INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after Ctrl-C and after SIGTERM: 128 plus the signal's number, as in shells."""
 
 MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
-LONG = 10.0
+ANNOUNCED_S = 10.0
 """Time in s above which a command announces its duration before it starts."""
 
 JSON = "focalgradient.json"
@@ -78,7 +78,7 @@ OPTIONS = {
 }
 """Parameters in the library's messages, and the corresponding options."""
 
-AGAIN = 0.05
+RESEND_S = 0.05
 """Delay in s after which a signal that was lost in a destructor is sent again."""
 
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
@@ -183,7 +183,7 @@ def _terminable() -> Iterator[None]:
     def again(ignored: Any) -> None:
         if issubclass(ignored.exc_type, KeyboardInterrupt):  # raised in a destructor, where Python ignores it
             number = signal.SIGTERM if issubclass(ignored.exc_type, Terminated) else signal.SIGINT
-            threading.Timer(AGAIN, _signal_main_thread, (number,)).start()
+            threading.Timer(RESEND_S, _signal_main_thread, (number,)).start()
         else:
             otherwise(ignored)
 
@@ -257,7 +257,7 @@ def announce(seconds: float, work: str) -> None:
     work
         Description of the work, with which the sentence begins.
     """
-    if seconds < LONG:
+    if seconds < ANNOUNCED_S:
         return
     if seconds < 90:
         time = f"{10 * round(seconds / 10)} s"

@@ -125,7 +125,7 @@ def serve(
 ) -> None:
     """Run the experiment of DESIGN.toml (depth rating or the cube) in participants' browsers.
 
-    Reads the design, the pictures of --stimuli, and the links of earlier runs. Writes the same journals and tables as
+    Reads the design, the pictures of --stimuli, and the links of earlier runs. Writes the same journals and tables
     as 'focalgradient run': 'validate' and 'report' read both. Each answer is on disk before it is acknowledged; a
     closed page or a stopped server continues where it stopped.
 

@@ -42,13 +42,13 @@ __all__ = [
     "wrong_sidecar",
 ]
 
-CLOCK = 1e-6
+ROUNDING_S = 1e-6
 """Rounding tolerance of recorded times, in s."""
 
-FRAMES = 0.1
+FRAMES_S = 0.1
 """Tolerance in s by which a picture may be shorter than designed: three frames at 30 Hz."""
 
-LONGER = 0.1
+LONGEST_RATIO = 0.1
 """Tolerance by which late frames may prolong a cube's display, as a fraction, in addition to 1 s."""
 
 SLOW_S, SLOW = 60.0, 100.0
@@ -59,7 +59,7 @@ recorded as milliseconds are a thousand times too long.
 MOST_FURTHER = 8
 """Maximum number of further columns of a picture that are used: more would make too many combinations."""
 
-AHEAD = timedelta(days=1)
+CLOCK_TOLERANCE = timedelta(days=1)
 """Maximum by which one computer's clock may be ahead of another's."""
 
 
@@ -67,7 +67,7 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     """Yield a sentence for each contradiction between a journal and its own design."""
     head = log.head
     for event in [head, *log.of("resumed")]:
-        if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + AHEAD:
+        if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + CLOCK_TOLERANCE:
             yield f"a sitting is dated {event['time'][:10]}, which is in the future: check the clock of its computer."
     percepts = task_named(design.task).percepts
     wanted = design.keys_of(head["participant"]) if percepts else None  # type: ignore[union-attr]
@@ -243,7 +243,7 @@ def _wrong_percepts(columns: Mapping[str, NDArray[Any]]) -> Iterator[str]:
     first, last = np.append(True, change), np.append(change, True)
     ends = onset + columns["duration"]
     start = np.where(first, 0.0, np.append(0.0, ends[:-1]))
-    gap = (np.abs(onset - start) > CLOCK) | (last & (np.abs(ends - columns["trial_duration"]) > CLOCK))
+    gap = (np.abs(onset - start) > ROUNDING_S) | (last & (np.abs(ends - columns["trial_duration"]) > ROUNDING_S))
     if gap.any():
         yield f"trial {trial[gap][0]}: its percepts do not fill the trial from its start to its end."
     none = columns["duration"] <= 0
@@ -261,10 +261,10 @@ def _wrong_durations(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Tr
     lasts = shown["trial_duration"]
     for number, seconds in zip(shown["trial"].tolist(), lasts.tolist(), strict=True):
         wanted = getattr(planned.get(number), "trial_s", None)
-        if wanted is not None and not wanted - FRAMES <= seconds <= wanted * (1 + LONGER) + 1:
+        if wanted is not None and not wanted - FRAMES_S <= seconds <= wanted * (1 + LONGEST_RATIO) + 1:
             yield f"trial {number}: trial_duration is {seconds:g} s, but the design shows it for {wanted:g} s."
             break
-    close = (np.diff(shown["trial_onset"]) < lasts[:-1] - FRAMES) & (np.diff(shown["sitting"]) == 0)
+    close = (np.diff(shown["trial_onset"]) < lasts[:-1] - FRAMES_S) & (np.diff(shown["sitting"]) == 0)
     if close.any():
         yield f"trial {shown['trial'][1:][close][0]}: it begins before the previous trial has ended."
 
@@ -272,7 +272,7 @@ def _wrong_durations(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Tr
 def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
     ratings = shown["rating"]
     least, most = design.bounds
-    off = (ratings < least - CLOCK) | (ratings > most + CLOCK)
+    off = (ratings < least - ROUNDING_S) | (ratings > most + ROUNDING_S)
     if off.any():
         yield (
             f"trial {shown['trial'][off][0]}: rating is {ratings[off][0]:g}, but the scale of the design goes from "
@@ -283,7 +283,7 @@ def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
         yield f"trial {shown['trial'][between][0]}: {wrong}"
     if "start" in shown:
         with np.errstate(invalid="ignore"):
-            away = (shown["start"] < least - CLOCK) | (shown["start"] > most + CLOCK)
+            away = (shown["start"] < least - ROUNDING_S) | (shown["start"] > most + ROUNDING_S)
         if away.any():
             yield f"trial {shown['trial'][away][0]}: start is {shown['start'][away][0]:g}, which is outside the scale."
     if "gaze_left" in shown:
@@ -328,7 +328,7 @@ def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
     if "form" in shown:
         lasts[shown["form"] == "real"] = design.look_s
     onset, together = shown["onset"], np.diff(shown["sitting"]) == 0
-    close = (np.diff(onset) < (lasts + seconds)[:-1] - FRAMES) & together
+    close = (np.diff(onset) < (lasts + seconds)[:-1] - FRAMES_S) & together
     if close.any():
         at = int(close.argmax())
         yield (

@@ -18,7 +18,7 @@ __all__ = ["BlurThresholdDesign", "BlurTrial", "Judged"]
 Judged = Literal["blur", "depth"]
 """Attribute in which the two intervals are compared."""
 
-SAME = 1e-9
+LEVEL_TOLERANCE = 1e-9
 """Relative rounding tolerance of recorded levels."""
 
 
@@ -116,7 +116,7 @@ class BlurThresholdDesign(Plan):
 
     def is_level(self, level: float) -> bool:
         """Return whether a number is one of the levels."""
-        return any(math.isclose(level, one, rel_tol=SAME) for one in self.levels)
+        return any(math.isclose(level, one, rel_tol=LEVEL_TOLERANCE) for one in self.levels)
 
     @property
     def shown_s(self) -> float:

@@ -18,10 +18,10 @@ __all__ = ["Counterbalanced", "balanced_latin_square", "constrained"]
 Item = TypeVar("Item")
 Kind = TypeVar("Kind", bound=Trial)
 
-ATTEMPTS = 20
+MOST_SHUFFLES = 20
 """Maximum number of initial shuffles in the search for an order that meets the constraints."""
 
-SWEEPS = 200
+MOST_SWEEPS = 200
 """Maximum number of passes per shuffle; each exchanges the trials that violate a constraint for random ones."""
 
 
@@ -103,12 +103,12 @@ def constrained(
                 found += sum(one[1][name] == own[name] for one in order[at + 1 : at + 1 + least])
         return found
 
-    for _ in range(ATTEMPTS):
+    for _ in range(MOST_SHUFFLES):
         order, at = [], 0
         for block in blocks:
             order += draws.shuffled(items[at : at + len(block)])
             at += len(block)
-        for _ in range(SWEEPS):
+        for _ in range(MOST_SWEEPS):
             broken = [place for place in range(len(order)) if wrong(order, place)]
             if not broken:
                 return [item for item, _ in order]

@@ -15,7 +15,7 @@ __all__ = ["Draws", "digest"]
 
 Item = TypeVar("Item")
 
-WORD = 2**64
+WORD_LIMIT = 2**64
 """Upper limit of the bit generator's integers (exclusive)."""
 
 
@@ -41,7 +41,7 @@ class Draws:
 
     def below(self, count: int) -> int:
         """Draw a uniformly distributed whole number from 0 to `count` - 1."""
-        fair = WORD - WORD % count
+        fair = WORD_LIMIT - WORD_LIMIT % count
         while (word := int(self._words.random_raw())) >= fair:
             pass
         return word % count

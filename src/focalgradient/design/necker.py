@@ -23,7 +23,7 @@ Direction = Literal["right", "left"]
 Shape = Literal["ambiguous", "rigid", "nonrigid"]
 """Rotating object: the ambiguous wireframe cube, or an unambiguous example."""
 
-HELD = 0.5
+LEAST_HELD = 0.5
 """Minimum fraction of a practice trial for which the correct key must be held (our choice)."""
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -20,10 +20,10 @@ __all__ = ["Place", "check_label", "in_order", "scatter"]
 
 Item = TypeVar("Item")
 
-ATTEMPTS = 8
+MOST_SHUFFLES = 8
 """Maximum number of initial shuffles in the search for an order without long runs."""
 
-TRIES = 40
+MOST_EXCHANGES = 40
 """Number of exchanges tried for each trial in a long run."""
 
 
@@ -116,7 +116,7 @@ def in_order(
     """
     starts = accumulate((len(block) for block in blocks), initial=0)
     spans = [(start, len(block)) for start, block in zip(starts, blocks, strict=False) for _ in block]
-    for _ in range(ATTEMPTS):
+    for _ in range(MOST_SHUFFLES):
         order = [item for block in blocks for item in draws.shuffled(block)]
         columns = [list(column) for column in zip(*(factors(item) for item in order), strict=True)]
         columns = [column for column in columns if len(set(column)) > 1]
@@ -176,7 +176,7 @@ def _break_runs(
         before = wrong
         for place in range(len(order)):
             start, size = spans[place]
-            for _ in range(TRIES):
+            for _ in range(MOST_EXCHANGES):
                 now = excess(place)
                 if not now:
                     break

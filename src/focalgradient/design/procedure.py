@@ -25,7 +25,7 @@ LAPSES = (0.02,)
 NEEDED = ("the adaptive procedure", "thresholds", "questplus")
 """Arguments of `check_installed`: purpose, extra and module."""
 
-GUESS = 0.5
+GUESS_RATE = 0.5
 """Guess rate with two intervals."""
 
 
@@ -74,7 +74,7 @@ class Procedure:
             param_domain={
                 "threshold": places,
                 "slope": list(SLOPES),
-                "lower_asymptote": [GUESS],
+                "lower_asymptote": [GUESS_RATE],
                 "lapse_rate": list(LAPSES),
             },
             outcome_domain={"response": ["right", "wrong"]},

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 __all__ = ["adjust"]
 
-TURN = 1 / 60
+STEP = 1 / 60
 """Step of one key press or wheel notch, as a fraction of the range; one key press moves the rating slider as far."""
 
-COARSE = 6
+COARSE_STEPS = 6
 """Number of steps per press of the up or down arrow key."""
 
 SWEEP_S = 2.5
@@ -44,10 +44,10 @@ def adjust(
 ) -> Given:
     """Let the participant adjust a stimulus; return the value that Enter confirms.
 
-    Left and right arrow keys and the mouse wheel turn the knob by one step, up and down arrow keys by `COARSE` steps,
-    and a held key turns it continuously; the slider at the bottom can be dragged with the mouse. No number is shown.
-    Enter is ignored until the knob has been turned. The question and the slider lie on dark bands, the upper and lower
-    eighths of the screen: draw stimuli between them.
+    Left and right arrow keys and the mouse wheel turn the knob by one step, up and down arrow keys by `COARSE_STEPS`
+    steps, and a held key turns it continuously; the slider at the bottom can be dragged with the mouse. No number is
+    shown. Enter is ignored until the knob has been turned. The question and the slider lie on dark bands, the upper
+    and lower eighths of the screen: draw stimuli between them.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def adjust(
 
     def turn(taps: float) -> None:
         nonlocal share, turned
-        share, turned = min(max(share + taps * TURN, 0.0), 1.0), turned or taps != 0
+        share, turned = min(max(share + taps * STEP, 0.0), 1.0), turned or taps != 0
 
     screen.wait_out()
     screen.keys.clear()
@@ -130,7 +130,7 @@ def adjust(
                     return Given(round(_value(share, least, most, ratios), 6), press.time - asked, round(begun, 6))
             for key, since in held.items():
                 if before - since > HOLD_S:
-                    turn(KEYS[key] / abs(KEYS[key]) * screen.frame_s / SWEEP_S / TURN)
+                    turn(KEYS[key] / abs(KEYS[key]) * screen.frame_s / SWEEP_S / STEP)
             x, y = screen.mouse.getPos()
             dragged = screen.mouse.getPressed()[0] and (
                 dragged or (abs(y - PLACE * unit) < 0.06 * unit and abs(x) < half + 0.05 * unit)
@@ -142,7 +142,7 @@ def adjust(
         screen.window.mouseVisible = False
 
 
-KEYS = {"left": -1, "right": 1, "down": -COARSE, "up": COARSE}
+KEYS = {"left": -1, "right": 1, "down": -COARSE_STEPS, "up": COARSE_STEPS}
 """Signed number of steps per press, by key."""
 
 

@@ -20,7 +20,7 @@ __all__ = ["Box", "Gamepad", "add_boxes", "check_keys", "keys_of", "open_boxes",
 BAUD = 115200
 """Default rate of a serial port, in bits per second; Cedrus boxes use this rate."""
 
-AXIS = 0.5
+AXIS_THRESHOLD = 0.5
 """Deflection beyond which a gamepad stick counts as pressed, as a fraction of its full range."""
 
 
@@ -111,7 +111,7 @@ class Gamepad:
         yield from (str(number) for number, down in enumerate(device.buttons, start=1) if down)
         for axis, low, high in SIDES:
             value = getattr(device, axis, None) or 0.0
-            if abs(value) > AXIS:
+            if abs(value) > AXIS_THRESHOLD:
                 yield low if value < 0 else high
 
     def events(self) -> list[Press]:

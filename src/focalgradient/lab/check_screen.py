@@ -38,12 +38,12 @@ ENTER = ("return", "num_enter")
 IN_MONITOR_CENTER = "in PsychoPy's Monitor Center and give --monitor NAME"
 
 
-CARD_NEAR = 0.01
+WIDTH_TOLERANCE = 0.01
 """Tolerance between the screen width measured with a card and the calibrated width, as a fraction; an error of half a
 millimetre on the card is 0.6 %.
 """
 
-RATE_NEAR = 0.01
+RATE_TOLERANCE = 0.01
 """Tolerance between the mean frame rate and the rate measured at the start, as a fraction."""
 
 PULSES, PULSE_MS, PULSE_GAP = 20, 2.0, 0.02
@@ -171,7 +171,9 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
         off = abs(mean * screen.frame_s - 1)
         remedy = "set the screen to one fixed rate (no variable refresh), and close other programs"
         text = f"{mean:.2f} Hz on average; {histogram(screen.intervals)}"
-        yield _check("frames", text, off <= RATE_NEAR, remedy, f"{1 / screen.frame_s:.2f} Hz to {RATE_NEAR:.0%}")
+        yield _check(
+            "frames", text, off <= RATE_TOLERANCE, remedy, f"{1 / screen.frame_s:.2f} Hz to {RATE_TOLERANCE:.0%}"
+        )
 
 
 def histogram(intervals: Sequence[float]) -> str:
@@ -241,7 +243,11 @@ def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> di
         return _check("size by a card", text, False, f"enter that width {IN_MONITOR_CENTER}", "known width to 1 %")
     remedy = f"measure the screen, and enter its width {IN_MONITOR_CENTER}, which has {known:.3f} m"
     return _check(
-        "size by a card", text, abs(width / known - 1) <= CARD_NEAR, remedy, f"{known:.3f} m to {CARD_NEAR:.0%}"
+        "size by a card",
+        text,
+        abs(width / known - 1) <= WIDTH_TOLERANCE,
+        remedy,
+        f"{known:.3f} m to {WIDTH_TOLERANCE:.0%}",
     )
 
 

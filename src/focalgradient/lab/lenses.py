@@ -28,7 +28,7 @@ SETTLE_S = 0.025
 BAUD = 115200
 """Serial rate of the Lens Driver 4 in bits per second, from its manual."""
 
-ANSWER_S = 1.0
+RESPONSE_S = 1.0
 """Time limit in s for a response of the lens driver, which takes a few milliseconds."""
 
 
@@ -184,7 +184,7 @@ class Optotune:
 
         remedy = "check that this is the lens driver's port, that it has power, and that no other program uses it"
         try:
-            self._port: Any = serial.Serial(port, BAUD, timeout=ANSWER_S, write_timeout=ANSWER_S)
+            self._port: Any = serial.Serial(port, BAUD, timeout=RESPONSE_S, write_timeout=RESPONSE_S)
         except (OSError, ValueError) as error:
             raise InputError(f"the lens driver's port {port} cannot be opened ({error}): {remedy}.") from error
         try:

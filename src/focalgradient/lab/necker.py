@@ -12,7 +12,7 @@ from typing import Any
 from focalgradient.dataset import Press, Watched, percepts
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.design.cube_pages import CubePages
-from focalgradient.design.necker import HELD
+from focalgradient.design.necker import LEAST_HELD
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
@@ -21,7 +21,7 @@ from focalgradient.stimuli.cube_frames import frame_count, frames_of, shape_of, 
 
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
-SHARE = 0.88  # maximum height of the cube as a fraction of the window's; the key labels are below it
+LARGEST_HEIGHT = 0.88  # maximum height of the cube as a fraction of the window's; the key labels are below it
 
 
 def _check(design: NeckerDesign, display: Display, room: tuple[int, int]) -> None:
@@ -32,10 +32,11 @@ def _check(design: NeckerDesign, display: Display, room: tuple[int, int]) -> Non
         if key not in key_names():
             raise InputError(f"keys has {key!r}, but must name keys of a keyboard, such as 'f', 'left' or 'space'.")
     height, width = shape_of(design, _pixel_angle(display))
-    if width > room[0] or height > SHARE * room[1]:
+    if width > room[0] or height > LARGEST_HEIGHT * room[1]:
         raise InputError(
             f"the cube takes {width} x {height} pixels, but the space above the key labels has only {room[0]} x "
-            f"{SHARE * room[1]:.0f}: leave out --windowed, lower size_deg or strengths_mm, or sit farther away."
+            f"{LARGEST_HEIGHT * room[1]:.0f}: leave out --windowed, lower size_deg or strengths_mm, or sit farther "
+            "away."
         )
     # Raises `InputError` for lines that are too thin for the pixels.
     cube = next(trial for trial in design.trials("01") if trial.shape == "ambiguous")
@@ -135,7 +136,7 @@ def _share(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> float:
 
 def _right(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> bool | None:
     """Return whether the key of an unambiguous shape was held for at least half of the time; None if ambiguous."""
-    return None if trial.shape == "ambiguous" else _share(sitting, trial, watched) >= HELD
+    return None if trial.shape == "ambiguous" else _share(sitting, trial, watched) >= LEAST_HELD
 
 
 NECKER = Experiment(

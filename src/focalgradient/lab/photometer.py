@@ -49,7 +49,7 @@ SIDE = 1 / 3
 SETTLE_S = 0.2
 """Delay in s before each reading: ten times the response time of an LCD between greys."""
 
-TRIES = 3
+MOST_FAILURES = 3
 """Number of failed readings at one level after which the measurement is aborted."""
 
 GUN = {"red": (1, 0, 0), "green": (0, 1, 0), "blue": (0, 0, 1), "grey": (1, 1, 1)}
@@ -137,7 +137,7 @@ def measure(show: Callable[[tuple[int, int, int]], object], photometer: Any) -> 
 def _read(photometer: Any, where: str) -> float:
     """Return one valid reading; PsychoPy's classes return -1 or None if a reading failed."""
     given: object = None
-    for _ in range(TRIES):
+    for _ in range(MOST_FAILURES):
         try:
             given = photometer.getLum()
             value = float(given)  # type: ignore[arg-type]

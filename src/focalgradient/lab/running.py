@@ -47,7 +47,7 @@ PART = 0.05
 three frames at 60 Hz. Corrections by slewing (at most 500 ppm on Linux) stay within it.
 """
 
-VOID = 5
+MOST_REPEATS = 5
 """Number of times that a trial invalidated by clock drift is repeated before the session ends."""
 
 
@@ -365,7 +365,7 @@ def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Tr
     sitting.begin(trial)
     noted = dict(sitting.noted)  # before the trial
     interrupted = 0
-    for number in range(VOID):
+    for number in range(MOST_REPEATS):
         before = time.monotonic(), time.time()
         answer, more = _counted(partial(_one, experiment, sitting, trial, noted))
         by = parted(before, (time.monotonic(), time.time()))
@@ -377,7 +377,7 @@ def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Tr
         session.note("void", clocks_parted_s=by, **_happened(sitting))
         sitting.events, sitting.first = [], 0
     raise InputError(
-        f"the computer's clock was set {VOID} times in a row during trial {trial.trial}: pause clock "
+        f"the computer's clock was set {MOST_REPEATS} times in a row during trial {trial.trial}: pause clock "
         "synchronisation, and continue "
         "with --resume."
     )

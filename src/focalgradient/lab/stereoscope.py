@@ -33,7 +33,7 @@ STEPS = {"left": (-1, 0), "right": (1, 0), "down": (0, -1), "up": (0, 1)}
 HOLD_S, RATE = 0.4, 30.0
 """Time in s after which a pressed key counts as held, and speed in px/s at which it then moves the picture."""
 
-FARTHEST = 0.25
+LARGEST_OFFSET = 0.25
 """Maximum offset, as a fraction of the width of an eye's part of the window."""
 
 LINE, GAP, LOCK = 0.1, 0.012, 0.14
@@ -274,7 +274,7 @@ def align(screen: Screen, path: Path | None) -> tuple[int, int]:
     """
     eyes = screen.eyes
     assert eyes is not None
-    unit, farthest = screen.size[1], round(FARTHEST * eyes.size[0])
+    unit, farthest = screen.size[1], round(LARGEST_OFFSET * eyes.size[0])
     near, far, lock = GAP * unit, (GAP + LINE) * unit, LOCK * unit
     title, _, body = screen.words("stereoscope.align").partition("\n")
     corners = [(-lock, -lock), (lock, -lock), (lock, lock), (-lock, lock)]

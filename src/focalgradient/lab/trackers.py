@@ -26,7 +26,7 @@ SIMULATED = "eyetracker.hw.mouse.EyeTracker"
 RATE = 100
 """Sampling rate of the simulated tracker, in Hz."""
 
-PATIENCE_S = 2.0
+CONNECT_S = 2.0
 """Time limit in s for a connection to a tracker's program on this or a neighbouring computer."""
 
 
@@ -68,7 +68,7 @@ class Tracker:
 def _takes_connections(host: str, port: int) -> bool:
     """Return whether a program accepts TCP connections."""
     try:
-        socket.create_connection((host, port), PATIENCE_S).close()
+        socket.create_connection((host, port), CONNECT_S).close()
     except (OSError, OverflowError):
         return False
     return True

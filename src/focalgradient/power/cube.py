@@ -38,7 +38,7 @@ CUBE_TESTS = {
 ANALYSIS = 3
 """Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
-UNAMBIGUOUS = 4.0
+CATCH_LOG_ODDS = 4.0
 """Log odds of the nonrigid percept in catch trials, whose shape is unambiguously nonrigid."""
 
 ROWS = ("trial", "gradient", "strength", "catch", "onset", "duration", "percept", "censored", "trial_duration")
@@ -225,7 +225,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
         for trial in _trials(text, f"{number:02}"):
             odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
             if trial.catch:
-                odds = UNAMBIGUOUS
+                odds = CATCH_LOG_ODDS
             if rng.random() < model.lapses:
                 odds = 0.0
             for onset, lasts, percept in _reports(trial.trial_s, odds, dominance, model, rng):

@@ -26,7 +26,7 @@ from focalgradient.statistics.means import t_interval
 
 __all__ = ["ThresholdModel", "ThresholdStudy"]
 
-PEOPLE = 100
+POOL_SIZE = 100
 """Size of the pool of simulated people, from which experiments are drawn; measuring it takes some 40 s of processor
 time.
 """
@@ -100,7 +100,7 @@ class ThresholdStudy(AnyStudy):
 
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "bound": self.bound, "people": PEOPLE}
+        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "bound": self.bound, "people": POOL_SIZE}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
@@ -145,7 +145,7 @@ def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[float, 
     design = BlurThresholdDesign.model_validate_json(design_json)
     observer = dataclasses.replace(observer_named("default"), lapses=model.lapses)
     # Quantiles instead of draws, so that the pool's mean and standard deviation equal the model's.
-    normal = np.random.default_rng(seed).permutation(_quantiles(PEOPLE))
+    normal = np.random.default_rng(seed).permutation(_quantiles(POOL_SIZE))
     true = np.log(THRESHOLDS[design.unit]) + model.between * normal
     rows = []
     for number, log in enumerate(true, start=1):

@@ -27,7 +27,7 @@ from focalgradient.web.screen import gamma_of, measure
 __all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
 
 CLOCK = "seconds since the page of this sitting was ready, by the browser's performance.now()"
-NEAR = 1e-6
+SCALE_TOLERANCE = 1e-6
 """Rounding tolerance at the ends of a response scale, in scale units."""
 UNKNOWN_RATE = "; the browser does not report its refresh rate, so that late frames were not counted"
 
@@ -124,7 +124,7 @@ def read_answer(
 
 def _check_reached(name: str, value: float, control: Control) -> None:
     least, most = min(control.reached()), max(control.reached())
-    if not least - NEAR <= value <= most + NEAR:
+    if not least - SCALE_TOLERANCE <= value <= most + SCALE_TOLERANCE:
         raise InputError(f"{name} is {value:g}, but must be from {least:g} to {most:g}: send a value on the scale.")
 
 

@@ -31,10 +31,10 @@ PAUSE_S = 5.0
 MESSAGE_S = 30.0
 """Maximum duration of a message, in s: 1.5 MB at 0.4 Mbit/s, a slow mobile network."""
 
-BURST = 2
+BURST_MINUTES = 2
 """Burst size, in minutes of the permitted rate: at 60 per min, a class of 60 whose browsers all load the page twice."""
 
-ADDRESSES = 4
+TOTAL_RATIO = 4
 """Total quota of all addresses, in multiples of one address's quota."""
 
 CLOSE = {"Connection": "close"}
@@ -70,8 +70,8 @@ class Rate:
     Parameters
     ----------
     per_minute
-        Maximum rate per address; the quota of `BURST` minutes may be used at once, and `ADDRESSES` times as much in
-        total.
+        Maximum rate per address; the quota of `BURST_MINUTES` minutes may be used at once, and `TOTAL_RATIO` times as
+        much in total.
     clock
         Function that returns the time in s.
 
@@ -86,11 +86,11 @@ class Rate:
 
     def __init__(self, per_minute: float, clock: Callable[[], float] = time.monotonic):
         self._interval, self._clock = 60 / per_minute, clock
-        self._burst = BURST * 60.0
+        self._burst = BURST_MINUTES * 60.0
         self._until: dict[str, float] = {}
 
     def _intervals(self, address: str) -> tuple[tuple[str, float], ...]:
-        return ("", self._interval / ADDRESSES), (_network(address), self._interval)
+        return ("", self._interval / TOTAL_RATIO), (_network(address), self._interval)
 
     def wait(self, address: str, *, in_all: bool = True) -> float:
         """Return the time in s until an address's next event is allowed, with or without the total limit."""

@@ -12,7 +12,7 @@ from typing import Any
 from focalgradient.dataset import Manifest, check_stimuli
 from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
 from focalgradient.design.consent import Consent
-from focalgradient.design.necker import HELD
+from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Pages, Standard, breaks
 from focalgradient.design.words import Words, load_words
@@ -164,7 +164,7 @@ class Lists:
             return side
         if not isinstance(trial, NeckerTrial):
             return None
-        return None if trial.shape == "ambiguous" else {"shape": trial.shape, "share": HELD}
+        return None if trial.shape == "ambiguous" else {"shape": trial.shape, "share": LEAST_HELD}
 
     @property
     def _task(self) -> Task:

@@ -26,10 +26,10 @@ DRIFT = 0.01
 FRAMES_S = 0.25
 """Tolerance in s by which a cube may be shown too briefly: half a frame at 2 Hz, the slowest display accepted."""
 
-AFTER_S = 1.0
+LATE_KEY_S = 1.0
 """Time in s after a cube's offset within which the page may still register a key."""
 
-NEAR = 1e-6
+SCALE_TOLERANCE = 1e-6
 """Rounding tolerance of the starting value at the ends of the scale, as a fraction of the scale."""
 
 
@@ -62,7 +62,9 @@ def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
     if not isinstance(answer, Rated):
         return shown + answer.response_time
     least, most = design.bounds
-    if answer.start is not None and not least - NEAR * (most - least) <= answer.start <= most + NEAR * (most - least):
+    if answer.start is not None and not least - SCALE_TOLERANCE * (
+        most - least
+    ) <= answer.start <= most + SCALE_TOLERANCE * (most - least):
         raise InputError(
             f"start is {answer.start:g}, but the scale extends from {least:g} to {most:g}: send a value on the scale."
         )
@@ -75,7 +77,7 @@ def _watched(design: Any, trial: Any, answer: Watched) -> float:
         if key not in keys:
             known = " and ".join(sorted(keys))
             raise InputError(f"a press has the key {key[:20]!r}, but the design has {known}: send one of them.")
-        if time > answer.trial_duration + AFTER_S:
+        if time > answer.trial_duration + LATE_KEY_S:
             raise InputError(
                 f"a key was pressed at {time:g} s, but the trial lasted {answer.trial_duration:g} s: send the "
                 "measured times."

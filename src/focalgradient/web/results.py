@@ -32,10 +32,10 @@ LARGEST_CELL = 8 << 20
 COLUMN = "record"
 """Name of the CSV column that contains the records."""
 
-MARK = "focalgradient"
+RECORD_KEY = "focalgradient"
 """Key that identifies a record of an exported study."""
 
-WHAT = "a result file of a study exported by 'focalgradient serve --export'"
+RESULT_FILE = "a result file of a study exported by 'focalgradient serve --export'"
 
 _note: TypeAdapter[Begun | Resumed | Answered] = TypeAdapter(Note)
 
@@ -53,7 +53,7 @@ def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Begun | Resumed |
         found = 0
         for where, text in _texts(path):
             for value in _values(text, where):
-                if not (isinstance(value, dict) and MARK in value):
+                if not (isinstance(value, dict) and RECORD_KEY in value):
                     continue  # not a record, such as the metadata of an archive
                 found += 1
                 line = _checked(value, where)
@@ -65,13 +65,13 @@ def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Begun | Resumed |
                         "out the file that was changed after its download."
                     )
         if not found:
-            raise InputError(f"{printable(path)} contains no responses: give {WHAT}.")
+            raise InputError(f"{printable(path)} contains no responses: give {RESULT_FILE}.")
     return sessions
 
 
 def _texts(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the texts of a file, or of those in an archive, each with its name for messages."""
-    content, name = read_bytes(path, WHAT, LARGEST), printable(path)
+    content, name = read_bytes(path, RESULT_FILE, LARGEST), printable(path)
     if not content.startswith(b"PK"):
         yield name, _decoded(content, name)
         return
@@ -79,10 +79,10 @@ def _texts(path: Path) -> Iterator[tuple[str, str]]:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             members = [member for member in archive.infolist() if not member.is_dir()]
             if len(members) > MOST_MEMBERS or sum(member.file_size for member in members) > LARGEST:
-                raise InputError(f"{name} unpacks to more than {LARGEST >> 20} MB: give {WHAT}.")
+                raise InputError(f"{name} unpacks to more than {LARGEST >> 20} MB: give {RESULT_FILE}.")
             for member in members:
                 inner = archive.read(member)
-                if MARK.encode() in inner:
+                if RECORD_KEY.encode() in inner:
                     where = f"{name}, {printable(member.filename)[:200]}"
                     yield where, _decoded(inner, where)
     except InputError:
@@ -97,7 +97,7 @@ def _decoded(content: bytes, where: str) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{where} is not text in UTF-8 (byte {error.start + 1}): give {WHAT}.") from error
+        raise InputError(f"{where} is not text in UTF-8 (byte {error.start + 1}): give {RESULT_FILE}.") from error
 
 
 def _values(text: str, where: str) -> Iterator[Any]:
@@ -116,7 +116,7 @@ def _values(text: str, where: str) -> Iterator[Any]:
             if row.get(COLUMN):
                 yield from _json(row[COLUMN], where)
     except csv.Error as error:
-        raise InputError(f"{where} cannot be read as CSV ({error}): give {WHAT}.") from error
+        raise InputError(f"{where} cannot be read as CSV ({error}): give {RESULT_FILE}.") from error
     finally:
         csv.field_size_limit(before)
 
@@ -133,7 +133,7 @@ def _json(text: str, where: str) -> Iterator[Any]:
             value, place = DECODER.raw_decode(text, place)
         except (ValueError, RecursionError) as error:
             raise InputError(
-                f"{where} is damaged at character {place + 1}, where JSON should begin: give {WHAT}."
+                f"{where} is damaged at character {place + 1}, where JSON should begin: give {RESULT_FILE}."
             ) from error
         yield value
 
@@ -143,6 +143,8 @@ def _checked(value: dict[str, Any], where: str) -> Begun | Resumed | Answered:
         return _note.validate_json(json.dumps(value))
     except ValidationError as error:
         problem = printable(first_problem(error))
-        raise InputError(f"{where}: a line is not a valid record of a session ({problem}): give {WHAT}.") from error
+        raise InputError(
+            f"{where}: a line is not a valid record of a session ({problem}): give {RESULT_FILE}."
+        ) from error
     except RecursionError as error:
-        raise InputError(f"{where}: a line is nested too deeply: give {WHAT}.") from error
+        raise InputError(f"{where}: a line is nested too deeply: give {RESULT_FILE}.") from error
