@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 __all__ = ["TargetCourse", "accommodate", "target_of"]
 
 FILES = ("course.csv", "course.png", "retina.mp4", "summary.json")
-SECONDS = 10.0
-LONGEST = 120.0
+DURATION_S = 10.0
+LONGEST_S = 120.0
 """Default and maximum duration of a course, in seconds."""
 
-WARM = 1.0
+STEP_S = 1.0
 """Default time of a step, in seconds."""
 
-AFTER = 5.0
+AFTER_STEP_S = 5.0
 """Minimum time shown after a step, in seconds."""
 
-SPEED = 0.5
+SECONDS_PER_SECOND = 0.5
 """Computing time per second of the course, on two cores."""
 
 CHANNELS_NM = (610.0, 550.0, 465.0)

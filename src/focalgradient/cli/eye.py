@@ -41,11 +41,11 @@ if TYPE_CHECKING:
 
 __all__ = ["eye"]
 
-MINUTE = math.radians(1 / 60)
+PIXEL_ANGLE = math.radians(1 / 60)
 """Pixel angle in radians: a minute of arc, about the resolution of the fovea."""
 
 SHAPE = (192, 256)
-PAIR = (0.125, 0.375)
+VIEW_TIMES_S = (0.125, 0.375)
 """Times of the two views in seconds: the extremes of an oscillation at 2 Hz, 250 ms apart."""
 
 PUPIL_MM = 4.0
