@@ -19,7 +19,7 @@ from focalgradient.cli.program import Program
 @pytest.fixture(autouse=True)
 def place(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys.modules["focalgradient.cli.accommodate"], "SECONDS", 3.0)
+    monkeypatch.setattr(sys.modules["focalgradient.cli.accommodate"], "DURATION_S", 3.0)
 
 
 def run(*args: str) -> Result:
