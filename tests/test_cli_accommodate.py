@@ -60,7 +60,7 @@ def test_short_forms():
         (["--accommodate", "step:1,nan"], "--accommodate is 'step:1,nan'"),
         (["--accommodate", "step:1,12"], "the lens goes from 0 to 8 D only"),
         (["--accommodate", "step:1,3,500"], "steps at 500 s"),
-        (["--accommodate", "step:1,3,119"], "from 0 to 115 s"),  # a course of 124 s
+        (["--accommodate", "step:1,3,119"], "between 0 and 115 s"),  # a course of 124 s
         (["--accommodate", "sine:2,1,0"], "has 0 Hz, but must be above 0 and below 5 Hz"),
         (["--accommodate", "sine:2,1,5"], "has 5 Hz"),  # would be looked at where it crosses its middle, always
         (["--accommodate", "sine:2,1,50"], "has 50 Hz"),  # would look like a target at rest
