@@ -241,7 +241,7 @@ BAD = {
     "black": (pixels("b.png", lambda p: 0 * p), SETTINGS, r"b\.png is black"),
     "nearly black": (pixels("b.png", lambda p: (p >> 15).astype(np.uint8)), SETTINGS, r"b\.png is black"),
     "saturated": (pixels("b.png", lambda p: np.where(p > 2**14, 2**16 - 1, p)), SETTINGS, r"b\.png is saturated: \d+%"),
-    "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is the same everywhere \(999\)"),
+    "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is uniform \(999\)"),
     "NaN": (poke(np.nan), SETTINGS, r"b\.npy contains 5760 pixels that are NaN or infinite \(62%\)"),
     "values beyond single precision": (
         poke(1e38),
