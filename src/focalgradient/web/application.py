@@ -312,8 +312,6 @@ def run(
     except OSError as error:
         listening.close()
         study.close()
-        raise InputError(
-            f"{host} port {port} cannot be used ({error.strerror}): give another --host or --port."
-        ) from error
+        raise InputError(f"{host} port {port} cannot be used ({error.strerror}): give another host or port.") from error
     ready(f"http://{host}:{listening.getsockname()[1]}")
     uvicorn.Server(config).run(sockets=[listening])
