@@ -125,7 +125,7 @@ def test_an_eye_of_a_prescription_and_an_age(folder: Path) -> None:
     lens = ["--f-number", 2, "--focal-length", 50, "--age", 30, "--focus", 1, "--field", 1]
     refused = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "lens", *lens)
     assert refused.exit_code == 2
-    assert "are of an eye" in refused.stderr
+    assert "describe an eye: give its --pupil" in refused.stderr
 
 
 def test_an_eye_from_a_table_of_zernike_coefficients(folder: Path) -> None:

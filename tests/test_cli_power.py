@@ -170,7 +170,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
     monkeypatch.setattr(power.ratings, "experiment", interrupted)
     result = call("--subjects", "3", "--experiments", 2, "--out", tmp_path / "power", *small)
     assert result.exit_code == 130
-    assert "is kept; the same command goes on" in result.stderr
+    assert "is kept; the same command continues" in result.stderr
     assert (tmp_path / "power" / "experiments.jsonl").exists()
 
 
@@ -187,7 +187,7 @@ def test_the_figure_says_that_subjects_are_simulated(tmp_path):
         (["--subjects", "1"], "--subjects is 1, but"),
         (["--effect", "-1"], "effect is -1.0, but must be a ratio from 0.1 to 10"),
         (["--noise", "-1"], "noise is -1.0, but must be a standard deviation"),
-        (["--lapses", "1"], "lapses is 1.0, but must be a share"),
+        (["--lapses", "1"], "lapses is 1.0, but must be a proportion"),
         (["--nonrigid", "0.3"], "--nonrigid cannot be set for depth-rating"),
         (["--bound", "0.5"], "bound is 0.5, but must be a ratio above 1"),
     ],

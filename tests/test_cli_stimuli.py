@@ -33,7 +33,7 @@ def test_depth_rating(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.stderr
     assert "Pictures: 7" in result.stdout
     assert "% at most (limit 0.5)\n" in result.stdout
-    assert "steps of 8 bits at most (limit 0.5): NOT met" in result.stdout  # of 4 rays
+    assert "8-bit steps at most (limit 0.5): NOT met" in result.stdout  # of 4 rays
     made = read_set(tmp_path)
     shown = made.display
     assert (shown.size_px, shown.gamma, shown.dither, shown.distance) == ((1280, 1024), 2.2, True, 0.6)

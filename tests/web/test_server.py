@@ -426,7 +426,7 @@ def test_links_belong_to_one_server_and_are_whole(tmp_path: Path) -> None:
     assert again.of("x") is None
     again.close()
     path.write_text("[]\n")
-    with pytest.raises(InputError, match="line 1, is no link"):
+    with pytest.raises(InputError, match="line 1, is not a link"):
         People(path)
 
 
