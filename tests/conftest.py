@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, settings
 from two_views import TOML, picture, write
+
+# No test asserts speed: a slow machine must not fail one.
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="module")

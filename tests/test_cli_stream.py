@@ -101,7 +101,7 @@ def test_a_lost_frame_is_reported_and_what_follows_is_right(folder: Path, views:
     write(Path("lost.mkv"), views, [0, 1, 0, 1, 0, 0, 1, 0, 1])
     result = run("lost.mkv", "--out", "depth.mkv", "--values", "depth.npy", *OPTICS)
     assert result.exit_code == 0, result.output
-    assert "frames 4 to 5 show one aperture" in result.stderr
+    assert "frames 4 to 5 show the same aperture" in result.stderr
     assert json.loads(Path("depth.json").read_text())["skipped"][0]["first"] == 4
     values = np.load("depth.npy")
     assert len(values) == 7
