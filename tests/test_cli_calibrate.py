@@ -105,7 +105,7 @@ def test_a_camera_file_that_cannot_be_one_is_refused(camera, tmp_path):
         (text.replace(variance, f"-{variance}", 1), "covariance is not symmetric and positive semidefinite"),
         (text.replace(joint, f"{1 + abs(float(joint))}", 1), "covariance is not symmetric"),
         (text.replace(joint, "1e300").replace(variance, "1e-300"), "covariance is not symmetric"),
-        (doubled, r"two \[\[aperture\]\] tables have one f_number: leave one of them out"),
+        (doubled, r"two \[\[aperture\]\] tables have the same f_number: remove one"),
     ):
         assert changed != text
         (tmp_path / "camera.toml").write_text(changed)

@@ -31,7 +31,7 @@ def test_it_is_small_and_says_what_each_file_is(made):
     said = (folder / "README.txt").read_text()
     for path in folder.iterdir():
         assert path.name in said or path.name.startswith("target_") or path.name == "README.txt", path.name
-    assert "What to trust" in result.stdout
+    assert "about twice the stated uncertainty" in result.stdout
     assert (folder / "depth" / "depth.png").is_file()
 
 

@@ -124,7 +124,7 @@ def test_a_set_is_made_of_what_was_drawn(tmp_path: Path) -> None:
     for given, out, said in (
         ((folders[0], tmp_path / "far"), "other", "far is drawn for a display other than that of plane"),
         ((folders[0], folders[0]), "other", "two folders are named 'plane'"),
-        ((folders[1],), "other", "border/picture.npy is not what"),
+        ((folders[1],), "other", "border/picture.npy does not match"),
         ((tmp_path,), "other", "stimulus.json cannot be read"),
         ((folders[0],), "plane", "is in --out"),
     ):

@@ -167,7 +167,7 @@ def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = run("depth-rating", "--out", tmp_path, *CAST)
     assert result.exit_code == 2
     assert "No space left on device" in result.stderr
-    assert "the same command goes on" in result.stderr
+    assert "the same command resumes" in result.stderr
     assert result.stderr.count("\n") == 1
 
 

@@ -419,13 +419,13 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
     with pytest.raises(InputError, match=r"no folder is given .*\(the set whose manifest is .*\): give those"):
         Session.resume(data, "depthrating", "05", apparatus=APPARATUS)
     (others / "a_f22.png").write_bytes(b"changed")
-    with pytest.raises(InputError, match=r"a_f22\.png has changed since the manifest was written: make .* anew"):
+    with pytest.raises(InputError, match=r"a_f22\.png has changed since the manifest was written: make .* again"):
         Session.begin(data, RATING, "04", apparatus=APPARATUS, stimuli=others)
     (others / "a_f22.png").unlink()
     with pytest.raises(InputError, match=r"a_f22\.png is in the manifest but cannot be read"):
         check_stimuli(others)
     (others / "manifest.json").write_text("{}")
-    with pytest.raises(InputError, match="is no manifest of stimuli"):
+    with pytest.raises(InputError, match="is not a manifest of stimuli"):
         check_stimuli(others)
     with pytest.raises(InputError, match="written by 'focalgradient stimuli'"):
         check_stimuli(tmp_path)

@@ -79,7 +79,7 @@ def test_pixels_that_cannot_carry_a_step_are_refused() -> None:
     display.check_steps([4.0, 0.0, 2.0, 1.0])
     # A disc's spread beside the pixel's own: hypot(d/4, 1/sqrt 12) must be 1.28 times 1/sqrt 12, so d = 0.92 px.
     display.check_steps([0.0, 0.93])
-    with pytest.raises(InputError, match=r"0 to 0.91 px.*grow by 27%.*28%"):
+    with pytest.raises(InputError, match=r"0 to 0.91 px.* by 27%.*28%"):
         display.check_steps([0.0, 0.91])
     # On top of another blur it takes more.
     with pytest.raises(InputError, match=r"10 to 12 px"):

@@ -139,7 +139,7 @@ def test_files_that_say_their_encoding_are_read_by_it(tmp_path, bits, chunk, pro
 
 def test_a_tone_curve_that_is_neither_is_warned_of(tmp_path):
     Image.fromarray(RGB16[..., 0]).save(tmp_path / "16.tif", icc_profile=_with_gamma(1.8))
-    with pytest.warns(FocalGradientWarning, match="tone curve is neither sRGB nor linear; it is read as srgb"):
+    with pytest.warns(FocalGradientWarning, match="tone curve is neither sRGB nor linear; it is treated as srgb"):
         assert read_photograph(tmp_path / "16.tif").encoding == "srgb"
     Image.fromarray(RGB16[..., 0]).save(tmp_path / "none.tif")
     silent = read_photograph(tmp_path / "none.tif")

@@ -162,10 +162,10 @@ def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> Non
     path = design_of(tmp_path, "ratio", 2)
     said = ran(path, "--preregister", "--ordinal")
     assert "--ordinal is for answers in steps, but the design has scale = 'ratio': set scale = 'steps'" in said
-    assert "--bayes is of an analysis" in ran(path, "--preregister", "--bayes")
+    assert "--bayes belongs to an analysis" in ran(path, "--preregister", "--bayes")
     (tmp_path / "cube.toml").write_text('task = "necker"\n')
     assert "--bound is for depth ratings" in ran(tmp_path / "cube.toml", "--preregister", "--bound", 1.3)
-    assert "--effect is of a preregistration" in ran(path, "--effect", 2)
+    assert "--effect and --far-effect belong to a preregistration" in ran(path, "--effect", 2)
 
 
 def test_the_option_ordinal_goes_with_steps(tmp_path: Path) -> None:

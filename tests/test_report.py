@@ -135,7 +135,7 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
         "6 subjects with 192 trials before exclusions",
         "pinhole, f/22, f/11 and f/5.6",
         "within a factor 2 of 1",
-        "for these scenes only: with fewer than 5",
+        "for these scenes only: fewer than 5 scenes",
         "against a factor of 1.25",
         "statsmodels",
         "seed of depthrating",

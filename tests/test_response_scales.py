@@ -191,8 +191,8 @@ def test_the_scale_of_the_document_is_found_and_goes_from_its_pages_to_the_repor
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["problems"] == []
-    assert "the mean number rose with the aperture (points for a millimetre" in told["report"]
-    assert "slope of the number on the diameter of the aperture (points for a millimetre)" in told["plan"]
+    assert "the mean number rose with the aperture (points per millimetre" in told["report"]
+    assert "slope of the number on aperture diameter (points per millimetre)" in told["plan"]
     assert "Answers are whole numbers from 0 to 10." in told["plan"]
     assert "Answer each picture by a number from 0 to 10." in told["pages"][0]
     assert told["form"]["steps"][0] == {"value": 0, "label": "no depth"}

@@ -82,7 +82,7 @@ def test_apertures_that_hardly_differ_are_taken_as_they_come() -> None:
 
 def test_alternation_survives_a_lost_frame_and_needs_two() -> None:
     assert alternation(frames([0, 1] * 8 + [1, 0]), detail) == pytest.approx(STEP)
-    with pytest.raises(InputError, match="no two successive frames"):
+    with pytest.raises(InputError, match="no two successive decodable frames"):
         alternation(frames([0]), detail)
 
 

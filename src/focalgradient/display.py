@@ -265,7 +265,7 @@ class Display:
         >>> Display().check_f_numbers([math.inf, 22, 11], diameter=40.0)
         >>> Display().check_f_numbers([math.inf, 64, 11], diameter=40.0)
         Traceback (most recent call last):
-        focalgradient.errors.InputError: f/64 after the pinhole: the smallest step of blur, 0 to 0.62 px, makes ... do.
+        focalgradient.errors.InputError: f/64 after the pinhole: the smallest step of blur, 0 to 0.62 px, ... do.
         """
         for large, small in pairwise(sorted(numbers, reverse=True)):
             before = diameter / large

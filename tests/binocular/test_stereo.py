@@ -243,7 +243,7 @@ def test_a_thin_post_is_seen_on_either_side() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"eye": (lens(),) * 3}, "3 eyes"),
+        ({"eye": (lens(),) * 3}, "eye contains 3 optics"),
         ({"eye": "left"}, "aperture_diameter"),
         ({"interocular": -0.06}, "interocular"),
         ({"vergence": np.nan}, "vergence"),
@@ -272,5 +272,5 @@ def test_infinity_is_at_no_vergence() -> None:
 
 
 def test_a_view_that_is_mostly_guessed_is_warned_about() -> None:
-    with pytest.warns(FocalGradientWarning, match="completed"):
+    with pytest.warns(FocalGradientWarning, match="was inpainted"):
         fg.stereo(np.ones(SHAPE), np.full(SHAPE, 0.5), lens(), pixel_angle=ANGLE, vergence=0.5)

@@ -196,7 +196,7 @@ def test_bad_input(change: dict, said: str) -> None:
 
 def test_pictures_and_widths_that_are_none() -> None:
     for sigma in (-1.0, math.nan):
-        with pytest.raises(InputError, match="sigma holds"):
+        with pytest.raises(InputError, match="sigma contains"):
             edge_bound(sigma, noise=0.01, contrast=0.5, length=16)
     with pytest.raises(InputError, match=r"image has shape \(32, 32, 3\), but must be H x W"):
         image_power(np.ones((32, 32, 3)))

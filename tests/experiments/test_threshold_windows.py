@@ -135,4 +135,4 @@ def test_pictures_without_depth_are_refused_before_the_window_where_depth_is_jud
     (tmp_path / "mine.toml").write_text(DESIGN + 'judged = "depth"\n')
     options = ["--design", tmp_path / "mine.toml", "--stimuli", tmp_path / "set", "--data", tmp_path / "data"]
     assert run(EXPERIMENTS["blur-threshold"], list(map(str, options))) == 2
-    assert "depth.npy cannot be read: make the set anew" in capsys.readouterr().err
+    assert "depth.npy cannot be read: make the set again" in capsys.readouterr().err

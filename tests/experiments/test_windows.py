@@ -480,7 +480,7 @@ def test_the_doctor_stores_a_photometer_table_times_triggers_and_measures_by_a_c
     assert checks["gamma"]["measured"] == "2.20"
     assert checks["white"]["measured"] == "90.0 cd/m2"
     assert checks["fit of luminance"]["well"]
-    assert "0.0% of grey" in checks["additivity"]["measured"]
+    assert "0.0% from grey" in checks["additivity"]["measured"]
     assert all(one["limit"] for name, one in checks.items() if name in ("frames", "clock", "triggers", "device pixels"))
     assert (tmp_path / "photometer-fit.png").read_bytes().startswith(b"\x89PNG")
     # A display that was made linear has gamma 1: measured, it counts.

@@ -157,7 +157,7 @@ def test_blur_then_depth_gives_the_distance_back() -> None:
         ({"distance": np.zeros((8, 8))}, "not positive"),
         ({"distance": np.full((8, 8), np.nan)}, "fill the holes"),
         ({"picture": np.full((8, 8), np.nan)}, "NaN or infinite"),
-        ({"picture": np.full((8, 8), 1e39)}, "32 bits"),
+        ({"picture": np.full((8, 8), 1e39)}, "32-bit floats"),
         ({"picture": np.full((8, 8), "a")}, "real numbers"),
         ({"picture": np.ones((8, 8), np.uint8)}, "type uint8, but must be .*: decode and convert it first"),
         ({"picture": np.ones((8, 8, 3), np.uint8)}, "type uint8, but must be"),

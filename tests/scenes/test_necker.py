@@ -145,9 +145,9 @@ def test_a_loop_takes_a_whole_number_of_frames_or_says_which_speed_would() -> No
     assert NeckerCube(speed=0.1).loop_frames(60) == 150
     with pytest.raises(InputError, match=r"21\.4286 frames") as caught:
         NeckerCube(speed=0.7).loop_frames(60)
-    better = float(str(caught.value).split("take ")[1].split(",")[0])
+    better = float(str(caught.value).split("use ")[1].split(",")[0])
     assert NeckerCube(speed=better).loop_frames(60) == 21
-    with pytest.raises(InputError, match=r"take 5, which makes 3"):  # 1.5 frames: neither way
+    with pytest.raises(InputError, match=r"use 5, which makes 3"):  # 1.5 frames: neither way
         NeckerCube(speed=10).loop_frames(60)
     with pytest.raises(InputError, match="frame_rate"):
         NeckerCube().loop_frames(0)

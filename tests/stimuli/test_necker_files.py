@@ -145,7 +145,7 @@ def test_sets_that_say_reversed_are_read_and_gone_on_with(made: Path, manifest: 
         ({"size": 1200}, "the display has 1920 x 1080"),
         ({"gradients": ["sideways"]}, "gradients is .'sideways'"),
         ({"gradients": []}, "gradients is "),
-        ({"frame_rate": 25.0}, "take 0.520833"),
+        ({"frame_rate": 25.0}, "use 0.520833"),
         ({"aperture": -1.0}, "aperture is -1.0"),
         ({"aperture": 0.001}, "smallest step of blur"),
         ({"focus": "middle"}, "focus is 'middle'"),

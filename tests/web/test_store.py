@@ -110,7 +110,7 @@ def test_a_database_holds_one_study(databases: Cluster, tmp_path: Path) -> None:
     address = databases.address()
     for served in two(address, tmp_path / "a"):
         served.close()
-    with pytest.raises(InputError, match="another study"):
+    with pytest.raises(InputError, match="a study with another design"):
         two(address, tmp_path / "b", NECKER.replace("4.0", "5.0"))
 
 

@@ -57,7 +57,7 @@ def edge_bound(sigma: ArrayLike, *, noise: float, contrast: float, length: float
     _positive(noise=noise, contrast=contrast, length=length)
     widths = check_finite("sigma", sigma, "pixels")
     if (widths < 0).any():
-        raise InputError("sigma holds negative values, but a standard deviation is 0 or more: give it in pixels.")
+        raise InputError("sigma contains negative values, but a standard deviation is 0 or more: give it in pixels.")
     with np.errstate(divide="ignore"):
         return math.sqrt(4 * math.sqrt(math.pi)) * noise / contrast / np.sqrt(length * widths)
 

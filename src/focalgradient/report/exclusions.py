@@ -194,7 +194,7 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
             for each in result.effects
         ]
     if isinstance(result, ComparisonResult):
-        unit = f"{slope_unit(result.analysis)} for a millimetre"
+        unit = f"{slope_unit(result.analysis)} per millimetre"
         found = [
             Headline(f"slope, {name} in focus ({unit})", test, _as_it_is)
             for name, test in zip(result.fixations, result.slopes, strict=True)

@@ -57,7 +57,7 @@ def robustness_part(part: Ratings, output: Output) -> Iterator[Block]:
     sentences = [_sentence([each for each in variants if each.fixation == name], part.analysis) for name in names]
     first, *others = filter(None, sentences)
     yield Paragraph(" ".join([f"Robustness. {first}", *others]))
-    slope = " for a millimetre of aperture" if isinstance(part.analysis, Slopes | Choices) else ""
+    slope = " per millimetre of aperture" if isinstance(part.analysis, Slopes | Choices) else ""
     own = [each for each in variants if each.fixation == names[0]]
     figure = robustness_figure(own, RULES, simulated=part.simulated)
     yield output.figure("robustness", figure, CAPTION.format(focus=in_focus(names[0]), slope=slope))

@@ -29,7 +29,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
             yield f"{focused}, the slope on the aperture was not tested: {slope.reason}"
         else:
             verb = "did not change reliably" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
-            unit = f"{slope_unit(found.analysis)} for a millimetre"
+            unit = f"{slope_unit(found.analysis)} per millimetre"
             sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
             yield sentence + _here(slope, fixed)
         if found.analysis.alike is None:

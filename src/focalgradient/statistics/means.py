@@ -181,7 +181,7 @@ def only_difference(differences: Mapping[tuple[str, str], Effect | NotComputed])
     """Return the difference if there are exactly two fixations, else the reason why there is none.
 
     >>> only_difference({}).reason
-    'One fixation only: there is nothing to compare.'
+    'There is only one fixation: nothing can be compared.'
     """
     if len(differences) > 1:
         return NotComputed("There are more than two fixations: each pair is compared.")

@@ -164,7 +164,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     (True, [1, 2])
     >>> print(found.summary())  # doctest: +ELLIPSIS
     log odds, nearest in focus: 2.9..., 95 % interval 1.0... to 4.8..., t(7) = 3.6..., p (Holm) = .009
-    difference: One fixation only: there is nothing to compare.
+    difference: There is only one fixation: nothing can be compared.
     """
     fixations = fixations_of(rows)
     steps, category = np.unique(rows["rating"].to_numpy().astype(int), return_inverse=True)
