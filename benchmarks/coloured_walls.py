@@ -12,7 +12,7 @@ Textures are simulated (natural, in one colour, or of colours that vary) or phot
 own pictures are added with --files. People's chromatic aberration is a multiple of the mean. A light is an illuminant,
 a black body such as "3000 K", or "display": the texture is shown on a display.
 
---fraction measures a fraction of the grid in place of all of it: ROWS surfaces, among which each level of each factor
+--fraction measures a fraction of the grid instead of the whole: ROWS surfaces, among which each level of each factor
 occurs equally often, independently of the others. Each stands up to 2 D from the focus, and has a texture and noise of
 its own seed (--seed and more). It prints a table by each factor. With --out each row is written when it is measured;
 rows that the file has already are not measured again.
@@ -338,7 +338,7 @@ def main() -> None:
     parser.add_argument("--shapes", nargs="+", default=("wall",), choices=("wall", "step", "sphere"))
     parser.add_argument("--side", type=int, default=160)
     parser.add_argument("--seed", type=int, default=0, help="of simulated textures and noise; the first of a fraction")
-    parser.add_argument("--fraction", type=int, metavar="ROWS", help="measure so many surfaces in place of the grid")
+    parser.add_argument("--fraction", type=int, metavar="ROWS", help="number of surfaces, instead of the grid")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     done = read(given.out)

@@ -5,7 +5,7 @@
 Nothing here is computed by this package's own equations: pupils by luxpy; the density of the lens by the CIE's
 170-1:2006 (Pokorny, Smith & Lutze 1987), also by luxpy; chromatic difference by Atchison & Smith's equation; glare by
 the CIE's total equation; cones by a study with adaptive optics; and foci off axis by visisipy, which traces
-rays. The libraries are no dependencies: the tests read the numbers.
+rays. The libraries are not dependencies: the tests read the numbers.
 """
 
 from __future__ import annotations

@@ -38,8 +38,7 @@ FILTER_REACH = 2.0
 hand."""
 
 MODEL_ERRS = 1.03
-"""Median misfit from which the model errs: right models have 0.99 to
-1.01."""
+"""Median misfit above which the model is wrong: correct models have 0.99 to 1.01."""
 
 COHERENT = 0.1
 """Amplitude of that part of the model's error which looks like a difference of depth, alike over a window, over that of
