@@ -166,7 +166,7 @@ def test_what_a_platform_refuses_is_said_at_the_beginning(browser: Browser, tmp_
         take_part(page, until="[role=alert]", name="refused")
         assert "There is no such experiment" in page.inner_text("body")
         page.goto(f"{stub.address}/datapipe.html?participant=9")
-        page.wait_for_selector("text=lists are 002 to 004")
+        page.wait_for_selector("text=give 002 to 004")
         assert stub.files == {}
 
 
