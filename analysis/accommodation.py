@@ -81,7 +81,8 @@ def _draw(courses: dict[Any, Course]) -> Figure:
         axes = figure.subplots(1, 3, sharey=True)
         titles = {"step": "Step from 1 to 3 D", 0.2: "Sine at 0.2 Hz", 0.5: "Sine at 0.5 Hz"}
         for ax, (name, course) in zip(axes, courses.items(), strict=True):
-            ax.plot(course.times, course.target, color=GREY, linewidth=1, label="target", drawstyle="steps-post")
+            held = "steps-post" if name == "step" else "default"
+            ax.plot(course.times, course.target, color=GREY, linewidth=1, label="target", drawstyle=held)
             ax.plot(course.times, course.estimate, color=BLUE, linewidth=0.8, label="estimate")
             ax.plot(course.times, course.accommodation, color=ORANGE, label="accommodation")
             if name == "step":

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from focalgradient.cli.accommodate import target_of
+from focalgradient.cli.accommodate import draw, target_of
 from focalgradient.cli.eye import eye
 from focalgradient.cli.program import Program
+from focalgradient.eye import Course
 
 
 @pytest.fixture(autouse=True)
@@ -48,6 +49,16 @@ def test_short_forms():
     step, sine = target_of("step:1,3,0.7"), target_of("sine:2,0.5,0.25")
     assert [step.at(t) for t in (0.6, 0.7)] == [1, 3]
     assert sine.at(3.0) == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize("form", ["sine:2,0.5,0.25", "step:1,3,0.77"])
+def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
+    target, times = target_of(form), np.arange(0, 2, 0.1)
+    at = np.array([target.at(t) for t in times])
+    line = draw(Course(times, at, at, at, 0.1 + 0 * at), target).axes[0].lines[0]
+    drawn = np.interp([0.25, 0.74, 0.80, 1.234], *line.get_data())
+    assert line.get_drawstyle() == "default"
+    assert drawn == pytest.approx([target.at(t) for t in (0.25, 0.74, 0.80, 1.234)], abs=1e-4)
 
 
 @pytest.mark.parametrize(

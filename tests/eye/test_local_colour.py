@@ -186,3 +186,36 @@ def test_what_s_cones_show_besides_is_seen_by_l_and_m_cones_in_blue_light() -> N
 
     assert stated(rest) == pytest.approx(shown, rel=0.005)
     assert (stated(0 * rest)[2:] < 0.99 * shown[2:]).all()
+
+
+def test_the_same_catches_in_another_light_are_the_same_colours_of_that_light() -> None:
+    """What cones catch is seen, whatever the light: assumed later, the light gives what it gives at once."""
+    own = np.concatenate([texture(96, seed) - 1 for seed in (1, 2, 3)], axis=-1)
+    sheets = texture(96) + 0.3 * own
+    catches = 0.4 * sheets @ np.stack([BASIS.catch(band) for band in "LMS"]).T
+    lamp = SpectralBasis.of_srgb("A")
+    daylight, at_once = (estimate_colours(catches, one, EYE, PIXEL) for one in (BASIS, lamp))
+    moved = daylight.lit_by(lamp)
+    assert moved.mean == pytest.approx(at_once.mean, abs=0.01)
+    assert moved.light == pytest.approx(at_once.light, abs=1e-6)
+    stated, wanted = (np.array(one.rest_of_amounts()) for one in (moved, at_once))
+    assert stated == pytest.approx(wanted, abs=0.02 * np.abs(wanted).max())
+    # In daylight's amounts it is another covariance.
+    unmoved = np.array(daylight.rest_of_amounts())
+    assert np.abs(unmoved - wanted).max() > 0.1 * np.abs(wanted).max()
+
+
+def test_measured_reflectances_may_be_assumed_in_another_light() -> None:
+    """Six components give three catches, which three of sRGB in that light explain."""
+    nm = np.arange(390.0, 781.0, 5.0)
+    bumps = np.exp(-(((nm[:, None] - np.linspace(420, 680, 6)) / 40) ** 2))
+    basis = SpectralBasis.of_reflectances(nm, bumps)
+    amounts = np.clip(texture(64) * np.array((0.1, 0.2, 0.3, 0.4, 0.3, 0.2)), 0, None)
+    catch = np.stack([basis.catch(band) for band in "LMS"])
+    colours = estimate_colours(amounts @ catch.T, basis, EYE, PIXEL)
+    lit = colours.lit_by(SpectralBasis.of_srgb("A"))
+    whole = np.stack([lit.basis.catch(band) for band in "LMS"])
+    assert whole @ lit.mean == pytest.approx(catch @ colours.mean, rel=0.02)
+    known = LocalColours.known(basis, [1.0] * 6, (64, 64))
+    with pytest.raises(InputError, match="amounts of 6 components"):
+        known.lit_by(SpectralBasis.of_srgb("A"))

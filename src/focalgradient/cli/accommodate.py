@@ -45,6 +45,9 @@ SECONDS_PER_SECOND = 0.5
 CHANNELS_NM = (610.0, 550.0, 465.0)
 """Wavelengths in nm of the film's red, green and blue: about the peaks of displays' primaries."""
 
+DRAWN_S = 0.01
+"""Interval of time at which the target is drawn, in seconds: on paper below the width of its line."""
+
 ENLARGED = 5
 FORMS = "step:FROM,TO[,SECOND], sine:MEAN,AMPLITUDE,HZ or a CSV file of time,dioptres"
 
@@ -139,7 +142,7 @@ def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> N
         eye = Accommodation(cue=cue, pupil_diameter=1e-3 * pupil_mm)
         course = look(target.at, target.seconds, eye, seed=seed, progress=lambda share, words: say(0.9 * share, words))
         say(0.9, "drawing")
-        figure = draw(course, target.words)
+        figure = draw(course, target)
         film = retina(course, eye, seed)
     found = _found(course)
     summary = {
@@ -202,7 +205,7 @@ def table(course: Course) -> bytes:
     return text.getvalue().encode()
 
 
-def draw(course: Course, words: str) -> Any:
+def draw(course: Course, target: TargetCourse) -> Any:
     """Draw target, estimate with two standard deviations, and focus over time."""
     from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
@@ -211,14 +214,16 @@ def draw(course: Course, words: str) -> Any:
         ax = figure.subplots()
         low, high = (course.estimate + way * 2 * course.estimate_sd for way in (-1, 1))
         ax.fill_between(course.times, low, high, color=BLUE, alpha=0.2, linewidth=0)
-        ax.plot(course.times, course.target, color=GREY, linewidth=1.2, label="target", drawstyle="steps-post")
+        # Between the eye's moments, too: a smooth target is smooth, and a step is where it happens.
+        fine = np.arange(0, float(course.times[-1]) + DRAWN_S, DRAWN_S)
+        ax.plot(fine, [target.at(float(t)) for t in fine], color=GREY, linewidth=1.2, label="target")
         ax.plot(course.times, course.estimate, color=BLUE, linewidth=0.9, label="estimate of its vergence, ± 2 sd")
         ax.plot(course.times, course.accommodation, color=ORANGE, linewidth=1.4, label="accommodation")
         every = np.concatenate([course.target, course.accommodation])
         margin = 0.25 * max(1.0, float(np.ptp(every)))
         ax.set(xlabel="time (s)", ylabel="vergence (D)", xlim=(0, float(course.times[-1])))
         ax.set_ylim(float(every.min()) - margin, float(every.max()) + 1.6 * margin)
-        ax.set_title(f"A simulated eye that focuses by its own estimate of depth: {words}")
+        ax.set_title(f"A simulated eye that focuses by its own estimate of depth: {target.words}")
         ax.legend(loc="upper left", ncols=3)
         figure.draw_without_rendering()
     return figure

@@ -10,7 +10,7 @@ mixture of that of a few colours (`focalgradient.optics.Mixture`), evenly along 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from focalgradient.errors import InputError
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.spectral import SpectralBasis
@@ -163,7 +164,7 @@ class LitCones:
     """Cones before a texture of one spectrum: their blur is the mean over its components, by their catch of each.
 
     `usual` is what they catch of the field's mean spectrum where L and M cones together catch 1, and `rest` the
-    covariance of the components' amounts that the spectra leave (`LocalColours`).
+    covariance of the components' amounts that the spectra leave (`LocalColours.rest_of_amounts`).
     """
 
     whole: Cones
@@ -279,8 +280,8 @@ class LocalColours:
     gain_sd
         Standard deviation of the logarithm of the contrast that S cones see over that of L and M cones.
     rest
-        Covariance of the components' amounts that the spectra leave, over the variance of what L and M cones catch
-        (K x K); empty: none.
+        Covariance of what L, M and S cones catch that the spectra leave, over the variance of what L and M cones
+        catch together (3 x 3); empty: none.
     """
 
     basis: SpectralBasis
@@ -304,6 +305,32 @@ class LocalColours:
         return cls(
             basis, (KnownSpectrum(tuple(amount.tolist())),), amount, np.ones((1, *shape)), np.zeros(shape), amount
         )
+
+    def lit_by(self, basis: SpectralBasis) -> LocalColours:
+        """Return the colours in another light, that of a `basis` of surfaces.
+
+        What cones catch, over what they catch of white, stays as it was seen; of known surfaces the amounts stay.
+        """
+        if all(isinstance(one, KnownSpectrum) for one in self.spectra):
+            if basis.components != self.basis.components:
+                raise InputError(
+                    f"colours are known as amounts of {self.basis.components} components, but those of surfaces in "
+                    f"another light must be of {basis.components}: give them in SpectralBasis.of_srgb()."
+                )
+            return replace(self, basis=basis)
+        catch = np.stack([self.basis.catch(band) for band in CLASSES])
+        mean, light = (_amounts(basis, catch @ one) for one in (self.mean, self.light))
+        return replace(self, basis=basis, mean=mean, light=light)
+
+    def rest_of_amounts(self) -> tuple[tuple[float, ...], ...]:
+        """Covariance of the components' amounts that the spectra leave (K x K)."""
+        if not self.rest:
+            return ()
+        both = self.basis.catch("L+M")
+        back = np.linalg.pinv(np.stack([self.basis.catch(band) for band in CLASSES]))
+        # L and M cones together see none of it.
+        without = (np.eye(len(both)) - np.outer(self.mean / (self.mean @ both), both)) @ back
+        return tuple(tuple(row) for row in (without @ np.asarray(self.rest) @ without.T).tolist())
 
     def seen_by(self, cones: Cones) -> ColouredCones:
         """Return the cones with the blur of these colours."""
@@ -346,7 +373,8 @@ class ColouredCones(Cones):
             max(float(amounts @ own) / max(float(amounts @ whole), 1e-9), LEAST_CONTRAST)
             for amounts in (self.colours.mean, self.colours.light)
         )
-        parts = tuple(LitCones(plain, basis, one, varies, self.colours.rest) for one in self.colours.spectra)
+        rest = self.colours.rest_of_amounts()
+        parts = tuple(LitCones(plain, basis, one, varies, rest) for one in self.colours.spectra)
         return Mixture(parts, self.colours.shares, self.colours.focus_sd, varies / shines, self.colours.gain_sd)
 
 
@@ -392,13 +420,11 @@ def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye
     spectra = tuple(SeenContrast((float(r), float(g), float(b)), eye, pixel_angle) for r, g, b in own)
     mean = np.average(amounts.reshape(-1, len(both)), 0, power.ravel())
     light = _amounts(basis, cones.mean(axis=(0, 1)))
-    return LocalColours(basis, spectra, mean, shares, focus_sd, light, gain_sd, _rest(cones, basis, mix, mean))
+    return LocalColours(basis, spectra, mean, shares, focus_sd, light, gain_sd, _rest(cones, mix))
 
 
-def _rest(
-    cones: NDArray[np.floating], basis: SpectralBasis, mix: NDArray[np.float64], mean: NDArray[np.float64]
-) -> tuple[tuple[float, ...], ...]:
-    """Covariance of the amounts of components that the spectrum at each place leaves (`LocalColours.rest`)."""
+def _rest(cones: NDArray[np.floating], mix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
+    """Covariance of what the cones catch that the spectrum at each place leaves (`LocalColours.rest`)."""
     fine, coarse = SCALES[2]
     images = [_between(cones[..., number], fine, coarse) for number in range(3)]
     whole = _between(cones @ mix, fine, coarse)
@@ -409,11 +435,7 @@ def _rest(
         frame = float(np.mean(own * whole)) / max(float(np.mean(whole**2)), 1e-30)
         left.append(own - (_local(own * whole) + little * frame) / (square + little) * whole)
     covariance = np.cov(np.stack(left).reshape(3, -1), bias=True) / max(float(np.mean(whole**2)), 1e-30)
-    back = np.linalg.pinv(np.stack([basis.catch(band) for band in CLASSES]))
-    both = basis.catch("L+M")
-    # L and M cones together see none of it.
-    without = (np.eye(len(both)) - np.outer(mean / (mean @ both), both)) @ back
-    return tuple(tuple(row) for row in (without @ covariance @ without.T).tolist())
+    return tuple(tuple(row) for row in covariance.tolist())
 
 
 def _share_left(own: NDArray[np.float64], whole: NDArray[np.float64], fine: float) -> float:

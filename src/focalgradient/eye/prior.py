@@ -256,13 +256,10 @@ def _seen_by(view: View, scale: float, light: str | None) -> View:
 
 
 def _of_eye(colours: LocalColours, scale: float, light: str | None) -> LocalColours:
-    """Return the colours with an eye of this chromatic scale, in a light if one is given.
-
-    What was seen is in units of the light's white, to which an eye adapts.
-    """
+    """Return the colours with an eye of this chromatic scale, in a light if one is given."""
     spectra = tuple(
         replace(one, eye=replace(one.eye, chromatic_scale=scale)) if isinstance(one, SeenContrast) else one
         for one in colours.spectra
     )
-    basis = colours.basis if light is None else SpectralBasis.of_srgb(light)
-    return replace(colours, spectra=spectra, basis=basis)
+    own = replace(colours, spectra=spectra)
+    return own if light is None else own.lit_by(SpectralBasis.of_srgb(light))
