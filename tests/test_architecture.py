@@ -161,9 +161,9 @@ def room_of(file: Path) -> str:
     return file.relative_to(ROOT).parts[0]
 
 
-def imports(source: str, package: str = "") -> Iterator[str]:
+def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
     """Dotted names of everything a source imports, at its top or inside a function; `package` resolves the relative."""
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(ast.parse(source) if isinstance(source, str) else source):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -219,6 +219,30 @@ def test_arrows_run_one_way() -> None:
     for _ in ROOMS:
         reached = {room: others.union(*(reached[other] for other in others)) for room, others in reached.items()}
     assert not [room for room, others in reached.items() if room in others]
+
+
+def test_no_circle_of_files() -> None:
+    """Imports inside functions count, but those by which a room that may only call another names it (WHEN_CALLED)."""
+    files = {}
+    for file in PACKAGE.rglob("*.py"):
+        parts = file.relative_to(ROOT / "src").with_suffix("").parts
+        files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    reached = {}
+    for name, file in files.items():
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+                node.body = [ast.Pass()]
+        package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+        found = {one if one in files else one.rpartition(".")[0] for one in imports(tree, package)}
+        called = WHEN_CALLED.get(room_of(file), set())
+        reached[name] = {one for one in found & files.keys() - {name} if (*one.split("."), "")[1] not in called}
+    while ends := [name for name, others in reached.items() if not others]:  # what imports nothing is in no circle
+        for name in ends:
+            del reached[name]
+        for others in reached.values():
+            others.difference_update(ends)
+    assert not reached
 
 
 def test_libraries_stay_at_home() -> None:

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number, described
+from focalgradient.errors import InputError, check_finite, check_number, described
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
-from focalgradient.eye.wavefront import Aberrations, check_aberrations
+from focalgradient.eye.wavefront import Aberrations, Pupil, check_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
 
@@ -360,9 +360,15 @@ class Eye:
         >>> round(float(Eye(0.004, 1.0).optical_transfer(0.0, 5 * 180 / np.pi, 0.5)), 3)
         0.637
         """
-        from focalgradient.eye.transfer import blur_transfer  # which knows the eye by this file
+        check_number("vergence", vergence, "dioptres")
+        down = check_finite("frequency_y", frequency_y, "cycles per radian")
+        right = check_finite("frequency_x", frequency_x, "cycles per radian")
+        return self.pupil(vergence).transfer(down, right)
 
-        return blur_transfer(frequency_y, frequency_x, self, vergence)
+    def pupil(self, vergence: float) -> Pupil:
+        """Return the pupil function of light from a point at `vergence` (D)."""
+        defocus = self.focus_vergence - vergence
+        return Pupil(self.pupil_diameter, self.wavelength_nm, defocus, self.wavefront, self.stiles_crawford, self.lens)
 
     def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
         """Return the distance in metres at which the blur disc has this angular `radius` (rad), on one `side` of focus.

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
-from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.light import Light
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import wavelengths
-from focalgradient.eye.wavefront import Pupil, pupil_spread, pupil_transfer_of
+from focalgradient.eye.wavefront import Pupil, pupil_spread
 from focalgradient.optics import Optics, check_optics, own_blur
 from focalgradient.psf import Psf, psf_of
 
@@ -189,10 +188,7 @@ def _one_transfer(
     if shape is not None:
         upright = shape.optical_transfer(down, right, radius)
         return np.conj(upright) if vergence > optics.focus_vergence else upright
-    pupil = _pupil(optics, nm, vergence)
-    if pupil.clear:
-        return clear_transfer(np.hypot(down, right), pupil.diameter, nm, pupil.defocus)
-    return pupil_transfer_of(down, right, pupil)
+    return _pupil(optics, nm, vergence).transfer(down, right)
 
 
 def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
@@ -201,10 +197,9 @@ def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
         raise InputError(
             "optics are a pinhole, whose diffraction has no bound: give an aperture, or take the model 'disc'."
         )
-    defocus = optics.focus_vergence - vergence
     if isinstance(optics, Eye):
-        return Pupil(optics.pupil_diameter, nm, defocus, optics.wavefront, optics.stiles_crawford, optics.lens)
-    return Pupil(optics.aperture_diameter, nm, defocus)
+        return optics.pupil(vergence)
+    return Pupil(optics.aperture_diameter, nm, optics.focus_vergence - vergence)
 
 
 def _no_light(wavelength_nm: float | None, light: Light | None) -> None:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
 from focalgradient.errors import InputError, check_finite, check_list, check_number
+from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.ranges import check_pupil, wavelengths
 
@@ -307,6 +308,14 @@ class Pupil:
         self.light = math.pi * share_of_light(diameter, stiles_crawford)
         self.steepness = self._steepest()
         """Maximum slope of the phase, in radians per radius."""
+
+    def transfer(
+        self, down: NDArray[np.float64], right: NDArray[np.float64]
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Return the transfer at frequencies in cycles per radian, which broadcast; real for a clear pupil."""
+        if self.clear:
+            return clear_transfer(np.hypot(down, right), self.diameter, self.wavelength_nm, self.defocus)
+        return pupil_transfer_of(down, right, self)
 
     def _steepest(self) -> float:
         """Return the steepest slope of the phase, found on circles about the centre: terms are steepest at the rim."""

@@ -5,8 +5,9 @@ Names carry units here (``_mm``, ``_um``, ``_m``), as in users' files; internall
 
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.exif import from_exif
-from focalgradient.photographs.images import Photograph, read_photograph, read_photographs
+from focalgradient.photographs.images import read_photograph, read_photographs
 from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
+from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
 from focalgradient.photographs.raw import read_dual_pixel_raw
 from focalgradient.photographs.settings import Camera, Settings, Shot, load_settings, make_views, read_views

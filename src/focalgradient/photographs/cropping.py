@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.photographs.images import Photograph
+from focalgradient.photographs.photograph import Photograph
 
 __all__ = ["cropped"]
 

@@ -10,7 +10,6 @@ import os
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +24,14 @@ from PIL import Image, ImageOps
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
+from focalgradient.photographs.cropping import cropped
 from focalgradient.photographs.encodings import FORMATS, Encoding, stated_encoding
+from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
 from focalgradient.srgb import srgb_to_linear
 from focalgradient.view import LUMINANCE
 
-__all__ = ["Photograph", "read_photograph", "read_photographs"]
+__all__ = ["read_photograph", "read_photographs"]
 
 _MAX_INVALID_FRACTION = 0.5
 """Maximum fraction of pixels that are saturated, NaN or infinite."""
@@ -62,49 +63,6 @@ fourth powers leave the range of single precision."""
 
 _MIN_FLAT_BRIGHTNESS = 0.05
 """Minimum brightness of a flat field as a fraction of its maximum."""
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Photograph:
-    """Content of one image file.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    luminance
-        Linear luminance, H x W, float32; integer files are scaled to a maximum (255, 65535) of 1.
-    encoding
-        ``"linear"`` or ``"srgb"``: encoding with which the values were decoded.
-    pixel_type
-        Pixel type of the file, such as ``"uint8"``.
-    saturated
-        Fraction of pixels with a channel at the maximum of an integer `pixel_type`, 0 to 1.
-    binning
-        Sensor pixels per pixel in each direction: 2 for a camera raw file, otherwise 1.
-    mask
-        H x W, True where a pixel is valid: no channel is at the maximum of an integer `pixel_type`, and all are finite.
-        None if all are valid.
-    assumed
-        True if neither the caller nor the file states the encoding.
-    """
-
-    path: Path
-    luminance: NDArray[np.float32]
-    encoding: Encoding
-    pixel_type: str
-    saturated: float
-    binning: int = 1
-    mask: NDArray[np.bool_] | None = None
-    assumed: bool = False
-
-    def __repr__(self) -> str:
-        """Return name, size and encoding, without the pixels."""
-        height, width = self.luminance.shape
-        return (
-            f"Photograph({self.path.name}: {height} x {width} pixels, {self.pixel_type}, {self.encoding}, "
-            f"{self.saturated:.1%} saturated)"
-        )
 
 
 def read_photograph(
@@ -188,8 +146,6 @@ def read_photographs(
     each = zip(paths, flats or [None] * len(paths), strict=True)
     photographs = [read_photograph(path, encoding, flat) for path, flat in each]
     if crop and len({photograph.luminance.shape for photograph in photographs}) > 1:
-        from focalgradient.photographs.cropping import cropped
-
         photographs = cropped(photographs)
     for number, other in enumerate(photographs[1:], 1):
         for one in photographs[:number]:

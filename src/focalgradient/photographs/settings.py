@@ -17,7 +17,8 @@ from focalgradient.files import read_toml
 from focalgradient.optics import DualPixel, Lens
 from focalgradient.optics.dual_pixel import ASYMMETRY
 from focalgradient.photographs.cameras import Calibrated, load_camera
-from focalgradient.photographs.images import Photograph, read_photographs
+from focalgradient.photographs.images import read_photographs
+from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Plane, plane_name
 from focalgradient.photographs.tables import ImagePath, Sensor
 from focalgradient.photographs.vignetting import even_out

@@ -18,7 +18,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import DualPixel, Lens, Optics
 from focalgradient.plotting.figures import MM, new_figure, shortened, style
@@ -27,6 +26,8 @@ from focalgradient.view import View
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colorbar import Colorbar
+
+    from focalgradient.depth import DepthMap
 
 __all__ = [
     "REFUSED",
