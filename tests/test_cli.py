@@ -379,7 +379,7 @@ BAD = {
         r"view 2: f_number is 1e-09, but must be",
     ),
     "undefined far": (None, (*SETTINGS, "--far", "nan"), r"--far is nan, but must be a positive number of metres"),
-    "near no number": (None, (*SETTINGS, "--near", "x"), r"'--near': 'x' is not a valid float"),
+    "near no number": (None, (*SETTINGS, "--near", "x"), r"'--near': 'x' is not a number"),
     "a settings file twice": (
         None,
         ("views.toml", *SETTINGS),
@@ -395,13 +395,33 @@ BAD = {
         ("a.png", "--out", "out"),
         r"a\.png is one file, but depth needs at least 2 photographs, or a settings file whose name ends in \.toml",
     ),
+    "a table": (
+        None,
+        ("t.csv", "--out", "out"),
+        r"t\.csv is one file, but not a photograph: .* 'focalgradient report'",
+    ),
+    "a video": (
+        None,
+        ("v.mkv", "--out", "out"),
+        r"v\.mkv is one file, but not a photograph: .* 'focalgradient stream'",
+    ),
+    "a calibration": (
+        lambda f: (f / "camera.toml").write_text("[[aperture]]\nf_number = 8\n"),
+        ("camera.toml", "--out", "out"),
+        r"camera\.toml is the calibration of a camera: give it beside the photographs \(--calibration\)",
+    ),
+    "targets": (
+        lambda f: (f / "targets.toml").write_text("[[view]]\nimage = 'a.png'\ndistance_m = 0.5\n"),
+        ("targets.toml", "--out", "out"),
+        r"targets\.toml names photographs of a target at known distances: give it to focalgradient calibrate",
+    ),
     "options with settings": (None, (*SETTINGS, "--f-number", "8"), r"--f-number cannot go with views\.toml"),
     "flag with settings": (None, (*SETTINGS, "--telecentric"), r"--telecentric cannot go with views\.toml"),
     "no EXIF": (None, PHOTOGRAPHS, r"--focal-length MM, --f-number N .*, --focus-distance M .* and --pixel-pitch UM"),
     "too many options": (
         None,
         (*PHOTOGRAPHS, *3 * ("--f-number", "8")),
-        r"--f-number N was given 3 times: give it once for all 2",
+        r"--f-number N was given 3 times: give it once for all photographs, or once for each of the 2",
     ),
     "zero option": (
         None,
@@ -444,7 +464,7 @@ def test_what_is_given_once_serves_all_photographs(folder):
 
 def test_one_value_of_each_leaves_all_views_alike(folder):
     said = sentence(run("depth", *PHOTOGRAPHS, *LENS, "--f-number", "5.6", "--focus-distance", "0.85"))
-    assert "all 2 photographs have an f-number of 5.6 and are focused at 0.85 m" in said
+    assert "both photographs have an f-number of 5.6 and are focused at 0.85 m" in said
     assert "give --f-number N or --focus-distance M once for each photograph" in said
 
 

@@ -235,6 +235,11 @@ def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path
         ("f_number = 8", "view 1: distance_m is missing"),
         ("distance_m = 1.0\nf_number = inf", "view 1: f_number is inf, but must be"),
         ("distance_m = 1.0\nf_number = 8\nfocus_m = 1.0", "did you mean focus_distance_m?"),
+        ("f_number = 8\nfocus_distance_m = 1.0", "t.toml states no distance: give each view of a target distance_m"),
+        (
+            "[[aperture]]\nf_number = 8",
+            "t.toml is a calibration already: give the settings file that names photographs",
+        ),
     ],
 )
 def test_wrong_targets_are_refused_in_a_sentence(tmp_path, line, said):

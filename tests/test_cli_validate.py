@@ -90,6 +90,7 @@ def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
     assert result.stderr.startswith("Error: ")
     assert "is not a data set, as it has no dataset_description.json: give the folder" in result.stderr
     assert result.stderr.count("\n") == 1
+    assert "notes.txt is a file, not the folder of a data set: give the folder" in run(tmp_path / "notes.txt").stderr
 
 
 def test_a_damaged_journal_is_named_and_the_others_are_exported(data):

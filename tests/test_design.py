@@ -281,6 +281,8 @@ def test_files_that_are_no_designs_are_refused(tmp_path):
     file = tmp_path / "mine.toml"
     with pytest.raises(InputError, match=r"mine\.toml cannot be read"):
         load_design(file)
+    with pytest.raises(InputError, match="is the name of a task, not of a design's file: write its design to a file"):
+        load_design("depth-rating")
     file.write_text("task = ")
     with pytest.raises(InputError, match="is not valid TOML"):
         load_design(file)

@@ -65,6 +65,9 @@ BYTES_PER_PIXEL = 200
 """Memory of depth in bytes per pixel, apart from the images: 190 measured, with the default method and two views."""
 
 
+OTHERS = dict.fromkeys((".csv", ".tsv", ".xlsx"), "report") | dict.fromkeys((".mp4", ".mov", ".mkv", ".avi"), "stream")
+"""Commands for files that are not photographs, by extension."""
+
 POINT_OPTIONS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
 """Parameters named in messages on measured points, and the corresponding options."""
 
@@ -423,6 +426,8 @@ def _read(
         return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
     if len(inputs) < least:
         what = f"{printable(inputs[0])} is {'a folder' if inputs[0].is_dir() else 'one file'}"
+        if command := OTHERS.get(inputs[0].suffix.lower()):
+            raise InputError(f"{what}, but not a photograph: give it to 'focalgradient {command}'.")
         raise InputError(
             f"{what}, but depth needs at least {least} photographs, or a settings file whose name ends in .toml: give "
             "these, or --method edges for one photograph of sharp edges."

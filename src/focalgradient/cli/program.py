@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -70,6 +71,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 OPTIONS = {
     "(align=True)": "(--align)",
+    "(calibration)": "(--calibration)",
     "(crop=True)": "(--align)",
     "(f_number, focus_distance)": "(--f-number, --focus-distance)",
     "(focus_distance)": "(--focus-distance)",
@@ -77,6 +79,9 @@ OPTIONS = {
     "(method='edges')": "(--method edges)",
 }
 """Parameters in the library's messages, and the corresponding options."""
+
+NUMBERS = {"integer": "a whole number", "float": "a number"}
+"""Types of numbers in click's messages, and the words for them here."""
 
 RESEND_S = 0.05
 """Delay in s after which a signal that was lost in a destructor is sent again."""
@@ -101,7 +106,7 @@ class Program(click.Group):
                 code = super().main(*args, **{**kwargs, "standalone_mode": False})
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
-            fail(f"{error.format_message().rstrip('.')}: see '{program} --help'.")
+            fail(f"{_usage(error.format_message())}: see '{program} --help'.")
         except click.ClickException as error:
             fail(error.format_message())
         except InputError as error:
@@ -207,6 +212,19 @@ def fail(sentence: str) -> NoReturn:
     """Print an error message and exit with code 2."""
     click.echo(f"Error: {_with_options(sentence)}", err=True)
     sys.exit(2)
+
+
+def _usage(message: str) -> str:
+    """Return click's message on wrong usage as one clause.
+
+    >>> _usage("No such command 'dpeth'. Did you mean 'depth'?")
+    "No such command 'dpeth' (did you mean 'depth'?)"
+    >>> _usage("Invalid value for '--size': '33x32' is not a valid integer range.")
+    "Invalid value for '--size': '33x32' is not a whole number"
+    """
+    clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
+    clause = clause.replace("did you mean one of: ", "did you mean one of ")
+    return re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
 
 
 def json_option(command: Command) -> Command:

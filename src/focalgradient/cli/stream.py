@@ -446,9 +446,9 @@ def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> 
         missing = [option for option in OPTICS.values() if option not in given]
         raise InputError(f"{', '.join(missing)} is missing, but {', '.join(given)} is given: give all optics, or none.")
     if given and len(optics["f_numbers"]) != 2:
-        raise InputError(
-            f"--f-number is given {len(optics['f_numbers'])} times: give it twice, for even and for odd frames."
-        )
+        count = len(optics["f_numbers"])
+        times = "once" if count == 1 else f"{count} times"
+        raise InputError(f"--f-number is given {times}: give it twice, for even and for odd frames.")
     if not given and (near or far):
         raise InputError("--near and --far limit distance, which needs the optics: give the options marked * too.")
     if near is not None and far is not None and near >= far:

@@ -156,6 +156,8 @@ def read_description(root: Path) -> dict[str, Any]:
         if Path(root).is_dir():
             full = any(Path(root).iterdir())
             found = "is not a data set, as it has no dataset_description.json" if full else "is an empty folder"
+        elif Path(root).exists():
+            found = "is a file, not the folder of a data set"
         raise InputError(f"{root} {found}: give the folder that 'run', 'serve' or 'simulate' wrote.")
     found = read_json(path, "the description of a data set")
     if not isinstance(found, dict):

@@ -107,7 +107,12 @@ def load_design(path: str | os.PathLike[str]) -> Design:
     >>> design.task, len(design.trials("01", "1"))
     ('depthrating', 204)
     """
-    return check_design(str(path), read_toml(Path(path)))
+    if (name := str(path)) in {task_named(label).called for label in task_names()} and not Path(path).exists():
+        raise InputError(
+            f"{name} is the name of a task, not of a design's file: write its design to a file, with "
+            "'focalgradient run TASK --print-design'."
+        )
+    return check_design(str(path), read_toml(Path(path), "a design"))
 
 
 def recorded_design(name: str, data: Mapping[str, Any]) -> Design:

@@ -155,7 +155,7 @@ def read_text(path: str | os.PathLike[str], what: str = "a text file", largest: 
         return read_bytes(path, what, largest).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{printable(path)} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8."
+            f"{printable(path)} is not text in UTF-8 (byte {error.start + 1}): give {what}, saved as UTF-8."
         ) from error
 
 

@@ -132,9 +132,9 @@ def from_exif(
         )
     camera, views = _completed_by_exif(files, recorded, camera, f_numbers, focus_distances_m)
     if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
-        one = views[0]
+        one, count = views[0], "both" if len(views) == 2 else f"all {len(views)}"
         raise InputError(
-            f"all {len(views)} photographs have an f-number of {one['f_number']:g} and are focused at "
+            f"{count} photographs have an f-number of {one['f_number']:g} and are focused at "
             f"{one['focus_distance_m']:g} m, so that their blur is the same and gives no depth: give f_numbers or "
             "focus_distances_m once for each photograph."
         )
@@ -163,8 +163,8 @@ def _one_per_file(files: Sequence[Path], name: str, given: Sequence[float]) -> S
     """
     if len(given) not in (0, 1, len(files)):
         raise InputError(
-            f"{name} was given {len(given)} times: give it once for all {len(files)} photographs, or once for each, "
-            "in order."
+            f"{name} was given {len(given)} times: give it once for all photographs, or once for each of the "
+            f"{len(files)}, in order."
         )
     return list(given) * (len(files) if len(given) == 1 else 1)
 

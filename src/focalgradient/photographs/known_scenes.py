@@ -147,7 +147,7 @@ class KnownScenes(Table):
 
 def names_depth(path: str | os.PathLike[str]) -> bool:
     """Return whether the views of a settings file name depth maps, i.e. describe scenes instead of a target."""
-    views: Any = read_toml(Path(path)).get("view")
+    views: Any = read_toml(path, "a settings file that names photographs of a target").get("view")
     return isinstance(views, list) and any(isinstance(view, dict) and "depth" in view for view in views)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, InstanceOf, PrivateAttr
 
@@ -26,7 +26,7 @@ from focalgradient.plausibility import given_as
 from focalgradient.tables import Table, load_table, shown
 from focalgradient.view import View
 
-__all__ = ["GIVEN", "Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]
+__all__ = ["GIVEN", "Camera", "Settings", "Shot", "load_settings", "make_views", "read_views", "views_with"]
 
 
 FOCUS_TOLERANCE = 0.1
@@ -224,7 +224,13 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
         If it cannot be read, is not TOML, has unknown, missing or invalid keys, or contradicts the calibration.
     """
     path = Path(path)
-    data = read_toml(path)
+    data = read_toml(path, "a settings file that names photographs")
+    if "aperture" in data:
+        raise InputError(f"{path} is the calibration of a camera: give it beside the photographs (calibration).")
+    if views_with(data, "distance_m"):
+        raise InputError(
+            f"{path} names photographs of a target at known distances: give it to focalgradient calibrate."
+        )
     camera = data.get("camera")
     file: Path | None = None
     if isinstance(camera, dict) and "calibration" in camera:
@@ -254,6 +260,20 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return settings
+
+
+def views_with(data: Mapping[str, Any], *keys: str) -> bool:
+    """Return whether each view in a file's `data` has the `keys`.
+
+    >>> views_with({"view": [{"image": "a.png", "distance_m": 0.5}]}, "distance_m")
+    True
+    """
+    views = data.get("view")
+    return (
+        isinstance(views, list)
+        and bool(views)
+        and all(isinstance(view, dict) and all(key in view for key in keys) for view in views)
+    )
 
 
 def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[View]:

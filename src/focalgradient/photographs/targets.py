@@ -17,6 +17,7 @@ from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
 from focalgradient.photographs.settings import GIVEN as KEYS
+from focalgradient.photographs.settings import views_with
 from focalgradient.photographs.tables import ImagePath, Sensor
 from focalgradient.plausibility import (
     check_focal_length,
@@ -219,7 +220,15 @@ def load_targets(path: str | os.PathLike[str]) -> Targets:
     InputError
         If it cannot be read, is not TOML, or has unknown, missing or invalid keys.
     """
-    targets = load_table(Path(path), read_toml(Path(path)), Targets)
+    data = read_toml(Path(path), "a settings file that names photographs of a target")
+    if "aperture" in data:
+        raise InputError(f"{path} is a calibration already: give the settings file that names photographs of a target.")
+    if views_with(data, "f_number", "focus_distance_m") and not any("distance_m" in view for view in data["view"]):
+        raise InputError(
+            f"{path} states no distance: give each view of a target distance_m, each view of a scene depth, or the "
+            "file to focalgradient depth."
+        )
+    targets = load_table(Path(path), data, Targets)
     try:
         with given_as(GIVEN):
             _check_units(targets)
