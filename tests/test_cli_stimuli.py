@@ -48,7 +48,7 @@ def test_depth_rating(tmp_path: Path) -> None:
 def test_necker(tmp_path: Path) -> None:
     asked = [
         "--gradient",
-        "reversed",
+        "nonrigid",
         "--edge",
         3,
         "--speed",
@@ -64,7 +64,7 @@ def test_necker(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.stderr
     assert "turning left, 2" in result.stdout  # per cent, for the other reading
     made = json.loads((tmp_path / "manifest.json").read_text())
-    assert list(made["conditions"]) == ["nonrigid"]  # of which "reversed" is the old name
+    assert list(made["conditions"]) == ["nonrigid"]
     assert (tmp_path / "nonrigid.mp4").stat().st_size > 1000
     assert len(list((tmp_path / "nonrigid").glob("*.png"))) == 12
 

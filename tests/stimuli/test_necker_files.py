@@ -2,7 +2,6 @@
 
 import json
 import math
-import shutil
 from pathlib import Path
 
 import cv2
@@ -14,7 +13,7 @@ from focalgradient import InputError
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
 from focalgradient.scenes import NeckerCube
-from focalgradient.stimuli import make_necker, read_necker
+from focalgradient.stimuli import make_necker
 
 CUBE = NeckerCube(size=math.radians(3), speed=0.5, line_width=math.radians(0.06))
 ASKED = {"size": 244, "frame_rate": 24.0, "aperture": 0.03}
@@ -108,32 +107,6 @@ def test_the_same_files_again_and_on_after_an_interruption(made: Path, manifest:
     before = (tmp_path / "manifest.json").stat().st_mtime_ns
     make_necker(tmp_path, CUBE, **ASKED)
     assert (tmp_path / "manifest.json").stat().st_mtime_ns == before
-
-
-def as_of_old(folder: Path) -> None:
-    """Give a finished set the name that its nonrigid gradient used to have."""
-    manifest = (folder / "manifest.json").read_text(encoding="utf-8")
-    for old in ('"nonrigid"', '"nonrigid/', '"nonrigid.mp4'):
-        manifest = manifest.replace(old, old.replace("nonrigid", "reversed"))
-    (folder / "manifest.json").write_text(manifest, encoding="utf-8")
-    for name in ("nonrigid", "nonrigid.mp4"):
-        (folder / name).rename(folder / name.replace("nonrigid", "reversed"))
-
-
-def test_sets_that_say_reversed_are_read_and_gone_on_with(made: Path, manifest: dict, tmp_path: Path) -> None:
-    old = tmp_path / "old"
-    shutil.copytree(made, old)
-    as_of_old(old)
-    check_stimuli(old)
-    again = make_necker(old, CUBE, **ASKED)
-    assert list(again["conditions"]) == ["none", "rigid", "nonrigid"]
-    assert again["departure"] == manifest["departure"]
-    assert again["conditions"]["nonrigid"]["frames"][0] == "reversed/0000.png"
-    (old / "reversed" / "0003.png").unlink()
-    make_necker(old, CUBE, **ASKED)
-    check_stimuli(old)
-    assert not (old / "nonrigid").exists()
-    assert read_necker(made) == manifest
 
 
 @pytest.mark.parametrize(

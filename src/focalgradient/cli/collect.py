@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SERVER, STORE, task_file_option
+from focalgradient.cli.design_options import task_file_option
+from focalgradient.cli.options import SERVER, STORE
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError, check_installed
 

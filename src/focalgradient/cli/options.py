@@ -46,7 +46,6 @@ __all__ = [
     "screen_size",
     "shared_options",
     "shared_work",
-    "task_file_option",
 ]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -224,33 +223,6 @@ def added(command: Command, options: Sequence[Callable[[Any], Any]]) -> Command:
     for option in reversed(options):
         command = option(command)
     return command
-
-
-def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> None:
-    """Load task files, before other options are parsed that may name their tasks."""
-    from focalgradient.tasks.registry import load_file
-
-    for file in files:
-        load_file(file)
-
-
-_TASK_FILE: list[Callable[[Any], Any]] = [
-    click.option(
-        "--task-file",
-        multiple=True,
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        is_eager=True,
-        expose_value=False,
-        callback=_load,
-        help="Python file of a user-defined task to which data or design belong. Repeatable.",
-    )
-]
-
-
-def task_file_option(command: Command) -> Command:
-    """Add ``--task-file``, which makes user-defined tasks known to a command."""
-    return added(command, _TASK_FILE)
 
 
 def shared_options(command: Command) -> Command:
@@ -488,19 +460,3 @@ def options_named(names: Mapping[str, str]) -> Iterator[None]:
         if names:
             words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
         raise InputError(words) from error
-
-
-trials_option = click.option(
-    "--trials",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="List of trials instead of the design's own (CSV or XLSX), in the format of 'focalgradient trials'.",
-)
-"""Decorator that adds ``trials``, a table for `with_trials`."""
-
-
-def with_trials(design: Any, trials: Path | None) -> Any:
-    """Return a design with the trials of a table instead of its own, if one is given."""
-    from focalgradient.design.given_list import read_trials
-
-    return design if trials is None else design.with_trials(str(trials), read_trials(trials))

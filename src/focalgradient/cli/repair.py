@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import task_file_option
+from focalgradient.cli.design_options import task_file_option
 from focalgradient.cli.program import json_option, show
 
 __all__ = ["repair"]

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work, task_file_option
+from focalgradient.cli.design_options import task_file_option
+from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work
 from focalgradient.cli.program import force_option, json_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.options import SERVER, STORE, task_file_option, trials_option, with_trials
+from focalgradient.cli.design_options import task_file_option, trials_option, with_trials
+from focalgradient.cli.options import SERVER, STORE
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import refuse_overwriting
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.options import shared_options, shared_work, trials_option, with_trials
+from focalgradient.cli.design_options import trials_option, with_trials
+from focalgradient.cli.options import shared_options, shared_work
 from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable

@@ -13,6 +13,7 @@ import click
 from click.core import ParameterSource
 
 from focalgradient.cli.drawn import DRAWN
+from focalgradient.cli.necker import COUNT, KEPT, necker
 from focalgradient.cli.options import (
     DEPTH_FILE,
     depth_file_options,
@@ -37,13 +38,8 @@ if TYPE_CHECKING:
 
 __all__ = ["stimuli"]
 
-COUNT = click.IntRange(max=65_536)
-"""Number of scenes, pixels or rays; `make_depth_rating` and `make_necker` check its range."""
-
 SECONDS = {"path": 126 / (512**2 * 256), "cast": 20 / (512**2 * 256)}
 """Rendering time in s per scene, pixel and ray on two cores: 512 x 512 pixels with 256 rays took 126 s path traced."""
-
-LEFT = "finished files are valid, and the same command continues from them."
 
 CONTROLS = {
     "mean_luminance_percent": "Difference of mean luminance between conditions of a scene: {:.2g} %",
@@ -64,8 +60,8 @@ def stimuli() -> None:
     """Make the pictures and movies of the experiments."""
 
 
-for drawn in DRAWN:
-    stimuli.add_command(drawn)
+for command in (*DRAWN, necker):
+    stimuli.add_command(command)
 
 
 def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:
@@ -172,7 +168,7 @@ def depth_rating(
             raise InputError("photographs need one --depth for each --picture, and --field: add the missing options.")
         if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
             raise InputError(f"{given} applies to rendered scenes: leave it out with --picture.")
-        with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
+        with warnings_given(), resumable(KEPT) as say, shared_work(workers, scheduler) as executor:
             photographs, angle = _photographs(pictures, depths, field, encoding, depth_file)
             made = make_from_photographs(
                 out,
@@ -192,7 +188,7 @@ def depth_rating(
     traced = engine == "path" or (engine == "auto" and variant() is not None)
     seconds = SECONDS["path" if traced else "cast"] * scenes * size**2 * samples
     begun = partial(announce, seconds, f"{scenes} scenes")
-    with warnings_given(), resumable(LEFT, begun) as say, shared_work(workers, scheduler) as executor:
+    with warnings_given(), resumable(KEPT, begun) as say, shared_work(workers, scheduler) as executor:
         made = make_depth_rating(
             out,
             seed=seed,
@@ -279,7 +275,7 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, field: fl
     writable(out, ())
     from focalgradient.stimuli import import_pictures
 
-    with warnings_given(), resumable(LEFT) as say:
+    with warnings_given(), resumable(KEPT) as say:
         made = import_pictures(
             folder,
             table,
@@ -330,7 +326,7 @@ def set_(folders: tuple[Path, ...], out: Path) -> None:
                 "--distance "
                 "and other display options."
             )
-    with warnings_given(), resumable(LEFT) as say:
+    with warnings_given(), resumable(KEPT) as say:
         _tell(make_from_stimuli(out, drawn, display=displays[first], progress=say), out)
 
 
@@ -363,158 +359,5 @@ def _tell(made: StimulusSet, out: Path) -> None:
             f"{CONTROLS[name].format(one['worst'])} at most (limit {one['limit']:g}){'' if one['met'] else ': NOT met'}"
             for name, one in controls.items()
         ),
-        f"Written: {printable(out)}",
-    )
-
-
-class _Gradients(click.Choice[str]):
-    """Names of the gradients, including the former name of the nonrigid one."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return super().convert("nonrigid" if value == "reversed" else value, param, ctx)
-
-
-@stimuli.command("necker", short_help="The rotating Necker cube, with and without a focal gradient.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the frames.")
-@click.option(
-    "--gradient",
-    "gradients",
-    type=_Gradients(["none", "rigid", "nonrigid"]),
-    multiple=True,
-    help="Depth with which the blur is consistent: none; the cube's; that of its depth reversal, which favours the "
-    "nonrigid percept. "
-    "Repeatable.  [default: all three]",
-)
-@click.option(
-    "--size", type=COUNT, default=640, show_default=True, metavar="PX", help="Width and height of the frames."
-)
-@click.option(
-    "--edge",
-    default=8.0,
-    show_default=True,
-    metavar="DEG",
-    callback=positive(" of degrees"),
-    help="Visual angle of an edge.",
-)
-@click.option(
-    "--perspective",
-    default=0.4,
-    show_default=True,
-    metavar="P",
-    callback=positive(),
-    help="Strength of perspective: edge of the cube / distance of its centre.",
-)
-@click.option(
-    "--direction",
-    type=click.Choice(["right", "left"]),
-    default="right",
-    show_default=True,
-    help="Direction in which the near side moves.",
-)
-@click.option(
-    "--speed",
-    default=0.125,
-    show_default=True,
-    metavar="T",
-    callback=positive(least=1e-3, most=100),
-    help="Turns per second.",
-)
-@click.option(
-    "--frame-rate",
-    default=60.0,
-    show_default=True,
-    metavar="HZ",
-    callback=positive(least=1, most=1000),
-    help="Frames per second.",
-)
-@click.option(
-    "--line-width",
-    default=3.0,
-    show_default=True,
-    metavar="ARCMIN",
-    callback=positive(" of arcmin"),
-    help="Full width at half maximum of a sharp line.",
-)
-@click.option(
-    "--aperture",
-    default=12.0,
-    show_default=True,
-    metavar="MM",
-    callback=positive(" of millimetres"),
-    help="Strength of the gradient: the aperture of a lens half a metre from the cube.",
-)
-@click.option(
-    "--focus",
-    type=click.Choice(["near", "far"]),
-    default="near",
-    show_default=True,
-    help="Which end of the cube is in focus.",
-)
-@shared_options
-@display_options
-@json_option
-def necker(
-    out: Path,
-    gradients: tuple[Any, ...],
-    size: int,
-    edge: float,
-    perspective: float,
-    direction: Any,
-    speed: float,
-    frame_rate: float,
-    line_width: float,
-    aperture: float,
-    focus: Any,
-    workers: int | None,
-    scheduler: str | None,
-    **display: Any,
-) -> None:
-    """Make the frames of the rotating Necker cube, and a video of each condition.
-
-    DIR/none, DIR/rigid and DIR/nonrigid contain the frames of a quarter turn as PNG for the display; repeated, they
-    form a seamless rotation. Lines have the same positions and emit the same light in all conditions. DIR/none.mp4 etc.
-    show a whole turn for viewing: they are compressed, unlike the frames. DIR/manifest.json has every parameter, every
-    file's SHA-256, and the deviation of each percept from a rigid shape. Reads nothing. Takes about 20 s on two cores.
-
-    \b
-    Example:
-      focalgradient stimuli necker --out cube --gradient none --gradient nonrigid --screen-width 53.1
-    """  # noqa: D301  click's mark against rewrapping is a real backspace
-    writable(out, ())
-
-    from focalgradient.scenes import NeckerCube
-    from focalgradient.stimuli import GRADIENTS, make_necker
-
-    cube = NeckerCube(
-        size=math.radians(edge),
-        perspective=perspective,
-        direction=direction,
-        speed=speed,
-        line_width=math.radians(line_width / 60),
-    )
-    with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
-        made = make_necker(
-            out,
-            cube,
-            gradients=gradients or GRADIENTS,
-            size=size,
-            frame_rate=frame_rate,
-            aperture=aperture * 1e-3,
-            focus=focus,
-            display=display_of(**display),
-            executor=executor,
-            progress=say,
-        )
-    departure = made["departure"]
-    show(
-        {
-            "frames_of_a_quarter_turn": made["parameters"]["frames"],
-            "conditions": list(made["conditions"]),
-            "departure": departure,
-            "written": printable(out),
-        },
-        f"Frames: {made['parameters']['frames']} in a quarter turn, {len(made['conditions'])} conditions",
-        f"Departure from rigid: {departure['rigid']['whole']:.1%} turning {departure['rigid']['direction']}, "
-        f"{departure['nonrigid']['whole']:.1%} turning {departure['nonrigid']['direction']}",
         f"Written: {printable(out)}",
     )

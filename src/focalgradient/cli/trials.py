@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from focalgradient.cli.options import task_file_option
+from focalgradient.cli.design_options import task_file_option
 from focalgradient.errors import InputError
 from focalgradient.files import printable, write_whole
 

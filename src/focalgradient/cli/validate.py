@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SESSION_S, shared_options, shared_work, task_file_option
+from focalgradient.cli.design_options import task_file_option
+from focalgradient.cli.options import SESSION_S, shared_options, shared_work
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError
 

@@ -24,7 +24,7 @@ from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
-from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
+from focalgradient.stimuli.folder import MANIFEST, Folder
 from focalgradient.stimuli.sets import display_json, png
 
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
@@ -32,9 +32,6 @@ __all__ = ["GRADIENTS", "make_necker", "read_necker"]
 GRADIENTS: tuple[Gradient, ...] = ("none", "rigid", "nonrigid")
 """Focal-gradient conditions: no blur; blur by the depth of the cube; blur by the depth of the reversed shape, which
 favours the nonrigid interpretation."""
-
-OLD_NAME = "reversed"
-"""Former name of the nonrigid gradient, found in old sets."""
 
 LOOPS_PER_TURN = 4  # quarter rotations per video: one whole rotation
 LIGHT_PERCENT = 0.5  # maximum difference of mean radiance between conditions (%)
@@ -95,7 +92,6 @@ def make_necker(
     if not gradients or not set(gradients) <= set(GRADIENTS):
         raise InputError(f"gradients is {list(gradients)!r}, but must be some of {', '.join(GRADIENTS)}.")
     gradients = [one for one in GRADIENTS if one in gradients]
-    stored = _stored_names(out)
     frames = cube.loop_frames(frame_rate)
     pixel_angle = math.radians(1 / display.pixels_per_degree)
     blurs = blur_at(cube, [cube.nearest, cube.farthest], aperture=aperture, focus=focus) / pixel_angle
@@ -106,7 +102,7 @@ def make_necker(
 
     look = _Look(cube, frames, (size, size), pixel_angle, aperture, focus, display)
     parameters = {
-        "gradients": [stored[gradient] for gradient in gradients],
+        "gradients": gradients,
         "frame_px": [size, size],
         "frames": frames,
         "frame_rate": frame_rate,
@@ -132,23 +128,21 @@ def make_necker(
                 say((start + done) / len(gradients), what)
 
             widths = [0.0, 0.0] if gradient == "none" else sorted(np.abs(blurs).tolist())
-            name = stored[gradient]
-            conditions[name] = {
-                "frames": [f"{name}/{number:04}.png" for number in range(frames)],
-                "video": f"{name}.mp4",
+            conditions[gradient] = {
+                "frames": [f"{gradient}/{number:04}.png" for number in range(frames)],
+                "video": f"{gradient}.mp4",
                 "blur_sd_px": widths,
                 "blur_sd_arcmin": [display.arcmin(sd) for sd in widths],
-                **_make_loop(folder, name, look, gradient, white, frame_rate, executor, share),
+                **_make_loop(folder, look, gradient, white, frame_rate, executor, share),
             }
-        departure = {stored[reading]: measured for reading, measured in _departure(cube, frames).items()}
-        folder.content |= {"white": white, "departure": departure, "controls": _controls(conditions)}
+        folder.content |= {"white": white, "departure": _departure(cube, frames), "controls": _controls(conditions)}
         folder.finish()
     say(1.0, "finished")
     return read_necker(out)
 
 
 def read_necker(folder: str | Path) -> dict[str, Any]:
-    """Read the manifest of finished frames; the old gradient name "reversed" is mapped to "nonrigid".
+    """Read the manifest of finished frames.
 
     Raises
     ------
@@ -156,20 +150,7 @@ def read_necker(folder: str | Path) -> dict[str, Any]:
         If the manifest cannot be read.
     """
     made: dict[str, Any] = read_json(Path(folder) / MANIFEST)
-    parameters = made["parameters"]
-    names = {OLD_NAME: "nonrigid"}
-    made["parameters"] = {**parameters, "gradients": [names.get(name, name) for name in parameters["gradients"]]}
-    for part in ("conditions", "departure"):
-        made[part] = {names.get(name, name): measured for name, measured in made[part].items()}
     return made
-
-
-def _stored_names(folder: Path) -> dict[Gradient, str]:
-    """Return the name of each gradient in a folder's files: an old set keeps its old name."""
-    for name in (MANIFEST, UNFINISHED):
-        if (folder / name).exists() and OLD_NAME in read_json(folder / name).get("parameters", {}).get("gradients", ()):
-            return {**{gradient: gradient for gradient in GRADIENTS}, "nonrigid": OLD_NAME}
-    return {gradient: gradient for gradient in GRADIENTS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +212,6 @@ def _made(batch: _Batch) -> list[_Frame]:
 
 def _make_loop(
     folder: Folder,
-    name: str,
     look: _Look,
     gradient: Gradient,
     white: float,
@@ -240,7 +220,7 @@ def _make_loop(
     progress: Callable[[float], object],
 ) -> dict[str, Any]:
     """Write the missing files of a condition; return the mean radiance of each frame, as computed and as displayed."""
-    files = [f"{name}/{number:04}.png" for number in range(look.frames)]
+    files = [f"{gradient}/{number:04}.png" for number in range(look.frames)]
     lacking = frozenset(number for number, file in enumerate(files) if not folder.has(file))
     numbers = [range(first, min(first + BATCH_FRAMES, look.frames)) for first in range(0, look.frames, BATCH_FRAMES)]
     frames: list[_Frame] = []
@@ -250,8 +230,8 @@ def _make_loop(
         if written:
             folder.put(written)
         progress(0.9 * len(frames) / look.frames)
-    if not folder.has(f"{name}.mp4"):
-        folder.put({f"{name}.mp4": _video(folder.path, [one.values for one in frames], frame_rate)})
+    if not folder.has(f"{gradient}.mp4"):
+        folder.put({f"{gradient}.mp4": _video(folder.path, [one.values for one in frames], frame_rate)})
     progress(1.0)
     return {
         "mean_light": [one.light for one in frames],
