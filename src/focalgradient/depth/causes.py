@@ -25,42 +25,48 @@ __all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_cause
 Image = NDArray[np.float32]
 
 FINE, COARSE = 3.0, 9.0
-"""Standard deviations in pixels of the Gaussians between which detail counts as coarse: small blur leaves it."""
+"""Standard deviations in pixels of the two Gaussians whose difference is coarse detail, which survives small blur."""
 
 BLOCK = 8
-"""Pixels to a block: of JPEG, and of those in which texture is looked for."""
+"""Side in pixels of JPEG blocks, and of the blocks in which texture is measured."""
 
 # Where evidence counts as clear; each lies between the grid of frames of `tests/depth/test_causes.py` with that cause
 # and those with another.
 DISPLACED = 1.0
-"""Displacement in pixels."""
+"""Displacement in pixels above which the views are considered displaced."""
 
 ALIGNED_BETTER = 1.5
-"""What coarse detail lacks in correlation as given, over what it lacks once aligned."""
+"""Ratio of decorrelation of coarse detail before to after alignment above which displacement is a likely cause."""
 
 AGREES = 0.35
-"""Correlation of coarse detail below which views show different scenes: these have 0.08 at most, one scene 0.4 to 1."""
+"""Correlation of coarse detail below which views show different scenes: 0.08 at most for different scenes, 0.4 to 1 for
+one scene."""
 
 CLEAR = 12.0
-"""Power of coarse detail over that of noise: 2 to 7.5 where noise or weak texture leave nothing valid, 900 else."""
+"""Ratio of the power of coarse detail to that of noise above which detail is sufficient: 2 to 7.5 where noise or weak
+texture leaves nothing valid, otherwise about 900."""
 
 SHARP = 30.0
-"""Power of a view over that of its noise from which it shows detail that another view lacks."""
+"""Ratio of a view's power to its noise power above which it contains detail that another view lacks."""
 
 NOISY = 0.01
-"""Standard deviation of noise over the light, from which noise is named, and not weak texture: a choice."""
+"""Noise standard deviation relative to the mean light above which noise is named as the cause instead of weak texture
+(our choice)."""
 
 CONCENTRATED = 0.2
-"""Share of the blocks with 90 % of the gradients: 0.05 of squares on blank paper, 0.65 to 0.8 of natural texture."""
+"""Proportion of blocks that contain 90 % of the gradient energy, below which texture is concentrated: 0.05 for squares
+on blank paper, 0.65 to 0.8 for natural texture."""
 
 BLOCKY = 1.6
-"""Step across borders of blocks over that within: 5 and more in JPEG of quality 50 and below, 1.05 at most without."""
+"""Ratio of the mean step across block borders to that within blocks above which compression is visible: 5 and more in
+JPEG of quality 50 and below, at most 1.05 without compression."""
 
 BLURRED = 8.0
-"""Blur radius in pixels in the sharpest view: 16 are searched by default in the most blurred one."""
+"""Blur radius in pixels of the sharpest view above which large blur is a likely cause; by default radii up to 16 pixels
+are searched in the most blurred view."""
 
 SHOWN = 0.6
-"""Share of the frame that is neither saturated nor masked."""
+"""Minimum proportion of the frame that is neither saturated nor masked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +161,7 @@ def _contradiction(problem: Problem, estimate: Estimate, explained: float) -> Ca
 
 
 BESIDE_EDGES = 0.99
-"""Evidence of compression, at most, beside that of hard edges: it ranks after them."""
+"""Maximum evidence of compression relative to that of hard edges, so that it ranks after them."""
 
 ORDER = (
     "scenes",
@@ -170,7 +176,7 @@ ORDER = (
     "saturation",
     "blur",
 )
-"""Causes by name: of several that are clear the first also explains what the later ones show."""
+"""Names of the causes, in order of precedence: an earlier cause also explains the symptoms of later ones."""
 
 
 def _rank(cause: Cause) -> tuple[float, int]:

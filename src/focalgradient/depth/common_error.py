@@ -20,14 +20,14 @@ __all__ = ["common_modes", "modes_of_optics", "spread_over", "stated_parts"]
 FloatArray = NDArray[np.float64]
 
 LEVELS = 64
-"""Number of vergences at which modes are computed; they vary slowly between. Chosen by hand."""
+"""Number of vergences at which the modes are computed; they vary smoothly between these. Chosen by hand."""
 
 NEGLIGIBLE = 1e-4
-"""Share of the total variance below which a mode is left out: a hundredth of a standard deviation. Chosen by hand."""
+"""Proportion of the total variance below which a mode is omitted: 1 % of a standard deviation. Chosen by hand."""
 
 FOCUS_DISTANCE = 1e-3
-"""Distance (D) from exact focus at which the change of vergence is taken where blur does not change to first order.
-Chosen by hand: far below any depth of focus."""
+"""Distance in dioptres from exact focus at which the sensitivity of vergence is evaluated where blur is stationary to
+first order. Chosen by hand: far below any depth of focus."""
 
 
 def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool = True) -> dict[str, FloatArray]:

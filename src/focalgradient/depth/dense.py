@@ -26,46 +26,48 @@ from focalgradient.depth.numerics import block_sum
 __all__ = ["Dense", "complete"]
 
 MOST_NODES = 24_000
-"""Nodes at most: one solution takes some 0.3 s."""
+"""Maximum number of grid points: one solution takes about 0.3 s."""
 
 LEAST_STEP = 3
-"""Pixels from one node to the next at least."""
+"""Minimum spacing of the grid points in pixels."""
 
 STEP_SD = 0.01
-"""Standard deviation in dioptres by which vergence differs from one pixel to the next within a surface: with it what
-was left out of the maps of rooms is covered."""
+"""Standard deviation in dioptres of the difference in vergence between neighbouring pixels of one surface, with which
+held-out parts of the maps of rooms are covered."""
 
 ACROSS = 12.0
-"""The same across a clear edge of the picture, over that within a surface."""
+"""Factor of that standard deviation across a clear edge of the picture."""
 
 CLEAR = 3.0
-"""Change of brightness over its median, from one node to the next, at which an edge is half clear."""
+"""Brightness difference between neighbouring grid points, relative to the median difference, at which an edge is half
+clear."""
 
 SPREAD = 0.55
-"""Standard deviation of the vergence of surfaces about the mean of what is measured, as a share of that mean. Chosen on
+"""Standard deviation of the vergence of surfaces about the mean measured vergence, relative to that mean. Chosen on
 half of the rendered layers of `benchmarks/rooms.py` (odd seeds below 10), whose blank surface differs from the other by
-0.1 to 1.2 of its vergence; in rooms, far from what is measured, 0.33."""
+0.1 to 1.2 of its vergence; 0.33 in rooms, far from measured pixels."""
 
 SURFACE = 12.0
-"""Distance in pixels, in the picture's usual contrast, over which the probability of being on the surface that was
-measured falls to 1/e: a choice, from 6 to 32, by the same layers and half of the rooms."""
+"""Distance in pixels, at the picture's median contrast, over which the probability of belonging to the measured surface
+falls to 1/e: chosen between 6 and 32 on the same layers and half of the rooms."""
 
 SAME = 0.7
-"""Probability that a pixel where measured depth ends belongs to the surface that was measured: windows and blur carry
-depth some pixels over the end of texture. A choice, by the same."""
+"""Probability that a pixel at the border of the measured region belongs to the measured surface, as windows and blur
+carry depth some pixels beyond the end of texture. Chosen on the same data."""
 
 FREEDOM, ROUNDS = 4.0, 4
-"""Degrees of freedom of Student's t, by which the map's own values err about the field, and rounds of weighting."""
+"""Degrees of freedom of Student's t distribution of the measured values about the field, and number of reweighting
+rounds."""
 
 SAMPLES = 48
-"""Samples of the field: the standard deviation is known to a tenth of itself, and smoothed."""
+"""Number of samples of the field: the standard deviation is accurate to 10 %, and smoothed."""
 
 NEAR = SAME / 2
-"""Probability of belonging to the surface that was measured from which a pixel counts as near evidence: half of that
-where measured depth ends, a choice."""
+"""Probability of belonging to the measured surface above which a pixel counts as near evidence: half of that at the
+border of the measured region (our choice)."""
 
 MEASURED = 1e4
-"""Conductance from a measured node to its own value, over that between neighbours: it stays at that value."""
+"""Conductance from a measured grid point to its own value, relative to that between neighbours; it fixes the value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

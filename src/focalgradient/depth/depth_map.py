@@ -22,10 +22,10 @@ _GRIDS = ("vergence", "vergence_sd", "valid", "side_known")
 
 
 _FURTHER = ("evidence", "beyond")
-"""Arrays that some maps have."""
+"""Optional arrays of a depth map."""
 
 _NONE = np.zeros((0, 0, 0))
-"""No common errors, of a map of any size."""
+"""Empty common error, for a map of any size."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -34,30 +34,31 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.float32]
 
 RADIAL = 512
-"""Number of samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are worked out. Chosen by
-hand: blur of 64 pixels turns once over 11 of them."""
+"""Number of samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are computed. Chosen by
+hand: one period of the transfer of 64 pixels of blur spans 11 of them."""
 
 RADII: FloatArray = np.linspace(0, np.sqrt(0.5), RADIAL)
 """These frequencies, in cycles per pixel: the corner of the plane of frequencies lies at 1/sqrt(2)."""
 
 FINEST = 0.47
-"""Cycles per pixel up to which images are compared: finer detail is aliased by the pixels (0.5), and lost in
+"""Maximum frequency in cycles per pixel of compared images: higher ones are aliased (0.5 is the limit) and lost in
 resampling. Chosen by hand."""
 
 PARTS = 8
-"""Number of parts of a radial sample to which filters are interpolated. Chosen by hand."""
+"""Number of subdivisions of a radial sample to which filters are interpolated. Chosen by hand."""
 
 LOW = (0.01, 0.08)
-"""Cycles per pixel between which the level of a scene's power is measured: no moderate blur takes anything there.
-Chosen by hand."""
+"""Frequency band in cycles per pixel in which a scene's power is measured: moderate blur does not attenuate it. Chosen
+by hand."""
 
 
 HALF_PLANE = 0.5
-"""Square cycles per pixel of all frequencies of a real image: -0.5 to 0.5 down, 0 to 0.5 to the right."""
+"""Area of the frequency half-plane of a real image in squared cycles per pixel: -0.5 to 0.5 down, 0 to 0.5 to the
+right."""
 
 FINEST_STEP, GROWTH = 1 / 320, 0.06
-"""Cycles per pixel between the middle frequencies of a plane, and the share of its own frequency by which steps grow:
-blur passes little beyond 1.3 cycles per radius, over which cubic splines then err by less than 1e-3."""
+"""Spacing in cycles per pixel of the lowest frequencies of a plane, and relative increase of the spacing with
+frequency: blur passes little above 1.3 cycles per radius, up to which cubic splines are accurate to 1e-3."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +99,7 @@ class Frequencies:
 
 
 ROUND = Frequencies(RADII)
-"""The radial frequencies (cycles per pixel), which are enough for round blur."""
+"""Radial frequencies (cycles per pixel), sufficient for circular blur."""
 
 FINE_PASS: FloatArray = ROUND.fine_pass()
 """Amplitude at RADII of the pass band that ends at `FINEST`."""

@@ -26,14 +26,15 @@ KnownPoint = tuple[float, float, float]
 """Column and row (pixels, from the centre of the first), and distance (m)."""
 
 POINT_REACH = 8.0
-"""Distance in pixels from a point within which its depth is taken, with Gaussian weights whose standard deviation is
+"""Radius in pixels around a point within which its depth is averaged with Gaussian weights, whose standard deviation is
 half of it. Chosen by hand: the default window."""
 
 TAPE = 0.005
-"""Standard deviation of a measured distance: the larger of these metres and this share of it, a choice for tapes."""
+"""Standard deviation of a distance measured by tape: this many metres, or this proportion of the distance, whichever is
+larger (our choice)."""
 
 CONTRADICTION = 0.001
-"""Probability below which points are said to contradict the stated optics: as for `false_alarm`."""
+"""Probability below which points contradict the stated optics: as for `false_alarm`."""
 
 
 def checked_points(points: Iterable[KnownPoint]) -> list[KnownPoint]:

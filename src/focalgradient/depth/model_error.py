@@ -12,22 +12,22 @@ from numpy.typing import NDArray
 __all__ = ["DOUBTFUL", "LARGEST_TAU", "LEAST_BLUR", "LEAST_NODES", "TRIMMED", "random_effects"]
 
 LEAST_BLUR = 0.5
-"""Blur radius in pixels below which a model error counts as a share of this: smaller blur is that of the pixel, which
-is one pixel wide."""
+"""Minimum blur radius in pixels to which model error is relative: smaller blur is dominated by the pixel, which is one
+pixel wide."""
 
 DOUBTFUL = 0.05
-"""Model error, as a share of the blur radius, from which a user is warned: right models give 0 to 0.01, and up to 0.04
-where a part of one view was replaced."""
+"""Model error relative to the blur radius above which a warning is issued: 0 to 0.01 for correct models, up to 0.04 if
+a part of one view was replaced."""
 
 LARGEST_TAU = 0.25
-"""Model error as a share of the blur beyond which nothing is claimed: blur of a wrong shape gives up to 0.2."""
+"""Model error relative to the blur radius above which no depth is valid: a wrong blur shape gives up to 0.2."""
 
 TRIMMED = 0.05
-"""Share of the nodes, those that differ most, that is left out: outlines and contradictions are no model error. Chosen
-by hand."""
+"""Proportion of grid points with the largest differences that is excluded: occlusion boundaries and contradictions are
+not model error. Chosen by hand."""
 
 LEAST_NODES = 30
-"""Least number of nodes from which a model is judged. Chosen by hand."""
+"""Minimum number of grid points from which a model is judged. Chosen by hand."""
 
 
 def random_effects(

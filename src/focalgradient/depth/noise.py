@@ -34,49 +34,49 @@ __all__ = [
 Image = NDArray[np.floating]
 
 STORAGE = 2e-4
-"""Noise that storage and rounding leave at least, as a share of an image's standard deviation: a choice."""
+"""Minimum noise due to storage and rounding, relative to an image's standard deviation (our choice)."""
 
 QUANTUM = 5e-4
-"""The same as a share of an image's range, for lone edges on plain ground: an eighth of a step of 8 bits."""
+"""Minimum noise relative to an image's range, for isolated edges on a uniform ground: an eighth of an 8-bit step."""
 
 NOISE_SIDE = 192
-"""Side in pixels of the part of the views in which noise is estimated: chosen by hand, for time."""
+"""Side in pixels of the part of the views in which noise is estimated; limits the time. Chosen by hand."""
 
 LENIENCE = 2.0
-"""Factor, over the largest standard deviation of white noise that a view can have, up to which noise may be raised by
-what else is left of the views: that the blur model errs a little is counted as noise, too. Chosen by hand."""
+"""Maximum ratio of estimated noise to the largest possible white noise of a view; allows small model errors to count as
+noise. Chosen by hand."""
 
 RIM = 12
-"""Width in pixels of the rim, of the part in which noise is estimated, that is left out; and over which weights then
-rise. Chosen by hand."""
+"""Width in pixels of the rim that is excluded from the noise estimate, and over which weights then increase. Chosen by
+hand."""
 
 NOISE_ROUNDS, NOISE_SETTLED = 6, 0.05
-"""Maximum number of rounds of equalising and of estimating each view's noise; and change of the logarithm of standard
+"""Maximum number of alternations between equalisation and noise estimation; and change of the logarithm of standard
 deviations below which they end. Chosen by hand."""
 
 LEAST_PLACES = 128
-"""Least number of places from which the law is sought: of fewer, chance could make it. Chosen by hand."""
+"""Minimum number of places from which the noise law is fitted; with fewer, chance could produce one. Chosen by hand."""
 
 MOST_PLACES = 4096
-"""Maximum number of places that are used: windows overlap, so that more give little new information. Chosen by hand."""
+"""Maximum number of places used; windows overlap, so that more add little information. Chosen by hand."""
 
 RISES = 1.25
-"""Noise variance where all but 5 % is darker, over that where 5 % is, from which it is said to rise with brightness.
-Chosen by hand."""
+"""Ratio of noise variance at the 95th to that at the 5th percentile of brightness above which noise increases with
+brightness. Chosen by hand."""
 
 RISES_BY_CONTRAST, LOSS_RATIO = 2.0, 0.9
-"""The same of contrast; and the loss of the regression with contrast, over that without, that it must come below: on
-walls, slants and steps without compression noise does not rise with contrast."""
+"""That ratio for contrast; and maximum ratio of the regression's loss with contrast to that without: on uncompressed
+walls, slants and steps noise does not increase with contrast."""
 
 CONTRASTS = (0.03, 3000.0)
-"""Variance that the median contrast adds, over that without contrast, between which the law is sought: from next to
-nothing to all of it."""
+"""Range of the variance added by the median contrast, relative to that without contrast: from negligible to dominant.
+"""
 
 LAW_ROUNDS = 3
-"""Maximum number of times that brightness and contrast are fitted in turn. Chosen by hand."""
+"""Maximum number of alternating fits of brightness and contrast. Chosen by hand."""
 
 MOST_PHOTONS = 0.99
-"""Share of the variance that may be in proportion to brightness: black keeps some noise."""
+"""Maximum proportion of the variance that is proportional to brightness: black has some noise."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,24 +28,23 @@ class Growth:
 
 
 SMOOTH = Growth((0.5, 0.75, 1.125, 1.7), 49.0)
-"""For smooth surfaces: windows grow by half, from half the one asked for; values 7 standard deviations apart are on two
-surfaces. Chosen by hand."""
+"""Window schedule for smooth surfaces: windows grow by half, from half the requested one; values 7 standard deviations
+apart belong to different surfaces. Chosen by hand."""
 
 HELD_APART = Growth((0.5, 0.75, 1.125, 1.7, 2.5), 16.0)
-"""For surfaces that lie close to each other: values 4 standard deviations apart are on two, so that less of one is
-taken for the other where they meet; planes are as wide in narrower windows. Chosen on `MADE_WITH` of
-`benchmarks/depth_at_outlines.py`."""
+"""Window schedule for surfaces close to each other: values 4 standard deviations apart belong to different surfaces, so
+that fewer are attributed to the wrong one where they meet; planes extend as far in narrower windows. Chosen on
+`MADE_WITH` of `benchmarks/depth_at_outlines.py`."""
 
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block. Chosen by hand."""
 
 UNSHARED, WORTH_THREADS = 1 << 18, 1 << 30
-"""Multiplications up to which OpenBLAS keeps a product to one thread (its interface/gemm.c), and from which on its
-threads are worth it: they stay busy for 30 ms after each product, which is some 30 ms of work on one core."""
+"""Number of multiplications up to which OpenBLAS uses one thread (its interface/gemm.c), and above which threads are
+worthwhile: they spin for 30 ms after each product, which is about 30 ms of work on one core."""
 
 NODES = 1.6
-"""Number of nodes, at which depth is estimated, to a window's standard deviation: 5 pixels apart for 8. Chosen by
-hand."""
+"""Number of grid points of depth per standard deviation of the window: 5 pixels apart for 8. Chosen by hand."""
 
 
 def product(left: NDArray[Value], right: NDArray[Value]) -> NDArray[Value]:

@@ -40,11 +40,10 @@ __all__ = [
 ]
 
 CAUSES_NAMED, SECOND_CAUSE = 2, 0.7
-"""Number of likely causes that a warning names where nothing is valid, and evidence that the second must have. Chosen
-by hand."""
+"""Maximum number of likely causes named if nothing is valid, and minimum evidence for the second. Chosen by hand."""
 
 SATURATED = 0.5
-"""Share of a view's pixels, at its ceiling or masked, above which it is refused: the larger part."""
+"""Maximum proportion of a view's pixels that are saturated or masked; beyond it the view is rejected."""
 
 
 def _any(views: Sequence[View]) -> None:

@@ -22,23 +22,23 @@ __all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resam
 Image = NDArray[np.float32]
 
 SHIFT_WARNING = 0.25
-"""Displacement between views, in pixels, above which a user is warned. Chosen by hand."""
+"""Displacement between views in pixels above which a warning is issued. Chosen by hand."""
 
 SCALE_ALIKE = 0.3
-"""Relative difference up to which the scale that is left is taken for that of reversed foci. Chosen by hand."""
+"""Maximum relative difference between the remaining scale and that of reversed foci for the order to be named as
+reversed. Chosen by hand."""
 
 SMOOTHING_REACH = 5
-"""Distance in pixels over which pixels that cannot be used reach in the smoothed images, whose Gaussian has an sd of
-1.5: 3.3 sd."""
+"""Distance in pixels over which unusable pixels affect the smoothed images, whose Gaussian has an sd of 1.5: 3.3 sd."""
 
 ENOUGH = 0.25
-"""Share of the frame clear of that, from which views are compared there alone: a choice."""
+"""Minimum proportion of the frame unaffected by unusable pixels for views to be compared there alone (our choice)."""
 
 LEAST_MASKED = 0.05
-"""Share of a resampled pixel that may come from masked ones. Chosen by hand."""
+"""Maximum proportion of masked pixels in a resampled pixel that is still usable. Chosen by hand."""
 
 LEAST_USABLE = 0.05
-"""Share of the frame that must be usable in all views. Chosen by hand."""
+"""Minimum proportion of the frame that must be usable in all views. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)

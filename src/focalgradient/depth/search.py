@@ -20,30 +20,30 @@ from focalgradient.psf import Disc, Psf
 __all__ = ["Blurs", "Search"]
 
 LARGEST_BLUR = 16.0
-"""Blur radius in pixels, in the widest view, up to which is searched where the user sets no limit. Chosen by hand, for
-time."""
+"""Maximum blur radius in pixels of the widest view if the user sets no limit; limits the time. Chosen by hand."""
 
 MOST_BLUR = 64.0
-"""The same whatever limits are set: on textured walls the default method is as good as with narrower limits up to
-this, and wrong from 140 on, as next to nothing passes such blur."""
+"""Maximum blur radius with any limits: on textured walls the default method is as accurate as with narrower limits up
+to this, and wrong from 140 on, as such blur passes almost nothing."""
 
 LEVEL_STEP = 0.125
 """Spacing of the candidate levels, in pixels of blur radius in the widest view. Chosen by hand."""
 
 OWN_STEP = 0.32
-"""The same for optics with a transfer of their own: polychromatic and diffracted, it is less sharp than a disc's.
-Chosen by hand."""
+"""That spacing for optics with a transfer function of their own, which is smoother than that of a disc (polychromatic,
+diffracted). Chosen by hand."""
 
 PLANE_STEP = 0.2
-"""The same for blur that is not round: its phase tells levels apart that its contrast does not. Chosen by hand."""
+"""That spacing for blur without circular symmetry, whose phase distinguishes levels with equal contrast. Chosen by
+hand."""
 
 BANDS_STEP = 0.25
-"""The same for views in different wavebands, of which one may be sharp where another is much blurred: with 0.32 the
-fitted gains are 1 to 2 % lower, and such walls read nearer by a third of a standard deviation (`coverage_of_walls.py`
-in benchmarks: 3 mm, 1.5 D, 1000 cd/m^2). With 0.2 nothing is gained, in twice the time."""
+"""That spacing for views in different wavebands, one of which may be sharp where another is strongly blurred: with 0.32
+the fitted gains are 1 to 2 % too low, and such walls are estimated nearer by a third of a standard deviation
+(`benchmarks/coverage_of_walls.py`: 3 mm, 1.5 D, 1000 cd/m^2); 0.2 gives the same in twice the time."""
 
 ONE_FOCUS = 1e-9
-"""Relative difference of focus vergences up to which they are one: rounding."""
+"""Maximum relative difference of equal focus vergences: rounding."""
 
 
 @dataclass(frozen=True, eq=False)

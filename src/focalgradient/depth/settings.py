@@ -57,7 +57,7 @@ class AutoBlur(OpticsBlur):
 AUTO, OPTICS = AutoBlur(), OpticsBlur()
 
 SOURCES: dict[str, OpticsBlur] = {one.name: one for one in (AUTO, OPTICS)}
-"""Names, beside those of shapes, of where blur comes from."""
+"""Names of blur sources other than shapes."""
 
 BlurSource = Psf | OpticsBlur
 """Where the blur of a view comes from: a shape of its radius, or its optics' own."""

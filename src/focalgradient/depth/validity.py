@@ -8,20 +8,16 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = ["BLUR_ERROR", "SECONDARY_MINIMUM", "blur_is_known"]
 
 LEAST_BLUR_SD, LEAST_SHARE = 0.3, 0.1
-"""Standard deviation of a blur radius, in pixels and as a share of it, up to which depth is valid: the greater holds.
-
-A choice: at 0.3 pixel the side of a blur from zero is still known by three standard deviations at one pixel.
-"""
+"""Maximum standard deviation of the blur radius for valid depth, in pixels and relative to the radius: whichever is
+larger (our choice; with 0.3 pixel, the sign of one pixel of defocus is known to three standard deviations)."""
 
 SECONDARY_MINIMUM = 9.0
-"""Difference of cost (chi-square of one degree) within which a second minimum leaves depth ambiguous: three standard
-deviations."""
+"""Difference of cost (chi-square with one degree of freedom) within which a second minimum makes depth ambiguous: three
+standard deviations."""
 
 BLUR_ERROR = 0.03
-"""Error of real lenses' blur against the model, as a share of its radius, that is not yet a contradiction of views.
-
-A choice: about twice the 1.5 % by which calibrated lenses' edges depart from the law (`calibration.Priors`).
-"""
+"""Deviation of real lenses' blur from the model, relative to its radius, that is tolerated when views are compared (our
+choice): about twice the 1.5 % by which edges of calibrated lenses depart from the law (`calibration.Priors`)."""
 
 
 def blur_is_known(sd: ArrayLike, radius: ArrayLike, share: float = LEAST_SHARE) -> NDArray[np.bool_]:

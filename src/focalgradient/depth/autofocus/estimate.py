@@ -45,13 +45,15 @@ WIDTH = 1.0
 """Standard deviation in pixels of the Gaussian whose Laplacian measures sharpness."""
 
 REACH = 2.0
-"""Pixels of blur radius from the peak up to which settings are fitted, ever less; three always are."""
+"""Blur radius in pixels, relative to the peak, up to which settings are fitted, with decreasing weight; at least three
+settings are."""
 
 OUTSIDE = 0.3
-"""Share of the frame at or beyond the ends of the stack above which these are named as the reason: a choice."""
+"""Proportion of the frame at or beyond either end of the stack above which the stack's range is named as the reason
+(our choice)."""
 
 SUPPORT = 0.1
-"""Share of the largest number of usable pixels in a window that a window must have."""
+"""Minimum number of usable pixels in a window, as a proportion of the largest such number."""
 
 
 def check(views: Sequence[View]) -> None:

@@ -13,34 +13,35 @@ from focalgradient.depth.filters import FloatArray
 __all__ = ["Peaks", "peaks"]
 
 ROUNDS = 2
-"""Times that the settings to be fitted are chosen anew about the peak found."""
+"""Number of times the settings to fit are selected again around the peak found."""
 
 POWER = 1 / 2
-"""Power of 1/sharpness that is a parabola in vergence."""
+"""Power of 1/sharpness that is parabolic in vergence."""
 
 POWERS = (1 / 3, 2 / 3)
-"""The same over white texture and over lone edges: between these the power may be anything."""
+"""That power over white texture and over isolated edges: the range of possible powers."""
 
 CERTAIN = 6.0
-"""Standard deviations of noise by which the sharpest setting must stand out."""
+"""Minimum prominence of the sharpest setting, in standard deviations of noise."""
 
 WIDER = 2.5
-"""Reach of the parabolas whose residuals show the error of the focus settings, over that of those that give depth,
-which leave little free."""
+"""Reach of the parabolas whose residuals show the error of the focus settings, relative to the reach of those that give
+depth, which have few degrees of freedom."""
 
 POOLED = 4000
-"""Nodes, at most, over which the error of the focus settings is estimated."""
+"""Maximum number of grid points from which the error of the focus settings is estimated."""
 
 SEEN = 1e-3
-"""Share of what the best seen pattern of errors changes from which another is seen: a choice."""
+"""Minimum effect of an error pattern on the residuals, relative to the most visible pattern, for it to be estimated
+(our choice)."""
 
 UNEVEN = 0.035
-"""Error of exact settings, in units of the reach, that the wider parabolas feign, as sharpness is no exact parabola:
+"""Apparent error of exact settings, in units of the reach, that arises because sharpness is not exactly parabolic:
 0.017 to 0.03 on simulated stacks of slants and steps at f/4 and f/2.8."""
 
 LEAST_FREE = 0.05
-"""Share of a parabola's weighted settings that its three coefficients must leave free, on average over nodes, for the
-error of the settings to be estimated: three settings leave none."""
+"""Minimum proportion of a parabola's weighted settings that its three coefficients leave free, averaged over grid
+points, for the error of the settings to be estimated; with three settings it is 0."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,17 +14,17 @@ from focalgradient.optics import DualPixel
 __all__ = ["MODEL_ERROR", "estimate"]
 
 MODEL_ERROR = 0.05
-"""Error of the radius beyond noise, as a share of it: scatter of a photographed sheet about a smooth field."""
+"""Error of the radius beyond noise, relative to the radius: scatter of a photographed sheet about a smooth field."""
 
 VARIES = 1.5
-"""Standard deviation of the Gaussian, in windows, within which the variation of the radius is part of its error. Chosen
+"""Standard deviation, in windows, of the Gaussian within which variation of the radius contributes to its error. Chosen
 by hand."""
 
 STEADY = 0.25
-"""Share of the radius up to which it may vary within that Gaussian for depth to be valid. Chosen by hand."""
+"""Maximum variation of the radius within that Gaussian, relative to the radius, for valid depth. Chosen by hand."""
 
 LEAST_ERROR = 0.06
-"""Least error of the radius beyond noise, in pixels: that near focus. Chosen by hand."""
+"""Minimum error of the radius beyond noise, in pixels, which dominates near focus. Chosen by hand."""
 
 
 def estimate(problem: Problem) -> Estimate:

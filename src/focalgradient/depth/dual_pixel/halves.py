@@ -23,32 +23,32 @@ __all__ = ["HalfRadius", "half_asymmetry", "half_radius", "halves_of"]
 FloatArray = NDArray[np.floating]
 
 FINE_SD, COARSE_SD = 1.2, 12.0
-"""Standard deviations (pixels) of the Gaussians between which detail is compared: finer than the first the halves'
-pixels alias, and coarser than the second their brightness differs."""
+"""Standard deviations (pixels) of the Gaussians that limit the compared detail: finer detail is aliased in half pixels,
+and coarser detail differs in brightness."""
 
 EVEN = 24.0
-"""Standard deviation in pixels over which the halves' ratio of brightness is taken, which varies smoothly. Chosen by
-hand."""
+"""Standard deviation in pixels of the window in which the ratio of the halves' brightness is measured; the ratio varies
+smoothly. Chosen by hand."""
 
 POOL = 4
-"""Pixels, each way, whose energies are summed to one: a window is larger."""
+"""Side in pixels of the squares over which energy is summed; windows are larger."""
 
 RADIUS_STEP = 0.25
-"""Step in pixels of the radii that are compared. Chosen by hand."""
+"""Spacing in pixels of the candidate radii. Chosen by hand."""
 
 WINDOWS = 4
-"""Number of windows that are tried, each twice as wide as the one before: the narrowest that knows the blur is taken.
-Chosen by hand."""
+"""Number of window sizes, each twice the previous one; the smallest that determines the blur is used. Chosen by hand.
+"""
 
 RADIUS_KNOWN = 0.15
-"""Standard deviation of the radius, in pixels, below which no wider window is needed: half of the largest that is
-valid."""
+"""Standard deviation of the radius in pixels below which no larger window is tried: half of the largest valid standard
+deviation."""
 
 SETS = 3
-"""Number of asymmetries at which the likelihood is computed where asymmetry varies over the field. Chosen by hand."""
+"""Number of asymmetries at which the likelihood is computed if asymmetry varies over the field. Chosen by hand."""
 
 PADDED = 16
-"""Width in pixels by which the halves are continued beyond their borders. Chosen by hand."""
+"""Width in pixels by which the halves are extended beyond their borders. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -243,7 +243,7 @@ def _minimum(
 
 
 SECOND = 4.5
-"""Difference of log-likelihood by which any other radius must be worse: three standard deviations."""
+"""Minimum log-likelihood ratio of the best radius to any other mode: three standard deviations."""
 
 
 def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -20,20 +20,20 @@ SCALES = (1.0, 2.0, 4.0, 8.0)
 """Standard deviations in pixels of the Gaussians, in octaves, the finest first. Chosen by hand."""
 
 SIGNIFICANT = 8.0
-"""Slope of an edge, in standard deviations of what noise makes of it, from which a contour starts. Chosen by hand."""
+"""Slope of an edge, in standard deviations of the slope of noise, above which a contour starts. Chosen by hand."""
 
 JITTER = 0.15
-"""Displacement of a zero-crossing by noise, as a share of the Gaussian, up to which a scale is fine enough for a
-contour to start. Chosen by hand."""
+"""Maximum displacement of a zero-crossing by noise, relative to the Gaussian's standard deviation, at which a contour
+may start at this scale. Chosen by hand."""
 
 WEAKER = 0.6
-"""Share of the slope that starts a contour which is enough to continue it. Chosen by hand."""
+"""Slope that continues a contour, relative to the slope that starts one. Chosen by hand."""
 
 SHARP_TURN = 0.6
-"""Angle in radians (34 degrees) between one stretch of a contour and the next at which it is cut. Chosen by hand."""
+"""Angle in radians (34 degrees) between consecutive stretches of a contour above which it is cut. Chosen by hand."""
 
 STRETCH = 1.5
-"""Length of such a stretch, in units of the blur's standard deviation. Chosen by hand."""
+"""Length of such a stretch, in standard deviations of the blur. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

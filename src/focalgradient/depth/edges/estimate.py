@@ -73,9 +73,9 @@ def estimate(problem: Problem) -> Estimate:
 
 
 OWN_BLUR, CALIBRATED = 1.0, 0.5
-"""Width of edges (sigma, pixels) up to which a camera's own blur, which differs over the frame, cannot be distinguished
-from defocus, so that no depth is claimed: where it is known to a pixel squared (`calibration.Priors`); and where a
-calibration gives it. Cards of 0.6 pixels are right to 5 % then (`tests/test_cli_demo.py`)."""
+"""Edge width (sigma, pixels) up to which a camera's own blur, which varies over the frame, cannot be distinguished from
+defocus, so that depth is invalid: if that blur is known to one squared pixel (`calibration.Priors`), and with a
+calibration. With the latter, cards with a blur of 0.6 pixels are accurate to 5 % (`tests/test_cli_demo.py`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

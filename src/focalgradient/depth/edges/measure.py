@@ -33,7 +33,7 @@ Fit = Literal["likelihood", "regression", "unweighted"]
 FloatArray = NDArray[np.float64]
 
 _PAPER_K = 1.0
-"""The paper's sigma / radius: edges are measured by their sigma unless another k is given."""
+"""The paper's sigma / radius: unless another k is given, edges are described by their sigma."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

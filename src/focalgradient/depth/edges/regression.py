@@ -26,23 +26,23 @@ __all__ = ["regress_edges"]
 FloatArray = NDArray[np.float64]
 
 SMOOTHINGS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
-"""Standard deviations in pixels of the Gaussians to smooth with, in half octaves; each edge takes the one nearest its
-own blur, within 19 %."""
+"""Standard deviations in pixels of the smoothing Gaussians, in half octaves; each edge uses the one nearest to its own
+blur, within 19 %."""
 
 PLAIN = 1.0
-"""Standard deviation in pixels of the Gaussian to smooth with where all points count alike. Chosen by hand."""
+"""Standard deviation in pixels of the smoothing Gaussian of the unweighted regression. Chosen by hand."""
 
 BIN = 0.5
-"""Width in pixels, across the edge, of the bins in which C is averaged along it. Chosen by hand."""
+"""Width in pixels, across the edge, of the bins in which C is averaged along the edge. Chosen by hand."""
 
 LINE_REACH = 2.5
-"""Distance from the edge, in units of T, up to which the line is fitted. Chosen by hand."""
+"""Maximum distance from the edge, in units of T, of the points to which the line is fitted. Chosen by hand."""
 
 CLEAR_SDS = 3.0
-"""Size of C in its standard deviations below which a point is left out of the weighted line. Chosen by hand."""
+"""Minimum magnitude of C, in its standard deviations, of points in the weighted regression. Chosen by hand."""
 
 MAX_RENEWALS = 8
-"""Maximum number of times that weights and reach are renewed. Chosen by hand."""
+"""Maximum number of updates of weights and reach. Chosen by hand."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 

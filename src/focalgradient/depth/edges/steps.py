@@ -22,39 +22,39 @@ __all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]
 FloatArray = NDArray[np.float64]
 
 EDGE_ERROR = 0.01
-"""Error of real lenses' edges against the model, as a share of the contrast, that is not yet a contradiction. Chosen by
-hand."""
+"""Deviation of real lenses' edges from the model, relative to contrast, that is tolerated. Chosen by hand."""
 
 REACHES = (4.5, 6.0, 8.0, 11.0)
-"""Half the width of the band, in standard deviations of the blur: the first must fit, the others are tried in turn."""
+"""Half-widths of the band, in standard deviations of the blur: the first must fit; wider ones are tried in turn."""
 
 IN_FRAME = 0.5
-"""Least share of the first band that must lie in the frame: less cannot show a step, whose middle is the band's."""
+"""Minimum proportion of the first band within the frame; with less the step, which is in the middle of the band, cannot
+be seen."""
 
 WIDENING = 2.05
-"""Standard deviations of misfit (a chance of 2 %) beyond which a wider band is not taken."""
+"""Misfit in standard deviations above which a wider band is rejected (probability 2 %)."""
 
 LEAST_BAND, WIDEST_BAND = 4.0, 96.0
-"""Half the width of the band in pixels, at least and at most. Chosen by hand."""
+"""Minimum and maximum half-width of the band in pixels. Chosen by hand."""
 
 WIDEST_SIGMA = 20.0
-"""Standard deviation in pixels of the widest blur that is looked for. Chosen by hand."""
+"""Maximum standard deviation of the blur in pixels. Chosen by hand."""
 
 NARROWEST_SIGMA = 0.15
-"""Standard deviation in pixels of the narrowest, pixel included: an edge in focus comes out so."""
+"""Minimum standard deviation of the blur in pixels, including that of the pixel: the value of an edge in focus."""
 
 PIXEL_POINTS = 1 / math.sqrt(15)
-"""Distance in pixels between four points, equally spaced, whose variance is the pixel's, 1/12: 5/4 of its square."""
+"""Spacing in pixels of four equally spaced points with the variance of a pixel, 1/12: 5/4 of the squared spacing."""
 
 TABLE = 4097
-"""Samples of an edge response from the step to where it is 1: between them, linear interpolation is right to 1e-7."""
+"""Number of samples of an edge response from the step to its end; linear interpolation is accurate to 1e-7."""
 
 MAX_FIT_STEPS = 20
-"""Steps after which a fit that has not converged is given up; an edge takes about five."""
+"""Maximum number of iterations of a fit; an edge takes about five."""
 
 NOISE_EXCESS = 2.0
-"""Times the image's noise up to which a band's own, where noise is not given, is attributed to noise. Chosen by
-hand."""
+"""Ratio of a band's residual to the image's noise up to which the residual is attributed to noise if noise is not
+given. Chosen by hand."""
 
 FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misfit", "freedom", "allowed", "pixels")
 """Quantities estimated of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a

@@ -30,23 +30,23 @@ from focalgradient.psf import Annulus, Disc, Psf
 __all__ = ["Alternative", "ModelChecks", "check_model", "error_with", "judge_alternatives"]
 
 OBSTRUCTED = (0.35, 0.5)
-"""Diameter of an annulus's hole over that of its rim, from weak to strong: mirror lenses have about these."""
+"""Ratio of hole to rim diameter of an annulus, from weak to strong: typical of mirror lenses."""
 
 SOFTER = (0.25, 0.4, 0.6, 0.9)
-"""Standard deviations in pixels of the Gaussian by which a view is softer than its optics make it, each about 1.5 times
-the one before: chosen by hand."""
+"""Standard deviations in pixels of Gaussians by which a view may be softer than its optics imply, each about 1.5 times
+the previous one. Chosen by hand."""
 
 CLEARLY_SDS = 3.5
-"""Mean difference of the log likelihoods, over its standard error, from which an alternative is taken: 60 right models
-(walls and slants, two and three views, noise of .004 to .03, equal and not) gave at most 2.5, rings for discs 4 to
-37."""
+"""Mean difference of the log likelihoods, in its standard errors, above which an alternative is accepted: at most 2.5
+in 60 correct models (walls and slants, two and three views, equal and unequal noise of .004 to .03), 4 to 37 for annuli
+analysed as discs."""
 
 WORTHWHILE = 5.0
-"""Mean difference of the log likelihoods of a window from which an alternative is taken: where models hardly differ, as
-on a wall that two foci blur alike, even 3.4 is clear by its standard error; views that were changed gave 8 to 250."""
+"""Mean difference of a window's log likelihoods above which an alternative is accepted: where models hardly differ, as
+on a wall that is equally blurred at two foci, 3.4 is already significant; altered views gave 8 to 250."""
 
 SHARE = 0.75
-"""Quantile, over the frame, of what depth would change by as a share of the blur, that is added to the model error."""
+"""Quantile over the frame of the change in depth, relative to the blur, that is added to the model error."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,15 +24,15 @@ from focalgradient.psf import Blend, Disc, Gaussian, Psf
 __all__ = ["Fit", "fit_models", "judge_shape", "others_than"]
 
 SIDE = 384
-"""Side in pixels of the part of the views in which shapes are compared: chosen by hand, for time."""
+"""Side in pixels of the part of the views in which shapes are compared; limits the time. Chosen by hand."""
 
 LIKELIER_SHAPE = 0.99
-"""Residual of the likelier shape, over that of the one asked for, below which it is named: wrong shapes leave 1.07 to
-1.18 times the noise, right ones 0.99 to 1.01."""
+"""Ratio of the residual with the likeliest shape to that with the requested one below which the former is named: wrong
+shapes leave 1.07 to 1.18 times the noise, correct ones 0.99 to 1.01."""
 
 
 CANDIDATES: tuple[Psf, ...] = (Disc(), Gaussian(), Blend())
-"""The shapes that are compared with the one asked for: a lens's blur without aberration, the paper's, and between."""
+"""Shapes compared with the requested one: a lens without aberrations, the paper's, and an intermediate one."""
 
 
 def others_than(shape: Psf) -> list[Psf]:

@@ -19,7 +19,7 @@ from focalgradient.parallel import share_rows
 __all__ = ["noise_passed", "whitened_filters"]
 
 TINY = 1e-6
-"""Share of the largest transfer below which all vanish: noise is then compared with noise."""
+"""Transfer relative to the largest one below which a frequency is considered lost in all views."""
 
 
 def whitened_filters(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 __all__ = ["curves"]
 
 SHORTEST = 8
-"""Number of points up to which a curve is left out: about a window. Chosen by hand."""
+"""Maximum length in points of curves that are dropped: about a window. Chosen by hand."""
 
 Point = tuple[int, int]
 

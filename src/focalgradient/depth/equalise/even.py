@@ -19,18 +19,19 @@ from focalgradient.depth.filters import FloatArray
 __all__ = ["EvenCoordinate"]
 
 SMALL_BLUR = 1.0
-"""Blur radius in pixels below which depth counts by the square of blur: a choice; beyond about it disc and noise make
-no parabola any more, and planes of depth are planes."""
+"""Blur radius in pixels below which the coordinate of depth is the square of blur (our choice): above it, disc and
+noise no longer make a parabola, and planes of depth remain planes."""
 
 CHANGING = 0.2
-"""Rate of change, over that of larger blur, from which residuals are fitted by: at 0.4 the fourth power of blur, which
-a straight line leaves out, put depth off by 2 standard deviations at the focus (walls at 3 m, noise 0.3 %)."""
+"""Minimum rate of change, relative to that of large blur, of residuals that are fitted: with 0.4 the fourth power of
+blur, which a straight line omits, biased depth by 2 standard deviations at the focus (walls at 3 m, noise 0.3 %)."""
 
 MIN_RATE = 1e-3
-"""Least rate of change of the coordinate, over that of large blur, for it to have an inverse: chosen by hand."""
+"""Minimum rate of change of the coordinate, relative to that of large blur, which makes it invertible. Chosen by hand.
+"""
 
 PLACES_PER_LEVEL = 16
-"""Number of places per level at which the coordinate is kept; linear in between. Chosen by hand."""
+"""Number of samples of the coordinate per level; linear interpolation between them. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)

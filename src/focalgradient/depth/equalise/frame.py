@@ -34,29 +34,28 @@ from focalgradient.optics import capabilities
 __all__ = ["Frame", "NodeDepth", "PixelDepth", "depth_at_nodes", "depth_at_pixels"]
 
 FILTER_REACH = 2.0
-"""Distance over which filters carry one surface over another in different wavebands, in radii of blur: chosen by
-hand."""
+"""Spatial support of the filters for different wavebands, in blur radii, over which surfaces mix. Chosen by hand."""
 
 MODEL_ERRS = 1.03
-"""Median misfit above which the model is wrong: correct models have 0.99 to 1.01."""
+"""Median misfit above which the blur model is considered wrong: correct models have 0.99 to 1.01."""
 
 COHERENT = 0.1
-"""Amplitude of that part of the model's error which looks like a difference of depth, alike over a window, over that of
-the part which is left: with it 94 to 99 % of depth on natural texture in JPEG of quality 90 and 95 lies within two sd;
+"""Amplitude of the part of the model error that is uniform over a window and resembles a difference of depth, relative
+to the other part: with it 94 to 99 % of depth on natural texture in JPEG of quality 90 and 95 lies within two sd;
 quality 75, with 73 %, would need 0.2 (`benchmarks/stored_photographs.py`)."""
 
 COMPRESSED = 0.3
-"""The same for noise that rises with contrast: in five rooms in JPEG of quality 75, 92 % of depth lies within two sd
-with it, 79 % with 0.1; and 89 % in ten that were left out of the choice (`benchmarks/rooms.py`)."""
+"""That amplitude for noise that increases with contrast: in five rooms in JPEG of quality 75, 92 % of depth lies within
+two sd with it, 79 % with 0.1; 89 % in ten held-out rooms (`benchmarks/rooms.py`)."""
 
 TENTH, BLUR_BESIDE = 0.1, 0.15
-"""Share of its distance, or blur radius in pixels, to which a surface must be known near an outline for depth to be
-claimed: the greater holds. Between outlines closer together than windows are wide, surfaces are less known."""
+"""Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of
+its blur radius in pixels, whichever is larger. Between boundaries closer than a window, surfaces are less certain."""
 
 OTHER_SURFACE = 0.25
-"""Standard deviation of the vergence of a surface without texture about that of the textured one beside it, over the
-frame's median vergence: in rooms, depth where texture ends errs by 0.18 of itself in the root mean square, and by 0.12
-where it does not; on rendered layers by 0.4 on the blank surface (`benchmarks/rooms.py`)."""
+"""Standard deviation of the vergence of an untextured surface about that of the textured one beside it, relative to the
+frame's median vergence: in rooms the root mean square error of depth is 0.18 of vergence where texture ends and 0.12
+elsewhere; on rendered layers 0.4 on the blank surface (`benchmarks/rooms.py`)."""
 
 
 @dataclass(slots=True, eq=False)

@@ -41,14 +41,14 @@ __all__ = [
 ]
 
 MIN_NOISE_VARIANCE = 1e-4
-"""Least noise variance that is found, over the one assumed: of views without noise a parabola may lie below 0."""
+"""Minimum estimated noise variance relative to the assumed one: with noiseless views a parabola may lie below 0."""
 
 SCATTER_SHARE = 0.5
-"""Share of the local variance of depth about its plane that is added to depth's variance: chosen by hand."""
+"""Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
 
 RANGE_SDS = 2.0
-"""Distance beyond an end of the range searched, in standard deviations, from which a plane of depth leaves it: a test
-at 2.5 %."""
+"""Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
+one-sided test at 2.5 %."""
 
 Filters = tuple[list[NDArray[Any]], NDArray[Any]]
 """Filters (n x L x F) of each comparison, and the amplitude of wavebands' independent textures, m x n x L x F."""

@@ -29,25 +29,25 @@ from focalgradient.psf import Psf
 __all__ = ["judge_optics", "likelier_slip"]
 
 LIKELIER = 0.85
-"""Residual power of the likelier optics, over that of the stated optics with the likeliest shape of blur, below which
-they are named: chosen by hand; `benchmarks/depth_slips.py` counts hits and false alarms."""
+"""Ratio of the residual power with the likeliest optics to that with the stated optics and the likeliest blur shape,
+below which the former are named. Chosen by hand; `benchmarks/depth_slips.py` counts hits and false alarms."""
 
 EXPLAINS = (0.9, 2.0)
-"""Residual power over the noise's between which optics explain the views. More is left where nothing fits (displaced
-views, printed squares); less where the blur of a slip is so large that hardly anything is compared."""
+"""Range of the ratio of residual to noise power in which optics explain the views. It is higher if nothing fits
+(displaced views, printed squares), and lower if the blur of a wrong candidate is so large that little is compared."""
 
 STATED = "as stated"
-"""Name of the stated optics, with the shape of blur that fits them best, among the slips: as messages state it."""
+"""Name of the stated optics with their best-fitting blur shape, as used in messages."""
 
 FACTORS = (0.5, math.sqrt(0.5), math.sqrt(2), 2.0)
-"""Factors by which an f-number may be off: one and two stops either way."""
+"""Candidate factors of a wrong f-number: one and two stops in either direction."""
 
 COMPARED = 2
-"""Number of slips, those that leave least for the noise of the stated optics, for which noise is estimated anew: chosen
-by hand, for time."""
+"""Number of candidates, those with the smallest residuals, for which noise is estimated again; limits the time. Chosen
+by hand."""
 
 SUSPECT = 1.06
-"""Median misfit from which slips are looked for: right optics with the right shape of blur leave 0.99 to 1.04."""
+"""Median misfit above which the optics are checked: correct optics with the correct blur shape leave 0.99 to 1.04."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,27 +18,28 @@ from focalgradient.depth.filters import FloatArray, Image
 __all__ = ["blurs_at", "moved_to_edges"]
 
 EDGE_SEARCH = 10
-"""Distance in pixels to either side of an outline within which edges are looked for: about three `PRIOR_SD`."""
+"""Distance in pixels on either side of an occlusion boundary within which image edges are searched: about three
+`PRIOR_SD`."""
 
 PRIOR_SD = 3.0
-"""Prior standard deviation of an outline's place, in pixels: residuals give it to a few. Chosen on `MADE_WITH`."""
+"""Prior standard deviation of a boundary's position, in pixels; residuals locate it to a few pixels. Chosen on
+`MADE_WITH`."""
 
 CONTRAST_GAIN = 4.0
-"""Log likelihood gained by contrast across the outline that equals the common contrast about it. Chosen on
+"""Increase in log likelihood for a contrast across the boundary that equals the typical contrast around it. Chosen on
 `MADE_WITH`."""
 
 GRADIENT_SD = 1.0
-"""Standard deviation in pixels of the Gaussian whose gradient is the contrast. Chosen on `MADE_WITH`."""
+"""Standard deviation in pixels of the Gaussian whose gradient measures contrast. Chosen on `MADE_WITH`."""
 
 COMMON_SD = 8.0
-"""Standard deviation in pixels of the window over which contrast is common: that of the default window. Chosen on
-`MADE_WITH`."""
+"""Standard deviation in pixels of the window of the typical contrast: the default window. Chosen on `MADE_WITH`."""
 
 ALONG_SD = 6.0
 """Standard deviation in pixels of the window along an outline in which contrast is averaged. Chosen on `MADE_WITH`."""
 
 NORMAL_SD = 4.0
-"""Standard deviation in pixels of the window in which an outline's direction is taken. Chosen on `MADE_WITH`."""
+"""Standard deviation in pixels of the window in which a boundary's direction is measured. Chosen on `MADE_WITH`."""
 
 
 def blurs_at(level: FloatArray, radii: FloatArray) -> FloatArray:

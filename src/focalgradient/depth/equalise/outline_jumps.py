@@ -30,22 +30,23 @@ from focalgradient.parallel import share_rows
 __all__ = ["SmallJumps", "between_surfaces", "find_small_jumps"]
 
 DIRECTIONS = 8
-"""Number of directions, 22.5 degrees apart, in which jumps are looked for: chosen by hand."""
+"""Number of directions, 22.5 degrees apart, in which depth discontinuities are searched. Chosen by hand."""
 
 SIDE_LENGTH, SIDE_WIDTH = 2.2, 0.8
-"""Distance up to which depth is looked at to either side, and half the width of that strip, over the reach of window
-and blur. Chosen on `MADE_WITH` and `CONTROLS`."""
+"""Length and half-width of the strip on either side in which depth is evaluated, relative to the reach of window and
+blur. Chosen on `MADE_WITH` and `CONTROLS`."""
 
 BETWEEN = 0.2
-"""Least distance of a node's depth from the mean of either side, as a share of the rise, for the node to lie between
-them. Chosen on `MADE_WITH` and `CONTROLS`."""
+"""Minimum difference between the depth of a grid point and the mean of either side, relative to their difference, for
+the point to lie between them. Chosen on `MADE_WITH` and `CONTROLS`."""
 
 MOSTLY = 0.7
-"""Share of that rise that must be the jump, and not the plane's slope. With 0.5 the spheres have the same depth, and
-79 % of a photograph (`analysis/motorcycle.py`) is claimed with a median error of .70 %, with this 80 % and .68 %."""
+"""Minimum proportion of that difference that must be due to the discontinuity and not to the plane's slope. With 0.5
+the spheres have the same depth, and 79 % of a photograph (`analysis/motorcycle.py`) is valid with a median error of .70
+%; with this 80 % and .68 %."""
 
 SMALL_MIN_JUMP = 0.2
-"""Least difference of blur radius, in pixels of the widest view, at a small jump. Chosen on `MADE_WITH` and
+"""Minimum difference of blur radius, in pixels of the widest view, at a small discontinuity. Chosen on `MADE_WITH` and
 `CONTROLS`."""
 
 SIDE_SLOPE_SD = 0.4
@@ -53,27 +54,30 @@ SIDE_SLOPE_SD = 0.4
 `MADE_WITH` and `CONTROLS`."""
 
 MIN_COVERAGE = 1.0
-"""Least number of nodes on either side, over the square of the reach of window and blur: half of all that there are."""
+"""Minimum number of grid points on either side, relative to the squared reach of window and blur: half of all points.
+"""
 
 SMALL_MIN_BLUR = 3.5
-"""Blur radius in pixels from which small jumps are looked for: below it, clutter and curved surfaces are taken for
-them. With 4 pixels 81.5 % of a photograph (`analysis/motorcycle.py`) is claimed, with a median error of .65 %, with
-this 80.8 % and .66 %; of what is claimed near outlines of spheres seen with two foci, 8.9 and 7.7 % is off by more than
-10 %."""
+"""Minimum blur radius in pixels at which small discontinuities are searched; below it, clutter and curved surfaces are
+mistaken for them. With 4 pixels 81.5 % of a photograph (`analysis/motorcycle.py`) is valid, with a median error of .65
+%; with this 80.8 % and .66 %; near boundaries of spheres seen with two foci, 8.9 and 7.7 % of valid depth is in error
+by more than 10 %."""
 
 IN_FOCUS = 1.0
-"""Blur radius in pixels below which they are looked for all the same: a surface in focus says little about depth, and
-windows beside a blurred one give that one's depth as far as they reach. Of what is claimed near outlines of spheres
-before a wall in focus, 14 and 9 % is off by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8 %,
-10 and 5 % for seeds that were not looked at (13 and 14)."""
+"""Blur radius in pixels below which they are searched nevertheless: a surface in focus contains little information on
+depth, and windows next to a blurred surface take the depth of that surface. Near boundaries of spheres before a wall in
+focus, 14 and 9 % of valid depth is in error by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8
+%, 10 and 5 % for held-out seeds (13 and 14)."""
 
 RISE_REACH, RISE_SD = 1.5, 0.5
-"""How far from a jump that is not treated depth may be part of its rise, over how far window and blur reach, and which
-part: of two wavebands of an eye that sees a step or spheres (`benchmarks/eye_at_outlines.py`, seed 0), 7, 11 and 12 %
-of what was claimed lay beyond 5 standard deviations without this, 0, 0.3 and 3 % with it."""
+"""Distance from an untreated discontinuity within which depth may be affected by it, relative to the reach of window
+and blur; and standard deviation added there, relative to the discontinuity. In two wavebands of an eye that views a
+step or spheres (`benchmarks/eye_at_outlines.py`, seed 0), 7, 11 and 12 % of valid depth was beyond 5 standard
+deviations without this, 0, 0.3 and 3 % with it."""
 
 SURFACE_SMOOTHING = 1.5
-"""Standard deviation in nodes of the Gaussian that smooths the two surfaces along an outline. Chosen on `MADE_WITH`."""
+"""Standard deviation in grid points of the Gaussian that smooths the two surfaces along a boundary. Chosen on
+`MADE_WITH`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,39 +18,41 @@ from focalgradient.depth.validity import BLUR_ERROR
 __all__ = ["CLEAR_REACHES", "Conditions", "Located", "few_large", "locate", "squared_residual"]
 
 ONSET = 0.9
-"""Share of the reach of blur and filters (`_reach`) within which residuals exceed noise. Chosen on `MADE_WITH`."""
+"""Proportion of the reach of blur and filters (`_reach`) within which residuals exceed noise. Chosen on `MADE_WITH`."""
 
 LARGE_RESIDUAL = 4.0
-"""Squared residual over its expectation that counts as large: of noise alone 4.6 % are (chi-square of one degree)."""
+"""Squared residual, relative to its expectation, above which it is large: probability 4.6 % under noise alone
+(chi-square with one degree of freedom)."""
 
 COUNT_SD, MAX_LARGE = 1.5, 0.22
-"""Standard deviation in pixels of the window in which large residuals are counted; and their share above which a
-surface does not explain the views there, about five times that of noise. Chosen on `MADE_WITH`."""
+"""Standard deviation in pixels of the window in which large residuals are counted; and proportion above which a surface
+does not explain the views, about five times that of noise. Chosen on `MADE_WITH`."""
 
 DECISIVE, DECISION_SD = 0.3, 3.0
-"""Mean difference of the surfaces' squared residuals that decides between them; and standard deviation in pixels of the
-window of that mean. Chosen on `MADE_WITH`."""
+"""Mean difference of the surfaces' squared residuals that decides between them, and standard deviation in pixels of its
+window. Chosen on `MADE_WITH`."""
 
 MIN_PATCH = 20
-"""Area in pixels up to which a patch that one surface explains is put down to chance: about that of the window of
+"""Area in pixels up to which a patch explained by one surface is attributed to chance: about the area of the window of
 `COUNT_SD` (14). Chosen on `MADE_WITH`."""
 
 OUTLINE_SMOOTHING = 1.5
-"""Standard deviation in pixels of the Gaussian that smooths an outline. Chosen on `MADE_WITH`."""
+"""Standard deviation in pixels of the Gaussian that smooths a boundary. Chosen on `MADE_WITH`."""
 
 CLEAR_REACHES = 1.25
-"""Distance from an outline, in reaches of blur and filters (`_reach`), beyond which pixels are unoccluded: used again
-when depth is estimated anew. Chosen on `MADE_WITH`."""
+"""Distance from a boundary, in reaches of blur and filters (`_reach`), beyond which pixels are unoccluded and used in
+the second estimate. Chosen on `MADE_WITH`."""
 
 OUTLINE_SD = 2.0
-"""Standard deviation in pixels of an outline's place once it is moved to an edge. Chosen on `MADE_WITH`."""
+"""Standard deviation in pixels of a boundary's position after it is moved to an image edge. Chosen on `MADE_WITH`."""
 
 UNDECIDED = 0.4
-"""Standard deviation of an outline's place, over the excess of the band between the surfaces beyond what blur explains
-(narrower where both surfaces explain the views). Chosen on `MADE_WITH`."""
+"""Standard deviation of a boundary's position, relative to the excess width of the undecided band between the surfaces
+beyond that explained by blur (the band is narrower where both surfaces explain the views). Chosen on `MADE_WITH`."""
 
 MIN_JUMP = 0.5
-"""Least difference of blur radius, in pixels of the widest view, at a large jump of depth. Chosen on `MADE_WITH`."""
+"""Minimum difference of blur radius, in pixels of the widest view, at a large depth discontinuity. Chosen on
+`MADE_WITH`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

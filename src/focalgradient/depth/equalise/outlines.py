@@ -44,60 +44,64 @@ from focalgradient.depth.validity import blur_is_known
 __all__ = ["Outlines", "curvature_variance", "find_outlines"]
 
 FINER, LEAST_WINDOW = 0.625, 2.0
-"""Size of the windows in which depth near outlines is estimated, over that of the settings, and the least of them in
-pixels. Near outlines of eight scenes of spheres (seeds 5, 6, 8, 11 and 12) 12.1 % of what is claimed is off by more
-than 10 % with windows of the settings' size, 10.0 % with 0.75 of it, 8.7 % with this, and 9.0 % with 0.5."""
+"""Size of the windows near boundaries relative to that of the settings, and its minimum in pixels. Near boundaries of
+eight scenes of spheres (seeds 5, 6, 8, 11 and 12) 12.1 % of valid depth is in error by more than 10 % with windows of
+the settings' size, 10.0 % with 0.75 of it, 8.7 % with this, and 9.0 % with 0.5."""
 
 SAME_SURFACE = 0.75
-"""Largest difference of blur radius, in pixels of the widest view, between depths that may belong to one curved
-surface: 1.5 `MIN_JUMP`. Chosen on `MADE_WITH`."""
+"""Maximum difference of blur radius, in pixels of the widest view, between depths of one curved surface: 1.5
+`MIN_JUMP`. Chosen on `MADE_WITH`."""
 
 MIN_EXPLAINED = 0.9
-"""Least share of a node's pixels that its depth must explain for a surface to be continued from it. Chosen on
-`MADE_WITH`."""
+"""Minimum proportion of a grid point's pixels that its depth must explain for a surface to be extended from it. Chosen
+on `MADE_WITH`."""
 
 AGREE_SDS = 2.0
-"""Difference, in its standard deviations, up to which depth estimated anew agrees with the first: a test at 5 %."""
+"""Maximum difference, in its standard deviations, between the second and the first estimate for them to agree: a test
+at 5 %."""
 
 KEPT_WINDOWS = 1.0
 """Distance from a boundary, in windows beyond `CLEAR_REACHES`, from which the first-pass estimate is kept. Chosen on
 `MADE_WITH`."""
 
 MIN_CLEAR_NODES = 2
-"""Number of unoccluded nodes per side up to which a side is continued from all of its nodes. Chosen on `MADE_WITH`."""
+"""Minimum number of unoccluded grid points per side; with fewer, a side is extended from all of its points. Chosen on
+`MADE_WITH`."""
 
 SMALL_OUTLINE_SD = 4.0
 """Localisation standard deviation, in pixels, of boundaries that only depth reveals: twice `OUTLINE_SD`. Chosen on
 `MADE_WITH`."""
 
 CHANGE_SD = 0.3
-"""Standard deviation of depth beside a small jump, over what treating the jump changes it by. Chosen on `MADE_WITH`."""
+"""Standard deviation of depth next to a small discontinuity, relative to the change caused by its treatment. Chosen on
+`MADE_WITH`."""
 
 REJECTED = 1.5
-"""Distance in pixels to either side of an outline within which no depth is claimed: below `OUTLINE_SD`. Chosen on
+"""Distance in pixels on either side of a boundary within which depth is invalid: less than `OUTLINE_SD`. Chosen on
 `MADE_WITH`."""
 
 HALF = 0.5
-"""Share of the pixels that a surface must explain beside an outline to be continued to there; and of a node's pixels
-that must be unoccluded, or consistent: a majority."""
+"""Minimum proportion of the pixels next to a boundary that a surface must explain to be extended to it; and of a grid
+point's pixels that must be unoccluded, or consistent: a majority."""
 
 SLACK = 3.0
-"""Distance in pixels beyond the reach of an outline within which a contradiction may be due to it: 1.5 `OUTLINE_SD`.
+"""Distance in pixels beyond the reach of a boundary within which a contradiction may be caused by it: 1.5 `OUTLINE_SD`.
 Chosen on `MADE_WITH`."""
 
 GROWN_WINDOWS = 4.0
-"""Windows within which pixels contribute to a node's depth: 2.2 of the widest of `numerics.SMOOTH`, 1.7, rounded up."""
+"""Distance in windows within which pixels contribute to a grid point's depth: 2.2 times the widest of
+`numerics.SMOOTH`, 1.7, rounded up."""
 
 REPLACED_WINDOWS = 2.0
-"""Distance beyond the reach of an outline, in windows, within which windows may give no depth because of it: a window
-has 95 % of its weight within two. Chosen on `MADE_WITH`."""
+"""Distance beyond the reach of a boundary, in windows, within which it may invalidate depth: a window has 95 % of its
+weight within two. Chosen on `MADE_WITH`."""
 
 MIN_CONTRADICTION = 3
-"""Width in nodes across which views must contradict each other for an outline to be looked for: on blank paper and
-steep planes they do so in one or two."""
+"""Minimum width in grid points of a region of contradicting views in which a boundary is searched: blank paper and
+steep planes have contradictions one or two points wide."""
 
 CARRIED_WINDOWS = 2.0
-"""Distance from an outline, in windows, over which these carry depth of either side across it: 95 % of their weight."""
+"""Distance from a boundary, in windows, over which these carry depth of either side across it: 95 % of their weight."""
 
 
 Value = TypeVar("Value", bound=np.generic)

@@ -27,16 +27,14 @@ __all__ = ["likelihood_of_transfers", "ring_transfer", "vergence_likelihood"]
 FloatArray = NDArray[np.float64]
 
 RINGS = 2
-"""Rings of frequency to one step of the spectrum, in which the views' powers are summed."""
+"""Number of rings of frequency per step of the spectrum in which the views' powers are summed."""
 
 POWERS: FloatArray = np.concatenate([np.geomspace(1e-3, 0.2, 8), np.geomspace(0.25, 8, 27)])
-"""Powers of the scene that are averaged over, in units of what the least blurred view shows at low frequencies.
-
-From next to none, as in an empty field, where what is shown is noise alone.
-"""
+"""Scene powers over which the likelihood is averaged, relative to the low-frequency power of the sharpest view; the
+lowest correspond to an empty field, in which only noise is visible."""
 
 WEIGHTS: FloatArray = np.gradient(np.log(POWERS)) / np.gradient(np.log(POWERS)).sum()
-"""Their probabilities: even over the logarithm."""
+"""Their probabilities: uniform in the logarithm."""
 
 
 def vergence_likelihood(

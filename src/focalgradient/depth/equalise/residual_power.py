@@ -20,39 +20,39 @@ from focalgradient.depth.filters import RADII, FloatArray, Image
 __all__ = ["QUARTER", "BandPower", "band_power"]
 
 EDGES: FloatArray = np.array([0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])
-"""Edges of the bands in cycles per pixel: below them windows hold too few periods, above them nothing is compared."""
+"""Limits of the bands in cycles per pixel: windows contain too few periods of lower frequencies, and higher ones are
+not compared."""
 
 MAX_GROUPS = 6
-"""Maximum number of groups of nodes of similar depth: chosen by hand."""
+"""Maximum number of groups of grid points with similar depth. Chosen by hand."""
 
 GROUP_NODES = 16
-"""Least number of nodes in a group: its quartile then rests on four. Chosen by hand."""
+"""Minimum number of grid points per group: its quartile depends on four of them. Chosen by hand."""
 
 LEAST_FREEDOM = 1.0
-"""Degrees of freedom of a window's power in a band below which the band is left out: the lower quartile by chance, by
-which the power is corrected, goes to 0."""
+"""Minimum number of degrees of freedom of a window's power in a band; with fewer the band is omitted, because the
+expected lower quartile, which corrects the power, approaches 0."""
 
 QUARTER = 0.25
-"""Quantile of the nodes' power that is compared: what contradicts the model can only add to it."""
+"""Quantile of the grid points' power that is compared: contradictions of the model only increase power."""
 
 MIN_GAIN = 0.02
-"""Least power gain of a band, over the largest, at which it is compared: below, little but rounding and leakage is in
-it. Chosen by hand."""
+"""Minimum power gain of a compared band, relative to the largest; below it, rounding and leakage dominate. Chosen by
+hand."""
 
 EXCESS_SCALE = 0.1
-"""Relative excess of power beyond which a band counts less: model error adds to power, noise does not take from it.
-Chosen by hand."""
+"""Relative excess of power above which a band's weight decreases: model error only increases power. Chosen by hand."""
 
 WORSE = 30.0
-"""Ratio of mean squares (an F statistic) above which the views' noises differ: equal noise gives
--6 to 21 on walls, slants, steps and spheres, a ratio of 1.5 between standard deviations 15 to 240, of 3 from 70 on."""
+"""Ratio of mean squares (an F statistic) above which the views' noises differ: -6 to 21 for equal noise on walls,
+slants, steps and spheres, 15 to 240 for a ratio of 1.5 between standard deviations, 70 and more for a ratio of 3."""
 
 EQUAL_NOISE_PRIOR = 0.05
-"""Weight of the prior that all views have equal noise, in bands: decides only where the bands leave a view's noise
-open. Chosen by hand."""
+"""Weight of the prior that all views have equal noise, in bands; it matters only if the bands do not determine a view's
+noise. Chosen by hand."""
 
 ITERATIONS, MIN_VARIANCE = 8, 1e-3
-"""Number of reweighting iterations; and least variance that is found, over the largest. Chosen by hand."""
+"""Number of reweighting iterations; and minimum estimated variance relative to the largest. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,13 +16,14 @@ from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, Image, S
 __all__ = ["Residuals", "mixed_residuals"]
 
 BAND = 4_000_000
-"""Number of pixels that are worked out at a time: 16 MB, for memory."""
+"""Number of values computed at a time: 16 MB; limits memory."""
 
 MAX_IMAGES = 128
-"""Maximum number of filtered images held: 1 GB of them at 1920 x 1080 pixels."""
+"""Maximum number of filtered images in memory: 1 GB at 1920 x 1080 pixels."""
 
 RANK_TOLERANCE = 1e-4
-"""Energy, in units of the noise variance, by which a low-rank family of filters may err: nothing beside noise of 1."""
+"""Maximum energy error of a low-rank family of filters, in units of the noise variance: negligible relative to noise of
+1."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,26 +27,26 @@ from focalgradient.depth.validity import BLUR_ERROR
 __all__ = ["Inliers", "Likelihood", "Part", "Refined", "model_error", "refine", "refine_without", "reject_outliers"]
 
 CHECK_SIDE = 5
-"""Side in pixels of the squares in which the views' agreement is tested: much smaller than windows. Chosen by hand."""
+"""Side in pixels of the squares in which agreement of the views is tested: much smaller than windows. Chosen by hand.
+"""
 
 ERRS = 1.1
-"""Median misfit above which the residual exceeds the noise: right models have
-0.99 to 1.01, JPEG of quality 90 about 1.5."""
+"""Median misfit above which the residual exceeds the noise: correct models have 0.99 to 1.01, JPEG of quality 90 about
+1.5."""
 
 SPECK_NODES = 3
-"""Width in nodes over which depth must rest on texture for any of them to count: two standard deviations of a
-window."""
+"""Minimum width in grid points of a textured region with valid depth: two standard deviations of a window."""
 
 RIM_REACH = 1.2
-"""Distance over which light from beyond the frame reaches into it, in radii of blur: filters reach little beyond one.
-On walls, planes and steps with a lamp beyond the frame, or without one, 95 to 98 % of the rim lies within two sd with
-1.0, 1.2, 1.5 and 2.0."""
+"""Distance over which light from outside the frame reaches into it, in blur radii: filters reach little more than one.
+On walls, planes and steps with or without a lamp outside the frame, 95 to 98 % of the rim lies within two sd with 1.0,
+1.2, 1.5 and 2.0."""
 
 MAX_REJECTIONS = 6
 """Maximum number of outlier-rejection iterations: chosen by hand."""
 
 REJECTION_SETTLED = 2e-3
-"""Share of the pixels that changes in an iteration, below which outlier rejection ends. Chosen by hand."""
+"""Proportion of pixels that change in an iteration, below which outlier rejection ends. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -30,64 +30,65 @@ __all__ = [
 ]
 
 MISFIT = 4.0
-"""Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed: residuals
-of twice the noise. Chosen by hand."""
+"""Maximum ratio of the residual to the noise power in the wide window for valid depth: an amplitude of twice the noise.
+Chosen by hand."""
 
 EXPLAINED = 0.5
-"""Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
-power: of views nearly without noise the strongest contrasts contradict every model, outlines first."""
+"""Minimum proportion of textured places at which the views must agree for any valid depth (our choice). Places are
+counted instead of power, because in nearly noiseless views the strongest contrasts contradict every model, first of all
+at occlusion boundaries."""
 
 EXPLAINED_COLOURED = 0.75
-"""Share of the places with texture whose views must agree for anything to be claimed of textures in several colours,
-whose wavebands differ: walls whose depth is wrong by a dioptre, or by 1.5 sd, have 0.57 and 0.60 of a photograph and of
-random colours, those that are right mostly more than 0.85 (`benchmarks/coloured_walls.py`)."""
+"""That proportion for textures in several colours, whose wavebands differ: 0.57 and 0.60 for a photograph and random
+colours on walls whose depth is in error by a dioptre, or by 1.5 sd; mostly above 0.85 for correct ones
+(`benchmarks/coloured_walls.py`)."""
 
 AROUND = 4.0
-"""Windows about a place over which it is judged whether depth there lies outside the range searched: a choice."""
+"""Size in windows of the neighbourhood in which it is tested whether depth lies outside the search range (our choice).
+"""
 
 BARE = 0.3
-"""Share of the frame with texture below which it may be edges on blank surfaces: a choice (printed squares: 0.07 to
-0.16)."""
+"""Proportion of the frame with texture below which it may consist of edges on blank surfaces (our choice; printed
+squares: 0.07 to 0.16)."""
 
 UNEVEN = 8.0
-"""Largest factor that unevenness of the residual asks of texture: a choice."""
+"""Maximum factor by which a non-uniform residual increases the texture required (our choice)."""
 
 LESS_THAN_NOISE = 0.5
-"""Median misfit where depth seems to rest on signal, below which that is not signal: 0.05 to 0.45 on blank paper in
-JPEG of quality 60 to 80, whose compression leaves some blocks flat and others not; 0.9 and more where there is
-texture."""
+"""Median misfit at places with apparent signal below which they contain none: 0.05 to 0.45 on blank paper in JPEG of
+quality 60 to 80, whose compression leaves some blocks flat; 0.9 and more on texture."""
 
 JPEG_BLOCK, STEP_AT_BLOCKS = 8, 1.5
-"""Side in pixels of a block of JPEG (its standard); and the mean step between neighbours of two blocks, over that
-within them, from which a view shows them: 1.9 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in scenes
-stored without loss."""
+"""Side in pixels of a JPEG block (its standard); and ratio of the mean step between blocks to that within them above
+which blocks are visible: 1.9 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in losslessly stored
+scenes."""
 
 LINES = 256
-"""Number of rows or columns along which the blocks of JPEG are looked for in large frames: enough for their mean."""
+"""Maximum number of rows or columns in which JPEG blocks are searched in large frames: sufficient for their mean."""
 
 BLANK, MORE = 0.25, 2.0
-"""Share of the nodes with signal below which a frame is mostly blank, and median misfit of all nodes above which the
-residual is not noise. Blank paper in JPEG of quality 90 and 95 has 0 to 0.04 and 2.1 to
-4.6, printed squares in the same 0.19 to 0.37 and 0.8 to 1.8."""
+"""Proportion of grid points with signal below which a frame is mostly blank, and median misfit of all grid points above
+which the residual is not noise. Blank paper in JPEG of quality 90 and 95 has 0 to 0.04 and 2.1 to 4.6, printed squares
+0.19 to 0.37 and 0.8 to 1.8."""
 
 BY_CHANCE = 1.5
-"""Times the noise's power that may be left of the views before the model is said to err: chance, and noise that the
-estimate misses. Chosen by hand."""
+"""Ratio of the residual to the noise power above which the model is considered wrong: includes chance, and noise missed
+by the estimate. Chosen by hand."""
 
 OVER_ERROR = 20.0
-"""Texture, over the residual that the model's error leaves, from which depth rests on it:
-a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
-on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
+"""Ratio of texture to the residual of the model error above which depth is based on texture; model error is
+proportional to contrast. The residual is 1/100 to 1/300 of that power on a photographed flat sheet and on rendered
+squares, and 1/6 to 1/25 on photographs of printed squares whose optics are misstated."""
 
 OUTSIDE = 0.3
-"""Share of the places with texture outside the range searched above which nothing is claimed among them, and above
-which, in the whole frame, the range is named as the cause: a choice."""
+"""Proportion of textured places outside the search range above which none of them is valid, and above which, in the
+whole frame, the range is named as the cause (our choice)."""
 
 NEARLY_NOTHING = 0.01
-"""Share of valid pixels below which a map shows nothing: a choice."""
+"""Proportion of valid pixels below which a map counts as empty (our choice)."""
 
 MIN_SUPPORT = 0.1
-"""Least share of a window that must be usable: chosen by hand."""
+"""Minimum proportion of a window that must be usable. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -26,24 +26,25 @@ from focalgradient.depth.search import Search
 __all__ = ["UNLIKE", "SplitBand", "split_band_test"]
 
 CUTS = (0.25, 0.35)
-"""Frequencies at which the band is split, in cycles per blur radius: chosen on 70 rendered pairs; one alone misses."""
+"""Frequencies at which the band is split, in cycles per blur radius; a single one misses some errors. Chosen on 70
+rendered pairs."""
 
 SPLIT_DIRECTIONS = (0.0, np.pi / 4)
-"""Directions (rad) about which detail is split from that across: one at 22.5 degrees from both shows in either."""
+"""Directions (rad) that separate detail along from detail across them; a feature at 22.5 degrees from both appears in
+either."""
 
 PARTING = 3.0
-"""Steepness with which the halves of a split by direction part, in amplitude over the cosine of twice the angle. Chosen
-by hand."""
+"""Steepness of the split by direction, in amplitude per cosine of twice the angle. Chosen by hand."""
 
 UNLIKE = 0.03
-"""Difference of depth by direction, as a share of the blur radius, from which a user is warned: right models of walls,
-slants, steps and spheres gave up to 0.005, 2 pixels of motion in one view 0.04 to 0.05."""
+"""Difference of depth between directions, relative to the blur radius, above which a warning is issued: up to 0.005 for
+correct models of walls, slants, steps and spheres, 0.04 to 0.05 for 2 pixels of motion in one view."""
 
 LEAST_RADIUS = 0.8
-"""Blur radius in pixels below which the cuts move no further: beyond them would lie aliased detail only."""
+"""Blur radius in pixels below which the split frequencies stay fixed, as higher ones contain aliased detail only."""
 
 SURROUND = 24
-"""Width in pixels of the mirrored surround, for the filters not to wrap: chosen by hand."""
+"""Width in pixels of the mirrored surround that prevents filters from wrapping around. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,4 +215,4 @@ def _along(angle: NDArray[np.float64]) -> Image:
 
 
 ALONG_RMS = float(np.sqrt(np.mean(_along(np.linspace(0, np.pi, 1440, endpoint=False)) ** 2)))
-"""Root mean square of the amplitude of the half along a direction over all directions, computed."""
+"""Root mean square over all directions of the amplitude of the half along a direction (computed)."""

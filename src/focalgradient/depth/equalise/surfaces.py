@@ -17,50 +17,52 @@ from focalgradient.parallel import share_rows
 __all__ = ["Zone", "continued", "curvature_variance", "pairs", "planes", "spread"]
 
 PLANE_REACH = 4
-"""Distance in nodes up to which a node's plane is fitted in the first window: two `PLANE_SD`."""
+"""Radius in grid points of the first window in which a plane is fitted: two `PLANE_SD`."""
 
 PLANE_SD = 2.0
-"""Standard deviation in nodes of the first window in which a node's plane is fitted. Chosen on `MADE_WITH` of
+"""Standard deviation in grid points of the first window in which a plane is fitted. Chosen on `MADE_WITH` of
 `benchmarks/depth_at_outlines.py`."""
 
 APART = 2
-"""Step in nodes of the fits in wider windows: neighbours share most of their windows. Depth with outlines took a fifth
-less time than with every node."""
+"""Spacing in grid points of the fits in wider windows, which largely overlap; it saves a fifth of the time with
+boundaries."""
 
 PLANE_SLOPE_SD = 1.0
-"""Prior standard deviation of a plane's slope, in levels per node. Chosen on `MADE_WITH`."""
+"""Prior standard deviation of a plane's slope, in levels per grid point. Chosen on `MADE_WITH`."""
 
 LEAST_SD = 0.2
-"""Standard deviation, in levels, that is added to that of every node: below it nodes weigh alike. Chosen
-by hand."""
+"""Standard deviation in levels added to that of every grid point; more precise points have equal weights. Chosen by
+hand."""
 
 CURVATURE_LEAST_SD = 0.7
-"""The same, in levels, in the measure of how far depth departs from a plane. Chosen on `MADE_WITH`."""
+"""That standard deviation in the measurement of curvature. Chosen on `MADE_WITH`."""
 
 JUMP_SDS = 6.0
-"""Difference of depth at a jump, in its standard deviations, at least: of a megapixel some 300 000 places and
-directions are looked at. Chosen on `MADE_WITH` and `CONTROLS`."""
+"""Minimum depth difference at a discontinuity, in standard deviations: about 300 000 places and directions are tested
+per megapixel. Chosen on `MADE_WITH` and `CONTROLS`."""
 
 WIDEST_PLANE_SD = 8.0
-"""Standard deviation in nodes of the widest window in which a plane is fitted: windows double while it fits. Chosen on
-`MADE_WITH`."""
+"""Standard deviation in grid points of the widest window in which a plane is fitted; windows double while the plane
+fits. Chosen on `MADE_WITH`."""
 
 CURVATURE_WINDOW = 1.5
-"""Standard deviation of the window in which depth's departure from a plane is taken, over the reach of blur and window.
-Chosen on `MADE_WITH`."""
+"""Standard deviation of the window in which the departure of depth from a plane is measured, relative to the reach of
+blur and window. Chosen on `MADE_WITH`."""
 
 STRAIGHT = 2
-"""Distance in nodes within which the greatest departure from a plane counts: the middle of a blurred jump is straight.
-Chosen on `MADE_WITH`."""
+"""Radius in grid points within which the largest departure from a plane is used, as the middle of a blurred
+discontinuity is straight. Chosen on `MADE_WITH`."""
 
 CURVED_RATIO = 2.0
-"""Variance about a plane, over what noise explains, from which a surface is not plane: painted planes stay below it."""
+"""Ratio of the variance about a plane to that explained by noise above which a surface is not plane; painted planes
+have less."""
 
 PLANE_SPAN = round(PLANE_REACH * WIDEST_PLANE_SD / PLANE_SD)
-"""Distance in nodes over which a plane extends at most: `PLANE_REACH` in the widest window."""
+"""Maximum extent of a plane in grid points: `PLANE_REACH` in the widest window."""
 
 FITS = 1.0
-"""Mean square of nodes' distance from a plane, over their variance, up to which it fits: the expectation of noise."""
+"""Maximum mean squared distance of grid points from a plane, relative to their variance, for the plane to fit: the
+expectation under noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,38 +16,38 @@ from focalgradient.depth.filters import Image
 __all__ = ["OwnTexture", "own_texture", "rests_on_texture"]
 
 NARROW = 0.5
-"""Size of the window in which texture is near, over that in which depth is estimated: chosen by hand, with `NEAR`."""
+"""Size of the window for nearby texture relative to the window of depth. Chosen by hand, with `NEAR`."""
 
 NEAR = 0.02
-"""Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
-edge less than this from 1.6 standard deviations of the wide window on."""
+"""Minimum proportion of the information in the wide window that the narrow one must contain: a quarter for uniform
+texture, less than this for an isolated edge more than 1.6 standard deviations of the wide window away."""
 
 OWN_SD, OWN = 2.0, 0.1
-"""Standard deviation in pixels of the window that is a pixel's own; and information there, over that in the window in
-which depth is estimated, both for each pixel, from which depth rests on texture at the pixel: even texture gives 1, and
-where texture ends 0.4 lie 2 pixels beyond its end, 0.07 lie 4."""
+"""Standard deviation in pixels of a pixel's own window; and minimum information per pixel there, relative to that in
+the window of depth, for depth to be based on texture at the pixel: 1 on uniform texture, 0.4 at 2 pixels beyond the end
+of texture, 0.07 at 4."""
 
 MAX_GAP = 8
-"""Largest width in pixels of a gap in texture that still counts as textured: texture is uneven, over about the default
+"""Maximum width in pixels of a gap in texture that still counts as textured, as texture is uneven: about the default
 window. Chosen by hand."""
 
 SEEN_LACK = 0.6
-"""Information that would be missed, over what noise puts into the derivative's power, from which its lack is seen: two
-standard deviations, as the mean over a pixel's own window is known to 0.28."""
+"""Expected information, relative to the contribution of noise to the derivative's power, above which its absence is
+detectable: two standard deviations of the mean over a pixel's own window (0.28)."""
 
 LACKING = 0.3
-"""Information at a pixel, over what noise puts into the derivative's power, below which it has none: as much as noise
-makes its mean over a pixel's own window err (0.28)."""
+"""Information at a pixel, relative to the contribution of noise to the derivative's power, below which it has none: the
+error of its mean over a pixel's own window (0.28)."""
 
 LACK_SD, EVEN_CHANCE = 4.0, 0.1
-"""Standard deviation in pixels of the window in which a lack of texture is near; and its share there at which the pixel
-is as likely to belong to the surface without texture as to that with it. Blur and windows carry texture about 5 pixels
-over its end, from where on a surface without any lacks it, so that at the end itself the share is 0.1."""
+"""Standard deviation in pixels of the window in which untextured pixels are counted; and proportion of these at which
+the pixel is equally likely to belong to the untextured and to the textured surface. Blur and windows carry texture
+about 5 pixels beyond its end, so that the proportion is 0.1 at the end itself."""
 
 MOST_CURVATURE = 5.0
-"""Curvature of the cost, over the power that depth gives the residual's derivative, above which the minimum is not a
-depth: 0.5 to 3.2 at the true depth, 8 to thousands where the truth lies outside the range searched (walls through eyes
-and lenses, 5th to 95th percentile)."""
+"""Ratio of the curvature of the cost to that implied by the residual's derivative above which the minimum is not a
+depth: 0.5 to 3.2 at the true depth, 8 to thousands if the truth lies outside the search range (walls through eyes and
+lenses, 5th to 95th percentile)."""
 
 
 def rests_on_texture(

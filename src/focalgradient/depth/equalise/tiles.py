@@ -22,19 +22,19 @@ from focalgradient.depth.registration import RegisteredViews
 __all__ = ["Tile", "join_nodes", "join_splits", "tiles"]
 
 CORE = 1920
-"""Side in pixels of a tile without its overlap, about, at most: one holds the frame of a video."""
+"""Approximate maximum side in pixels of a tile without its overlap: one tile covers a frame of video."""
 
 LEAST_CORE = 640
-"""Side in pixels of a tile without its overlap, at least: smaller ones would be mostly overlap (2 x 160 pixels)."""
+"""Minimum side in pixels of a tile without its overlap; smaller ones would be mostly overlap (2 x 160 pixels)."""
 
 HELD = 140_000_000
-"""Pixels of filtered images that a tile may hold, about: 0.56 GB of them."""
+"""Approximate maximum number of pixels of filtered images per tile: 0.56 GB."""
 
 MUCH = 0.75
-"""Share of the frame up to which its parts are worked out one by one: chosen by hand, for time."""
+"""Maximum proportion of the frame in which parts are processed one by one; limits the time. Chosen by hand."""
 
 OVERLAP = 160
-"""Pixels that a tile reaches beyond its core: twice the widest filter (64), and the last window's two sd (28)."""
+"""Overlap of tiles in pixels: twice the widest filter (64), and two sd of the largest window (28)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,42 +38,43 @@ from focalgradient.depth.search import Blurs
 __all__ = ["BandGains", "common_error", "estimate_band_gains"]
 
 MAX_ROUNDS, MAX_STEPS = 2, 3
-"""Maximum number of times that noise is found; and of steps of the gain in each. Chosen by hand."""
+"""Maximum number of noise estimates, and of steps of the gain in each. Chosen by hand."""
 
 GAIN_SETTLED = 0.05
-"""Change of a gain's logarithm below which neither noise nor gain is estimated again: chosen by hand."""
+"""Change of the logarithm of a gain below which noise and gain are not estimated again. Chosen by hand."""
 
 GAIN_STEP = 0.05
-"""Relative change of the gain by which its derivative is taken: the residual errs by 2.5e-5 of the noise."""
+"""Relative change of the gain in its numerical derivative: the residual is in error by 2.5e-5 of the noise."""
 
 CONTRADICTS = 2.0
-"""Misfit, over that of the frame's better part or over the noise, beyond which a place is left out: chosen by hand."""
+"""Misfit, relative to that of the better part of the frame or to noise, above which a place is excluded. Chosen by
+hand."""
 
 CONTRAST_NOISE = 1e-3
-"""Noise assumed at least, as a share of the contrast: texture shared by wavebands is not known better. Noiseless views
-were rejected or not by the rounding of the processor without it."""
+"""Minimum noise relative to contrast: texture shared by wavebands is not known more precisely. Without it, rounding
+errors of the processor decide the rejection of noiseless views."""
 
 LITTLE = 1e-3
-"""Power of a waveband's independent texture, over the shared, that is assumed at first: next to nothing, for what there
-is to be found. Chosen by hand."""
+"""Initial power of a waveband's independent texture relative to the shared one: small, to be estimated. Chosen by hand.
+"""
 
 WIDER = 1.7
-"""Times the standard error by which gains are off on walls (`benchmarks/coverage_of_walls.py`): what two textures have
-in common by chance is alike over their coarse detail, farther than windows reach."""
+"""Ratio of actual to nominal standard error of gains on walls (`benchmarks/coverage_of_walls.py`): chance correlations
+of two textures extend over their coarse detail, beyond the windows."""
 
 LEAST_KNOWN = 3.0
-"""Standard deviations that the gain is above 0, below which the wavebands share nothing that could be compared."""
+"""Minimum gain in its standard deviations; below it the wavebands share no texture that can be compared."""
 
 COARSE_LEVELS = 4
-"""Step in levels until the last improvement of the gains: in steps so wide they are off by some per cent."""
+"""Step in levels before the final refinement of the gains; such steps give an error of a few per cent."""
 
 SIDEWAYS = 1e-2
-"""Energy, in units of the noise variance, by which the derivative of residuals by the gain may err: a gain that is off
-by 5 % makes 2.5e-5 of it."""
+"""Maximum energy error, in units of the noise variance, of the derivative of residuals with respect to the gain: with a
+gain in error by 5 % it contributes 2.5e-5."""
 
 FLOOR = 3e-2
-"""Noise that filters assume at least, over the image's standard deviation: less would distinguish levels finer than
-they lie. What noise leaves of the views is that of the noise there is."""
+"""Minimum noise assumed by the filters, relative to the image's standard deviation: less would resolve differences
+finer than the spacing of levels. Residuals are compared with the actual noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,27 +31,26 @@ from focalgradient.depth.search import Blurs
 __all__ = ["FrameNoise", "Whitening", "estimate_noise", "uneven_noise"]
 
 COMMON_SIDE = 1024
-"""Side in pixels of the part of a large frame from which is estimated what all its tiles share: chosen by hand, for
-time."""
+"""Side in pixels of the part of a large frame from which parameters common to all tiles are estimated; limits the time.
+Chosen by hand."""
 
 BANDS_SIDE = 256
-"""Side in pixels of the part of the views in which is estimated what wavebands share: chosen by hand."""
+"""Side in pixels of the part of the views from which texture shared by wavebands is estimated. Chosen by hand."""
 
 
 BRIGHTNESS_SD = 2.0
-"""Standard deviation in pixels of the Gaussian that takes the noise off the views' brightness: to 1/7. Chosen by
-hand."""
+"""Standard deviation in pixels of the Gaussian that smooths brightness; it reduces noise to 1/7. Chosen by hand."""
 
 CONTRAST_SD = 3.0
-"""Standard deviation in pixels of the Gaussian window in which an image's contrast is taken: blocks of JPEG are 8 wide,
-and its errors stay within them."""
+"""Standard deviation in pixels of the Gaussian window in which contrast is measured: JPEG blocks are 8 wide, and their
+errors do not extend beyond them."""
 
 EVENING_ROUNDS = 4
-"""Maximum number of times that noise is made even and depth estimated anew: chosen by hand."""
+"""Maximum number of times noise is equalised and depth is estimated again. Chosen by hand."""
 
 SHARE_SETTLED, CONTRAST_SETTLED = 0.02, 0.1
-"""Change of the law's share by brightness, and relative change of its part by contrast, below which the law is found:
-chosen by hand."""
+"""Change of the brightness-dependent share, and relative change of the contrast-dependent part, below which the noise
+law has converged. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 Tables = NDArray[np.float32]
 
 CHANNELS = 8
-"""Energies that are compared: of two views in four bands. Fewer bands leave some without weight."""
+"""Number of compared energies: two views in four bands. Omitted bands have weight 0."""
 
 SLOPE_SD = 1.0
 """Standard deviation of the slope of the texture's amplitude spectrum, which is 1 on average. Chosen by hand."""
@@ -36,19 +36,19 @@ BUMPS_SD = 1.0
 """Standard deviation of the logarithm of the texture's power about a power law. Chosen by hand."""
 
 BUMPS_WIDTH = 0.7
-"""Logarithm of the ratio of frequencies over which such bumps reach: one octave."""
+"""Correlation length of these deviations in log frequency: one octave."""
 
 NOISE_ERROR = 0.3
-"""Error of the noise's variance, as a share of it. Chosen by hand."""
+"""Relative error of the noise variance. Chosen by hand."""
 
 ENERGY_ERROR = 0.05
-"""Error of each energy, as a share of it, for which there is no cause in the model. Chosen by hand."""
+"""Relative error of each energy that the model does not explain. Chosen by hand."""
 
 STEPS = np.geomspace(2.0**-24, 2.0, 26)
 """Variances of noise, in units of the sharper view's energy in the coarsest band, for which tables are computed."""
 
 COVARIANCE_REACH = 48
-"""Distance in pixels over which the covariance of the filtered field is followed. Chosen by hand."""
+"""Maximum distance in pixels at which the covariance of the filtered field is computed. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

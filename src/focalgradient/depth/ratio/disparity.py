@@ -38,29 +38,29 @@ from focalgradient.psf import Psf
 __all__ = ["detail", "focal_disparity", "on_grid", "read_depth", "table_for"]
 
 BRIGHTNESS = 8.0
-"""Standard deviation in pixels of the Gaussian that gives the local brightness: as wide as the default window."""
+"""Standard deviation in pixels of the Gaussian that measures local brightness: the default window."""
 
 LEAST_DETAIL = 0.01
-"""Root mean square Laplacian of the sharper view, as a share of the brightness, below which there is no estimate.
-Chosen by hand."""
+"""Minimum root mean square Laplacian of the sharper view, relative to brightness, for an estimate. Chosen by hand."""
 
 INEXPLICABLE = 33.0
-"""Squared distance of the energies from those expected, over their variance, beyond which no defocus explains them:
-chance alone gets there once in 100 000 times."""
+"""Squared distance of the energies from their expectation, relative to their variance, above which no defocus explains
+them: probability 1e-5 by chance."""
 
 USUAL = 0.5
-"""Median of that squared distance over a frame, over that of chi-square: textures of 1/f through the right optics have
-0.27 to 0.48, one twice as coarse up to 1.1, a photographed sheet 5. More is attributed to the model."""
+"""Median of that squared distance over a frame, relative to that of chi-square: 0.27 to 0.48 for 1/f textures with
+correct optics, up to 1.1 for one twice as coarse, 5 for a photographed sheet. The excess is attributed to the model."""
 
 KNOWN = 0.2
-"""Share of a blur radius to which it must be known: a fifth is enough for video, where other methods take a tenth."""
+"""Maximum relative standard deviation of a blur radius: a fifth is sufficient for video; other methods require a tenth.
+"""
 
 COARSE_WINDOW = 8.0
-"""Window in pixels from which depth is worked out for squares of 8 x 8 pixels, and repeated: chosen by hand, for
-time."""
+"""Window in pixels above which depth is computed for squares of 8 x 8 pixels and repeated; limits the time. Chosen by
+hand."""
 
 NOISE_STEPS = 1024
-"""Number of levels of brightness at which the noise of stored values is worked out: four to a step of 8 bits."""
+"""Number of brightness levels at which the noise of stored values is computed: four per 8-bit step."""
 
 
 def focal_disparity(

@@ -22,7 +22,7 @@ BLOCK = 4
 """Side in pixels of the squares over which high-frequency energy is averaged, as in the paper."""
 
 CLEAR_OF_NOISE = 3.0
-"""Energy of the sharper view's detail, over the noise's, that a band must have to be used. Chosen by hand."""
+"""Minimum ratio of the energy of the sharper view's detail to that of noise in a band in use. Chosen by hand."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 

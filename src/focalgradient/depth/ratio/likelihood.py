@@ -15,7 +15,8 @@ from focalgradient.depth.ratio.energies import CLEAR_OF_NOISE, Plane, noise_at
 from focalgradient.parallel import share_rows
 
 STRIDE = 8
-"""Step in levels of the first search, a power of 2; it is halved about the likeliest. Chosen by hand, for time."""
+"""Initial step in levels of the search, a power of 2, halved around the likeliest level; limits the time. Chosen by
+hand."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 

@@ -20,24 +20,24 @@ __all__ = ["BANDS", "DisparityTable", "band_transfer", "two_apertures"]
 FloatArray = NDArray[np.float64]
 
 BANDS = (1, 2, 4, 8)
-"""Scales, in pixels, at which second differences are taken: each responds to frequencies half the last one's."""
+"""Scales in pixels of the second differences: each responds to half the frequencies of the previous one."""
 
 SLOPE = 1.0
-"""Texture is taken to have an amplitude spectrum 1/frequency^SLOPE, until the bands' energies show otherwise."""
+"""Initial exponent of the texture's amplitude spectrum 1/frequency^SLOPE, before it is estimated from the bands'
+energies."""
 
 NYQUIST = 0.5
-"""Cycles per pixel, in any direction, beyond which an image is taken to hold no texture."""
+"""Frequency in cycles per pixel, in any direction, above which an image is assumed to contain no texture."""
 
 FREQUENCIES = 96
-"""Number of frequencies in each direction at which spectra are computed, closer together where blur leaves something.
-Chosen by hand."""
+"""Number of frequencies per direction at which spectra are computed, denser where blur attenuates less. Chosen by hand.
+"""
 
 TABLE_LEVELS = 65
-"""Number of levels of defocus in a table, closer together near focus where disparity changes as its square. Chosen by
-hand."""
+"""Number of levels of defocus in a table, denser near focus, where disparity is quadratic. Chosen by hand."""
 
 LARGEST_RADIUS = 24.0
-"""Blur radius in pixels up to which tables reach at most. Chosen by hand."""
+"""Maximum blur radius of the tables, in pixels. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

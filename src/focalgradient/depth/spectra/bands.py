@@ -38,25 +38,26 @@ from focalgradient.depth.filters import (
 __all__ = ["Bands", "Compared", "Hypothesis", "Patches", "compare", "scene_level"]
 
 MEASURE: FloatArray = 2 * np.pi * RADII * RADII[1]
-"""Share of all frequencies that falls to each of `RADII`: the area of its ring, of the plane's 1."""
+"""Proportion of all frequencies at each of `RADII`: the area of its ring relative to the plane."""
 
 BAND_SPACING = 0.35
-"""Spacing of the bands as a share of their frequency, where the window does not ask for more. Chosen by hand."""
+"""Spacing of the bands relative to their frequency, unless the window requires more. Chosen by hand."""
 
 LEAST_SPACING = 0.24
-"""Spacing of the bands at frequency 0, in cycles per window: narrower ones' filters would reach beyond the window."""
+"""Spacing of the bands at frequency 0, in cycles per window: filters of narrower bands would extend beyond the window.
+"""
 
 FAINT = 0.01
-"""Power of the scene over the noise's below which a band is left out. Chosen by hand."""
+"""Ratio of scene to noise power below which a band is omitted. Chosen by hand."""
 
 NOTHING = 1e12
-"""Variance of a slope, in pixels^4, of which nothing is known."""
+"""Variance of an undetermined slope, in pixels^4."""
 
 FILTER_ERROR = 1e-3
-"""Amplitude, as a share of an equaliser's, by which the few filters may err. Chosen by hand."""
+"""Maximum amplitude error of the low-rank filters, relative to an equaliser's amplitude. Chosen by hand."""
 
 CHUNK = 1_000_000
-"""Number of pixels of patches that are transformed at a time, for memory. Chosen by hand."""
+"""Number of pixels of patches transformed at a time; limits memory. Chosen by hand."""
 
 
 @dataclass(frozen=True)

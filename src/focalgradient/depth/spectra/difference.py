@@ -21,13 +21,13 @@ from focalgradient.psf import gaussian_transfer
 __all__ = ["spectral_difference"]
 
 LARGEST_SIGMA = 8.0
-"""Largest sigma in pixels among the hypotheses. Chosen by hand."""
+"""Largest candidate sigma in pixels. Chosen by hand."""
 
 SIGMA_STEP = 0.2
-"""Pixels of sigma, or share of it, from one hypothesis to the next. Chosen by hand."""
+"""Spacing of candidate sigmas, in pixels or relative to sigma. Chosen by hand."""
 
 ROUNDING = 1e-5
-"""Noise assumed at least, as a share of the image's standard deviation: what 32-bit storage may leave."""
+"""Minimum noise relative to the image's standard deviation: rounding in 32-bit storage."""
 
 
 def spectral_difference(

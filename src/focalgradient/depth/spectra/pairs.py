@@ -31,24 +31,24 @@ __all__ = ["Differences", "JointEstimate", "Pair"]
 Floats = NDArray[np.floating]
 
 DISC_LIMIT = 3.0
-"""2 pi radius x frequency up to which a disc is compared: its first zero is at 3.8, and next to it little is sure. Of
-another shape with a rim the radius is that of the disc of its second moment."""
+"""Maximum 2 pi radius x frequency at which a disc is compared: its first zero is at 3.8, near which the ratio is
+unreliable. Another shape with a rim has the radius of the disc with equal second moment."""
 
 MARGIN = 3.0
-"""Pixels to a pixel of blur radius, within which what lies outside the frame or the mask invalidates what is inside."""
+"""Distance, in pixels per pixel of blur radius, within which pixels outside the frame or mask invalidate those inside.
+"""
 
 PATCH_SUPPORT = 0.9
-"""Share of a patch's window that must be free of what the frame's rim, or masked pixels, invalidate. Chosen by hand."""
+"""Minimum proportion of a patch's window unaffected by the frame's border and masked pixels. Chosen by hand."""
 
 SPLITS = (1 / 3, 2 / 3)
-"""Shares of the information about depth that count as coarse; one alone may miss an error."""
+"""Proportions of the depth information counted as coarse; a single one may miss an error."""
 
 LEAST_HYPOTHESIS_STEP, HYPOTHESIS_STEP = 0.25, 0.1
-"""Pixels of blur, and share of it, from one hypothesis of depth to the next: the greater of the two. Chosen by hand."""
+"""Spacing of candidate depths, in pixels of blur and relative to it: the larger of the two. Chosen by hand."""
 
 SUBDIVISION = 4
-"""Number of parts of the interval between two hypotheses among which the depth that fits best is looked for. Chosen by
-hand."""
+"""Number of subdivisions of the interval between two candidates in the search for the best fit. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
