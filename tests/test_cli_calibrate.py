@@ -271,7 +271,7 @@ def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
         run("depth", a, b, "--f-number", 4, "--f-number", 8, *use)
     )
     text = camera[0].read_text()
-    (tmp_path / "short.toml").write_text(re.sub(r"informed = \[0\.\d+, ", "told = [", text))
+    (tmp_path / "short.toml").write_text(re.sub(r"informed = \[0\.\d+, ", "informed = [", text))
     said = sentence(run("depth", a, b, "--calibration", tmp_path / "short.toml", "--out", tmp_path / "out"))
     assert "short.toml: uncertainty does not have a row and a column for each of the 6 parameters" in said
     (tmp_path / "views.toml").write_text(

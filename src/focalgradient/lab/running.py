@@ -118,7 +118,7 @@ def guard(what: str, call: Callable[[], object], said: set[str]) -> str | None:
     except Exception as error:
         if what not in said:
             said.add(what)
-            print(f"Warning: {what} failed ({error!r}); the session goes on.", file=sys.stderr, flush=True)
+            print(f"Warning: {what} failed ({error!r}); the session continues.", file=sys.stderr, flush=True)
         return repr(error)[:200]
     return None
 

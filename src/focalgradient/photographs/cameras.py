@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AliasChoices, Field, InstanceOf
+from pydantic import Field, InstanceOf
 
 from focalgradient.calibration import Calibration
 from focalgradient.calibration import Field as FocusField
@@ -77,11 +77,7 @@ class _Focus(Table):
 
 class _Uncertainty(Table):
     covariance: Annotated[list[list[_Number]], Field(description="a square matrix with one row per parameter")]
-    informed: Annotated[
-        list[_Number],
-        # Files of earlier versions use "told".
-        Field(description="one number per parameter", validation_alias=AliasChoices("informed", "told")),
-    ]
+    informed: Annotated[list[_Number], Field(description="one number per parameter")]
 
 
 class _FieldTable(Table):

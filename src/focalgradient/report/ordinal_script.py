@@ -39,7 +39,7 @@ if (length(terms) > 1) {
 t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
 print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)), t = t, p = p,
                  p_holm = p.adjust(p, "holm"), odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
-# Over scenes, too: they are random here, as subjects are. z in place of t: clmm has no degrees of freedom; and its
+# Over scenes, too: they are random here, as subjects are. z instead of t: clmm has no degrees of freedom; and its
 # variance of the scenes is by maximum likelihood, where the report takes Cochran's Q.
 blurs <- grep("^blur_", names(d), value = TRUE)
 if (length(unique(d$scene)) >= FEWEST_SCENES) {

@@ -77,7 +77,7 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     found: list[FactorEffect] = []
     for name, factor in factors.items():
         if name not in table:
-            raise InputError(f"the table has no column {name}, which is a factor of the design: write the tables anew.")
+            raise InputError(f"the table has no column {name}, a factor of the design: write the tables again.")
         first, *others = factor["levels"]
         paired = factor.get("vary", "within") == "within"
         for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):

@@ -60,7 +60,7 @@ def vergence_likelihood(
     correlation, gain
         Of the textures in other wavebands than the first view's with the first's, and their contrast over it.
     wraps
-        Whether the patch's texture goes on at the opposite side, as a wallpaper's: all of the patch is compared then.
+        Whether the patch's texture is periodic, like a wallpaper's; then the whole patch is compared.
         Otherwise it trails off towards its rim, for what is beyond not to matter.
 
     Returns
@@ -161,7 +161,7 @@ def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatAr
     if not low.any():
         raise InputError(
             "the patch is too small to show coarse detail, which gives the strength of its texture: give 40 x 40 "
-            "pixels or more, or 13 x 13 of a texture that goes on at the opposite side (wraps=True)."
+            "pixels or more, or 13 x 13 of a periodic texture (wraps=True)."
         )
     own = np.maximum(np.diagonal(power).T[:, low] - 1, 0) * radii[low] ** 2
     found: FloatArray = np.maximum((own * counts[low]).sum(axis=1) / counts[low].sum(), 1e-9)

@@ -80,7 +80,7 @@ def planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], ga
     """Planes through reliable nodes (h x w) and those about them on one surface.
 
     Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. A plane is
-    laid through ever wider windows while it goes on to fit. Returns 4 x h x w, 0 where a node is not reliable: value,
+    fitted in ever wider windows while it fits. Returns 4 x h x w, 0 where a node is not reliable: value,
     slope down, slope right (by node), and the nodes over which it is continued for its variance to double.
     """
     found = np.zeros((4, *level.shape))

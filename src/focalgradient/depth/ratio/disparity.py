@@ -279,7 +279,7 @@ def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
 
 
 def on_grid(planes: NDArray[Any], shape: tuple[int, ...], times: int) -> NDArray[Any]:
-    """Each value for squares of `times` x `times` of a grid (... x h x w), made `shape`: the outermost go on beyond."""
+    """Each value for squares of `times` x `times` of a grid (... x h x w), extended to `shape` by the outermost."""
     rows, columns = (np.minimum(np.arange(n) // times, m - 1) for n, m in zip(shape, planes.shape[-2:], strict=True))
     return np.asarray(planes[..., rows, :][..., columns])
 
