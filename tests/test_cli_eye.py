@@ -135,3 +135,59 @@ def test_a_scene_has_no_through_focus():
     result = run("plane", "--through-focus", "--out", "out")
     assert result.exit_code == 2
     assert "leave out one" in result.stderr
+
+
+def quality(*args: str) -> dict[str, float]:
+    """The visual Strehl ratio and focus of an eye."""
+    result = run("--through-focus", "--out", "out", "--force", *args)
+    assert result.exit_code == 0, result.output
+    return json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["found"]
+
+
+def test_the_nasal_field_is_nearer_in_focus_than_the_temporal_and_both_are_blurred():
+    fovea = quality()
+    temporal, nasal = (quality("--eccentricity", "20", *side) for side in ([], ["--meridian", "nasal"]))
+    assert temporal["focus_D"] - fovea["focus_D"] == pytest.approx(0.18, abs=0.01)
+    assert nasal["focus_D"] - fovea["focus_D"] == pytest.approx(0.65, abs=0.01)
+    assert max(temporal["visual_strehl"], nasal["visual_strehl"]) < 0.8 * fovea["visual_strehl"]
+
+
+def test_scatter_takes_its_share_of_the_visual_strehl_ratio_more_in_old_eyes():
+    clear, young, old = (
+        quality("--pupil", "3", *more)["visual_strehl"] for more in ([], ["--scatter"], ["--scatter", "--age", "80"])
+    )
+    assert young / clear == pytest.approx(1 - 0.27, abs=0.04)
+    assert old / clear == pytest.approx(1 - 0.46, abs=0.06)
+
+
+def test_a_measured_eye_through_focus():
+    Path("terms.csv").write_text("3,-1,0.2\n4,0,0.1\n", encoding="utf-8")
+    Path("eye.toml").write_text('pupil_mm = 5.0\nzernike = "terms.csv"\nmeasured_mm = 6.0\n', encoding="utf-8")
+    clear, measured = quality("--pupil", "5"), quality("--eye", "eye.toml")
+    assert measured["visual_strehl"] < 0.9 * clear["visual_strehl"]
+    settings = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["settings"]
+    assert settings["eye"] == "eye.toml"
+    refused = run("--through-focus", "--out", "other", "--eye", "eye.toml", "--pupil", "4")
+    assert refused.exit_code == 2
+    assert "--eye describes the whole eye" in refused.stderr
+
+
+def test_a_scene_beside_the_fovea():
+    result = run("plane", "--out", "out", "--views", "oscillation", "--eccentricity", "10", "--scatter")
+    assert result.exit_code in (0, 1), result.output
+    settings = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["settings"]
+    assert (settings["eccentricity_deg"], settings["meridian"], settings["scatter"]) == (10, "temporal", True)
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["--eccentricity", "50"], "--eccentricity is 50.*between 0 and 40"),
+        (["--meridian", "nasal"], "--meridian is the side of --eccentricity"),
+        (["--accommodate", "step:1,3", "--eccentricity", "5"], "--accommodate simulates the fovea"),
+    ],
+)
+def test_bad_places_in_the_field_are_refused(args, said):
+    result = run("--out", "out", *(["--through-focus"] if "--accommodate" not in args else []), *args)
+    assert result.exit_code == 2
+    assert re.search(said, result.stderr)

@@ -1,4 +1,4 @@
-"""The eye of ``focalgradient blur``, given by its pupil or by a file."""
+"""An eye given by its pupil or by a file, for ``focalgradient blur`` and ``focalgradient eye``."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ from focalgradient.plausibility import given_as
 if TYPE_CHECKING:
     from focalgradient.eye import Eye, SpectralBasis
 
-__all__ = ["eye_of", "spectra_of"]
+__all__ = ["eye_of", "eye_of_file", "spectra_of"]
 
 
 def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
     """Return the eye of ``--pupil``, ``--luminance`` or ``--eye``, accommodated to `accommodation` (D)."""
     if options["pupil"] is not None or options["luminance"] is not None:
         return person_eye(options, options["pupil"], accommodation)
-    path: Path = options["eye_file"]
-    with given_as({"pupil_diameter": ("pupil_mm", "mm")}):
-        return _of_file(path, accommodation)
+    return eye_of_file(options["eye_file"], accommodation)
 
 
 def spectra_of(options: dict[str, Any]) -> SpectralBasis | None:
@@ -39,8 +37,14 @@ def spectra_of(options: dict[str, Any]) -> SpectralBasis | None:
     return basis if options["age"] is None else basis.through_lens(options["age"])
 
 
+def eye_of_file(path: Path, accommodation: float) -> Eye:
+    """Return the eye described by a TOML file, accommodated to `accommodation` (D)."""
+    with given_as({"pupil_diameter": ("pupil_mm", "mm")}):
+        return _of_file(path, accommodation)
+
+
 def _of_file(path: Path, accommodation: float) -> Eye:
-    """Return the eye described by a file, accommodated to `accommodation` (D)."""
+    """Return the eye of the file."""
     from focalgradient.eye import Eye
 
     table = read_toml(path, "an eye's file")

@@ -6,14 +6,15 @@ import math
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 import numpy as np
 
+from focalgradient.cli.blur_eye import eye_of_file
 from focalgradient.cli.options import positive, shared_options, shared_work
 from focalgradient.cli.person import is_person, person_eye, person_options
 from focalgradient.cli.program import (
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from focalgradient.depth import DepthMap
-    from focalgradient.eye import Band, Cones, Light, TimeCourse
+    from focalgradient.eye import Band, Cones, Eye, Light, TimeCourse
     from focalgradient.eye.accommodation import Cue
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
@@ -58,6 +59,10 @@ NOISE, CORRELATION = 0.01, 0.95
 ASSUMED = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
 SAMPLES = 64
 NAMES = ("spheres", "slant", "step", "plane")
+MERIDIANS = ("temporal", "nasal")
+"""Sides of the visual field in which people's refraction was measured."""
+FARTHEST = 40.0
+"""Maximum eccentricity in degrees, as `focalgradient.eye.off_axis.FARTHEST`, without importing it."""
 STAGES = 8
 CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "both"}
 """Depth cue of an accommodating eye, by the name of the views."""
@@ -84,6 +89,12 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     return given
 
 
+def _eccentricity(_: click.Context, __: click.Parameter, given: float | None) -> float | None:
+    if given is not None and not 0 <= given <= FARTHEST:
+        raise InputError(f"--eccentricity is {given:g}, but must be between 0 and {FARTHEST:g} degrees.")
+    return given
+
+
 @click.command(short_help="Estimate depth from blur as an eye could.")
 @click.argument("scene", metavar="[SCENE]", required=False)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
@@ -97,6 +108,31 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     show_default=True,
     metavar="NAME",
     help='Illuminant of the scene: D65, A, E, LED-B1 or another by the CIE, or a black body such as "3000 K".',
+)
+@click.option(
+    "--eye",
+    "eye_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help='Instead of --pupil: a measured eye (TOML), with pupil_mm and zernike = "TABLE.csv" or aberrations.',
+)
+@click.option(
+    "--eccentricity",
+    type=float,
+    metavar="DEG",
+    callback=_eccentricity,
+    help="Degrees from the fovea: refraction, astigmatism and coma of mean emmetropes there; a scene is resolved as by "
+    "ganglion cells there.",
+)
+@click.option(
+    "--meridian",
+    type=click.Choice(MERIDIANS),
+    help="Side of the visual field for --eccentricity.  [default: temporal]",
+)
+@click.option(
+    "--scatter",
+    is_flag=True,
+    help="Include the light scattered in the eye (CIE 146:2002), by --age if given, otherwise of 25 years.",
 )
 @click.option(
     "--accommodation",
@@ -153,6 +189,10 @@ def eye(
     accommodate: str | None,
     illuminant: str,
     is_through_focus: bool,
+    eye_file: Path | None,
+    eccentricity: float | None,
+    meridian: str | None,
+    scatter: bool,
     workers: int | None,
     scheduler: str | None,
     **person: Any,
@@ -166,7 +206,8 @@ def eye(
     Writes DIR/views.png (views, true and recovered depth, error), DIR/focus.png (focus over time), DIR/oscillation.mp4,
     DIR/depth.npz (distance, vergence, vergence_sd, valid) and DIR/summary.json.
 
-    The eye can be a person's: --refraction "-2.00 -0.75 x 180" with or without --correction, --age 60, --luminance 10.
+    The eye can be a person's: --refraction "-2.00 -0.75 x 180" with or without --correction, --age 60, --luminance 10;
+    or a measured one (--eye FILE). It sees with its fovea, or --eccentricity degrees from it.
 
     With --through-focus, no SCENE is given. Writes DIR/through_focus.png, DIR/through_focus.csv and DIR/summary.json,
     in some seconds.
@@ -179,35 +220,44 @@ def eye(
     \b
     Examples:
       focalgradient eye --through-focus --refraction "-2.00 -0.75 x 180" --age 30 --out results
+      focalgradient eye --through-focus --pupil 4 --eccentricity 20 --meridian nasal --out periphery
       focalgradient eye spheres --out results --views both --pupil 4 --accommodation 1
       focalgradient eye --accommodate step:1,3 --views both --out results
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
-    if pupil is None and person["luminance"] is None:
+    if pupil is None and person["luminance"] is None and eye_file is None:
         pupil = PUPIL_MM
+    given_place = _Place.of(eccentricity, meridian)
     if accommodate is not None:
         if scene is not None:
             raise InputError(f"SCENE {scene!r} and --accommodate are both given: leave out one.")
         if is_through_focus:
             raise InputError("--accommodate and --through-focus are both given: leave out one.")
-        if is_person(person) or illuminant != "D65":
+        if is_person(person) or illuminant != "D65" or eye_file is not None or given_place is not None or scatter:
             raise InputError(
-                "--accommodate simulates a young eye without glasses in daylight: leave out --refraction, "
-                "--correction, --age, --luminance, --aberrations, --zones and --illuminant."
+                "--accommodate simulates the fovea of a young eye without glasses in daylight: leave out --refraction, "
+                "--correction, --age, --luminance, --aberrations, --zones, --eye, --eccentricity, --scatter and "
+                "--illuminant."
             )
         from focalgradient.cli.accommodate import accommodate as follow
 
         follow(accommodate, out, pupil or PUPIL_MM, CUES[views], seed)
         return
-    light = _Light(illuminant, person["age"])
-    settings = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
+    light = _Light(illuminant, person["age"], scatter, given_place)
+    settings: dict[str, Any] = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
     settings |= {name: value for name, value in person.items() if value is not None}
+    if eye_file is not None:
+        settings["eye"] = eye_file.name
+    if given_place is not None:
+        settings |= {"eccentricity_deg": given_place.eccentricity, "meridian": given_place.meridian}
+    if scatter:
+        settings["scatter"] = True
     if is_through_focus:
         if scene is not None:
             raise InputError(f"SCENE {scene!r} and --through-focus are both given: leave out one.")
         from focalgradient.cli.through_focus import through_focus
 
-        subject = person_eye(person, pupil, accommodation)
+        subject = _subject(person, pupil, eye_file, given_place, accommodation)
         settings["pupil_mm"] = 1e3 * subject.pupil_diameter
         through_focus(light.cones(subject, "luminance"), out, settings)
         return
@@ -218,7 +268,8 @@ def eye(
         from focalgradient import recover_depth
         from focalgradient.eye import Oscillation, score
 
-        subject, course = person_eye(person, pupil, accommodation), Oscillation(amplitude)
+        subject = _subject(person, pupil, eye_file, given_place, accommodation)
+        course = Oscillation(amplitude)
         world = _scene(scene, seed, accommodation)
         names, cones, seen = _views(world, subject, course, views, seed, light, executor)
         result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
@@ -285,11 +336,51 @@ def _views(
 
 
 @dataclass(frozen=True)
+class _Place:
+    """Place in the visual field: degrees from the fovea, and the side."""
+
+    eccentricity: float
+    meridian: Literal["temporal", "nasal"]
+
+    @classmethod
+    def of(cls, eccentricity: float | None, meridian: str | None) -> _Place | None:
+        """Return the place of the options; None at the fovea."""
+        if eccentricity is None:
+            if meridian is not None:
+                raise InputError("--meridian is the side of --eccentricity: give --eccentricity as well.")
+            return None
+        return cls(eccentricity, "nasal" if meridian == "nasal" else "temporal")
+
+
+def _subject(
+    person: dict[str, Any], pupil: float | None, file: Path | None, place: _Place | None, accommodation: float
+) -> Eye:
+    """Return the eye of the options, as it is at the place in its field."""
+    from focalgradient.eye import off_axis
+
+    if file is None:
+        subject = person_eye(person, pupil, accommodation)
+    elif pupil is not None or is_person(person):
+        raise InputError(
+            "--eye describes the whole eye: leave out --pupil, --refraction, --correction, --age, --luminance, "
+            "--aberrations and --zones."
+        )
+    else:
+        subject = eye_of_file(file, accommodation)
+    return subject if place is None else off_axis(subject, place.eccentricity, place.meridian, coma=True)
+
+
+@dataclass(frozen=True)
 class _Light:
-    """Light of the scene as transmitted by a lens of an `age` (years; None: that of the cone fundamentals)."""
+    """Light of the scene as transmitted by a lens of an `age` (years; None: that of the cone fundamentals).
+
+    `scatter` adds the light scattered in the eye, and `place` is that of the cones.
+    """
 
     illuminant: str
     age: float | None
+    scatter: bool
+    place: _Place | None
 
     def of(self, band: Band) -> Light:
         from focalgradient.eye import aged_light, band_light
@@ -298,10 +389,16 @@ class _Light:
         return caught if self.age is None else aged_light(caught, self.age)
 
     def cones(self, subject: Any, band: Band) -> Cones:
-        from focalgradient.eye import Cones
+        from focalgradient.eye import Cones, Scatter, resolved_cpd
         from focalgradient.eye.retina import S_FINEST_CPD
 
-        return Cones.in_light(subject, band, self.of(band), finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
+        finest = S_FINEST_CPD if band == "S" else math.inf
+        if self.place is not None and band != "luminance":  # image quality is that of the optics
+            finest = min(finest, float(resolved_cpd(self.place.eccentricity, self.place.meridian)))
+        cones = Cones.in_light(subject, band, self.of(band), finest_cpd=finest)
+        if not self.scatter:
+            return cones
+        return replace(cones, scatter=Scatter() if self.age is None else Scatter(self.age))
 
 
 def _scene(name: str, seed: int, fixation: float) -> Scene:

@@ -136,8 +136,13 @@ def draw(quality: ThroughFocus, spreads: list[NDArray[np.float64]], settings: Ma
 def _stated(settings: Mapping[str, Any]) -> dict[str, str]:
     """Return the settings of the eye that the title states."""
     shown = {"pupil": f"{settings['pupil_mm']:.1f} mm", "light": str(settings["illuminant"])}
-    for name, unit in (("refraction", ""), ("correction", ""), ("age", " years"), ("aberrations", ""), ("zones", "")):
+    units = {"refraction": "", "correction": "", "age": " years", "aberrations": "", "zones": "", "eye": ""}
+    for name, unit in units.items():
         if settings.get(name) is not None:
             value = settings[name]
             shown[name] = f"{value:g}{unit}" if isinstance(value, float) else re.sub(r"-(?=\d)", "−", str(value))
+    if "eccentricity_deg" in settings:
+        shown["eccentricity"] = f"{settings['eccentricity_deg']:g}° {settings['meridian']}"
+    if settings.get("scatter"):
+        shown["scatter"] = "CIE"
     return shown
