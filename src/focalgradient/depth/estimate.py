@@ -19,7 +19,7 @@ __all__ = ["Estimate", "Problem"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Views to estimate depth from: checked, registered, with what is searched and how."""
+    """Input of a method: checked and registered views, search range, blur and settings."""
 
     views: Sequence[View]
     registered: RegisteredViews

@@ -114,7 +114,7 @@ class NoiseLaw:
 
 
 def storage(image: Image) -> float:
-    """Noise that storage and rounding leave in `image` at least (standard deviation)."""
+    """Return the minimum standard deviation of noise in `image` due to storage and rounding."""
     return STORAGE * float(image.std())
 
 

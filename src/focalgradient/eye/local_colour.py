@@ -101,7 +101,7 @@ class SeenContrast:
     pixel_angle: float
 
     def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Amounts that are seen as these ratios through the blur at each vergence (D)."""
+        """Return the amounts of the primaries whose blurred contrasts have these ratios, at each vergence (D)."""
         return _seen_amounts(self, basis, tuple(vergences.tolist()))
 
     def _solve(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -57,7 +57,7 @@ SUPPORT = 0.1
 
 
 def check(views: Sequence[View]) -> None:
-    """Refuse views that are no stack of focus settings."""
+    """Raise `InputError` unless the views are a stack of focus settings."""
     apertures = np.array([view.optics.aperture_diameter for view in views])
     focus = np.unique([view.optics.focus_vergence for view in views])
     if len(focus) < 3:

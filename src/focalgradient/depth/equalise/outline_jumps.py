@@ -82,7 +82,7 @@ SURFACE_SMOOTHING = 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SmallJumps:
-    """What lies about small jumps, H x W each."""
+    """Surfaces on either side of small depth discontinuities, H x W each."""
 
     is_inside: NDArray[np.bool_]  # in reach of one
     is_near: NDArray[np.bool_]  # whether a pixel lies on the near side

@@ -51,7 +51,7 @@ REJECTION_SETTLED = 2e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Views of a frame or of a part of it, and what depth in them is estimated by."""
+    """Views of a frame or of a part of it, with the search, blur, noise and settings of the estimate."""
 
     views: RegisteredViews
     inward: NDArray[Any]  # H x W: pixels to the border of the whole frame

@@ -93,7 +93,7 @@ MIN_SUPPORT = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal:
-    """Where a frame's depth rests on signal, and whether anything is claimed."""
+    """Grid points of a frame whose depth is based on signal, and whether any of it is valid."""
 
     one_waveband: bool  # whether all views are in one
     is_informative: NDArray[np.bool_]  # h x w: depth rests on signal
@@ -138,7 +138,7 @@ class Signal:
 
 
 def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
-    """Nodes whose depth rests on signal, and not on noise or on what contradicts the model.
+    """Grid points whose depth is based on signal, and not on noise or on contradictions of the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
     its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
@@ -150,7 +150,7 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
 
 
 def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
-    """Nodes that show more texture than noise, which may yet be how uneven the noise is: some indication of depth."""
+    """Grid points with more texture than noise, which may still be non-uniform noise: weak evidence of depth."""
     textured = nodes.texture >= np.maximum(1, nodes.misfit)
     if one_waveband:
         textured &= ~_contradicts(nodes)
@@ -164,7 +164,7 @@ def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
 
 
 def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
-    """Nodes (h x w) about which many places with texture lie outside the range searched: theirs is there by chance.
+    """Grid points (h x w) with much texture outside the search range around them, whose own depth is in it by chance.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
 
 
 def show_blocks(images: Sequence[Image]) -> bool:
-    """Whether any of the views (H x W each) shows the blocks that JPEG divides it into.
+    """Return whether JPEG blocks are visible in any of the views (H x W each).
 
     >>> paper = np.random.default_rng(0).standard_normal((64, 64)).astype(np.float32)
     >>> blocks = np.kron(paper[:8, :8], np.ones((8, 8), np.float32))
@@ -200,11 +200,10 @@ def show_blocks(images: Sequence[Image]) -> bool:
 
 
 def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence[Image]) -> float | None:
-    """Median misfit of views without signal, where their residual is not noise; else None.
+    """Return the median misfit if the views contain no signal but non-uniform noise; else None.
 
-    Then what seems to be signal is noise that is uneven. Less than the noise is left also where noise is taken for more
-    than it is, as where bars before a wall contradict every depth: only in views (`images`, H x W each) that
-    show blocks it means paper.
+    A residual below the noise indicates blank paper only in views (`images`, H x W each) with visible JPEG blocks;
+    otherwise the noise may be overestimated, as where bars before a wall contradict every depth.
     """
     seen = nodes.support > 0.5
     if not (seen & informative).any():
@@ -218,11 +217,14 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
 def why_rejected(
     nodes: Nodes, explained: float, tau: float, wavebands: bool, blank: float | None, searched: tuple[float, float]
 ) -> str:
-    """Why nothing is claimed, though the views show texture; `searched` are the lowest and highest vergence (D)."""
+    """Return the reason why no depth is valid although the views contain texture.
+
+    `searched` are the lowest and the highest candidate vergence (D).
+    """
     if blank is not None:
         return (
-            "the views show little but noise, and that is uneven, as compression makes it: store the views without "
-            "loss, or crop them to what has texture"
+            "the views contain little but noise, which is not uniform, as after compression: store the views without "
+            "loss, or crop them to the textured part"
         )
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     outside = outside_range(nodes) & textured
@@ -261,7 +263,7 @@ def why_rejected(
 
 
 def _unevenness(nodes: Nodes) -> float:
-    """Factor between the strongest and the weakest places of the residual, of even noise about 1.2.
+    """Ratio of the strongest to the weakest residual over the frame: about 1.2 for uniform noise.
 
     Places whose views contradict each other do not count, as outlines do.
     """
@@ -273,10 +275,10 @@ def _unevenness(nodes: Nodes) -> float:
 
 
 def _clear_of_noise(nodes: Nodes) -> NDArray[np.bool_]:
-    """Nodes whose texture is clear of noise, and of how uneven that is."""
+    """Grid points whose texture exceeds the noise and its non-uniformity."""
     return np.asarray(nodes.texture >= _unevenness(nodes) * np.maximum(1, nodes.misfit))
 
 
 def _contradicts(nodes: Nodes) -> NDArray[np.bool_]:
-    """Nodes whose texture is not clear of what the model's error leaves."""
+    """Grid points whose texture does not exceed the residual of the model error."""
     return np.asarray((nodes.texture < OVER_ERROR * (nodes.misfit - BY_CHANCE)) | (nodes.misfit >= MISFIT))

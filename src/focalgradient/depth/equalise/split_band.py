@@ -49,7 +49,7 @@ SURROUND = 24
 
 @dataclass(frozen=True, slots=True)
 class SplitBand:
-    """By how much the blur model errs, as coarse and fine detail show it."""
+    """Error of the blur model, estimated from the difference between depth from coarse and from fine detail."""
 
     tau: float
     """Standard deviation of the model error, as a share of the blur radius: the largest over all splits."""
@@ -65,7 +65,7 @@ class SplitBand:
     """Nodes that it rests on."""
 
     def warnings(self) -> list[str]:
-        """What to warn of, where blur differs by direction."""
+        """Return the warnings on blur that differs by direction."""
         largest = max(self.directions, default=0.0)
         if largest < UNLIKE:
             return []
