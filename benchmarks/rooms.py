@@ -1,6 +1,7 @@
 """How accurate depth is in ordinary rooms, measured and completed, and what blank surfaces beside texture are given.
 
-    python benchmarks/rooms.py [ROOMS] [--rooms 2,4,6] [--focus 1.57] [--figure FILE.png] [--layers 6] [--first 0]
+    python benchmarks/rooms.py [ROOMS] [--rooms 2,4,6] [--focus 1.57] [--figure FILE.png] [--bound] [--peer]
+        [--layers 6] [--first 0]
 
 ROOMS is a folder with one folder a room: ``narrow.jpg`` and ``wide.jpg`` of one focus, and ``depth_mm.png`` of a depth
 camera (16 bits, mm; 0 where none). A row gives the share of the pixels that are measured, the mean relative error of
@@ -8,6 +9,13 @@ distance, the share within a factor of 1.25, those within two and beyond five st
 within two with what the focus differs by from room to room (``total_sd``); then the same of the completed map, in its
 classes. Scored is what lies farther than 6 pixels from the depth camera's own jumps
 and on the side of focus that is searched (``--near``), as two apertures cannot tell the sides apart.
+
+With ``--bound`` another row gives what the Cramer-Rao bound of `focalgradient.depth.limits` allows with the noise that
+was found, the texture of the sharper view and the default window: the share of the scored pixels at which an unbiased
+estimate could be valid, the mean relative error of such an estimate there, and the same bound over the pixels measured,
+with the median error in multiples of it. It knows the texture and the blur's shape, which an estimate does not. With
+``--peer`` a last row gives simple blur equalisation (`recover_depth.plain` in this folder) of the same, aligned views: its
+mean relative error and share within a factor of 1.25 over all scored pixels, and over those measured here.
 
 Layers are rendered: a textured thing before a blank wall, and a blank thing before a textured wall, each with edges of
 its own or none, lossless or in JPEG. A row gives what is claimed of the blank surface, and of that what lies beyond
@@ -18,19 +26,27 @@ completed map.
 from __future__ import annotations
 
 import argparse
+import math
 import warnings
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from recover_depth import Trial, plain
 from scipy import ndimage
 from stored_photographs import stored
 
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.calibration.scenes import REPEAT
+from focalgradient.depth.equalise.whitening import uneven_noise
+from focalgradient.depth.limits import texture_bound
+from focalgradient.depth.noise import NoiseLaw
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.validity import LEAST_BLUR_SD, LEAST_SHARE
 from focalgradient.photographs import read_photographs
 from focalgradient.plotting import new_figure
 from focalgradient.psf import transfer
@@ -91,18 +107,78 @@ def rows(depth: DepthMap, distance: Array, scored: Array) -> dict[str, list[floa
     }
 
 
+def best_sd(views: Sequence[View], depth: DepthMap, vergence: Array) -> Array:
+    """Bound on the standard deviation of vergence (D) at each pixel of true `vergence`, H x W."""
+    registered = RegisteredViews.of(views, align=True)
+    sharp, noise = np.asarray(registered.images[0], float), depth.details["noise"]
+    if (stated := depth.details.get("noise_by_brightness")) is not None:
+        sharp = sharp / uneven_noise(NoiseLaw(stated["share"], stated["brightness"], stated["by_contrast"]), registered)
+    white = noise[0] * np.random.default_rng(0).standard_normal(sharp.shape)
+    optics, angle, window = [view.optics for view in views], views[0].pixel_angle, depth.details["window_px"]
+    levels = np.linspace(*depth.details["searched_vergence_D"], 9)
+    information = []
+    for level in levels:
+        of_both, of_noise = (
+            texture_bound(one, optics, float(level), angle, noise=noise, window=window) ** -2.0
+            for one in (sharp, white)
+        )
+        information.append(np.maximum(of_both - of_noise.mean(), 1e-12))
+    place = (vergence - levels[0]) / (levels[1] - levels[0])
+    at = [np.nan_to_num(place), *np.indices(vergence.shape)]
+    logarithm = ndimage.map_coordinates(np.log(information), at, order=1, mode="nearest")
+    return np.exp(-logarithm / 2)
+
+
+def bound_line(name: str, views: Sequence[View], depth: DepthMap, distance: Array, scored: Array) -> list[float]:
+    """Print what the bound allows in a room; return it."""
+    vergence = 1 / distance
+    sd = best_sd(views, depth, vergence)
+    widest = max(views, key=lambda view: view.optics.aperture_diameter)
+    slope = widest.optics.aperture_diameter / 2 / widest.pixel_angle
+    radius = slope * np.abs(vergence - widest.optics.focus_vergence)
+    possible = scored & (slope * sd <= np.maximum(LEAST_BLUR_SD, LEAST_SHARE * radius))
+    measured = scored & depth.valid
+    size = math.sqrt(2 / math.pi) * sd / vergence  # mean absolute value of a normal error
+    off = np.abs(depth.vergence - vergence)[measured] / sd[measured] / 0.674  # the median's, in sd
+    values = [
+        possible.sum() / scored.sum(),
+        float(size[possible].mean()) if possible.any() else math.nan,
+        float(np.median(size[measured])) if measured.any() else math.nan,
+        float(np.median(off)) if measured.any() else math.nan,
+    ]
+    print(
+        f"{name:28}{values[0]:7.3f}{values[1]:9.4f}   over the measured, median: {values[2]:.4f}, error / bound {values[3]:.1f}"
+    )
+    return values
+
+
+def peer_line(name: str, views: Sequence[View], depth: DepthMap, distance: Array, scored: Array) -> list[float]:
+    """Print what simple blur equalisation gives in a room; return it."""
+    aligned = RegisteredViews.of(views, align=True)
+    pair = [replace(view, image=image, mask=None) for view, image in zip(views, aligned.images, strict=True)]
+    vergence = np.clip(plain(Trial(pair, distance, "disc")), *depth.details["searched_vergence_D"])
+    values = []
+    for part in (scored, scored & depth.valid):
+        nothing = np.ones(int(part.sum()))
+        values += score(vergence[part], nothing, nothing, distance[part])[:2] if part.any() else [math.nan] * 2
+    print(f"{name:28}{1:7.3f}{values[0]:9.3f}{values[1]:8.3f}   over the measured: {values[2]:.3f}, {values[3]:.3f}")
+    return values
+
+
 def line(name: str, values: Sequence[float]) -> str:
     share, error, factor, within, beyond, total = values
     return f"{name:28}{share:7.3f}{error:9.3f}{factor:8.3f}{within:8.3f}{beyond:9.4f}{total:12.3f}"
 
 
 def rooms(
-    folders: Sequence[Path], focus: float, near: float, far: float
+    folders: Sequence[Path], focus: float, near: float, far: float, bound: bool = False, peer: bool = False
 ) -> dict[str, tuple[list[View], DepthMap, Array]]:
     """Depth of each room; prints its rows, and those pooled."""
     print(f"{'':28}{'share':>7}{'rel.err':>9}{'<1.25':>8}{'< 2 sd':>8}{'> 5 sd':>9}{'< 2 total':>12}")
     found: dict[str, tuple[list[View], DepthMap, Array]] = {}
     pooled: dict[str, list[list[float]]] = {}
+    best: list[list[float]] = []
+    others: list[list[float]] = []
     refused = 0
     for folder in folders:
         distance, scored = truth(folder, near)
@@ -120,10 +196,18 @@ def rooms(
             "\n".join(line(f"{folder.name} {name}", values) for name, values in text.items())
             or f"{folder.name} rejected"
         )
+        if bound and "noise" in depth.details:
+            best.append(bound_line(f"{folder.name} bound", views, depth, distance, scored))
+        if peer:
+            others.append(peer_line(f"{folder.name} simple", views, depth, distance, scored))
     for name, all_of_them in pooled.items():
         every = np.array(all_of_them)
         share = every[:, 0].sum() / (len(all_of_them) + (refused if name != "all" else 0))
         print(line(f"pooled {name}", [share, *np.average(every[:, 1:], axis=0, weights=every[:, 0])]))
+    if others:
+        print("mean simple: {:.3f}, {:.3f}; over the measured {:.3f}, {:.3f}".format(*np.nanmean(others, axis=0)))
+    if best:
+        print("mean bound: share {:.3f}, {:.4f}; over the measured {:.4f}, {:.1f}".format(*np.nanmean(best, axis=0)))
     print(f"rejected: {refused} of {len(folders)}")
     return found
 
@@ -242,6 +326,8 @@ def main() -> None:
     parser.add_argument("--near", type=float, default=1.6)
     parser.add_argument("--far", type=float, default=8.0)
     parser.add_argument("--figure", type=Path, help="draw the first six rooms here")
+    parser.add_argument("--bound", action="store_true", help="also print what noise and texture allow")
+    parser.add_argument("--peer", action="store_true", help="also print what simple blur equalisation gives")
     parser.add_argument("--layers", type=int, default=4, help="number of seeds of rendered layers")
     parser.add_argument("--first", type=int, default=0, help="first of these seeds")
     options = parser.parse_args()
@@ -251,7 +337,7 @@ def main() -> None:
         folders = [
             one for one in sorted(options.data.iterdir()) if one.is_dir() and (names is None or one.name in names)
         ]
-        found = rooms(folders, options.focus, options.near, options.far)
+        found = rooms(folders, options.focus, options.near, options.far, options.bound, options.peer)
         if options.figure:
             draw(found, options.figure)
     if options.layers:
