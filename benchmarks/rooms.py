@@ -14,8 +14,8 @@ With ``--bound`` another row gives what the Cramer-Rao bound of `focalgradient.d
 was found, the texture of the sharper view and the default window: the share of the scored pixels at which an unbiased
 estimate could be valid, the mean relative error of such an estimate there, and the same bound over the pixels measured,
 with the median error in multiples of it. It knows the texture and the blur's shape, which an estimate does not. With
-``--peer`` a last row gives simple blur equalisation (`recover_depth.plain` in this folder) of the same, aligned views: its
-mean relative error and share within a factor of 1.25 over all scored pixels, and over those measured here.
+``--peer`` a last row gives simple blur equalisation (`recover_depth.plain` in this folder) of the same, aligned views:
+its mean relative error and share within a factor of 1.25 over all scored pixels, and over those measured here.
 
 Layers are rendered: a textured thing before a blank wall, and a blank thing before a textured wall, each with edges of
 its own or none, lossless or in JPEG. A row gives what is claimed of the blank surface, and of that what lies beyond
@@ -115,7 +115,8 @@ def best_sd(views: Sequence[View], depth: DepthMap, vergence: Array) -> Array:
         sharp = sharp / uneven_noise(NoiseLaw(stated["share"], stated["brightness"], stated["by_contrast"]), registered)
     white = noise[0] * np.random.default_rng(0).standard_normal(sharp.shape)
     optics, angle, window = [view.optics for view in views], views[0].pixel_angle, depth.details["window_px"]
-    levels = np.linspace(*depth.details["searched_vergence_D"], 9)
+    low, high = depth.details["searched_vergence_D"]
+    levels = np.linspace(low, high, 9)
     information = []
     for level in levels:
         of_both, of_noise = (
@@ -147,7 +148,8 @@ def bound_line(name: str, views: Sequence[View], depth: DepthMap, distance: Arra
         float(np.median(off)) if measured.any() else math.nan,
     ]
     print(
-        f"{name:28}{values[0]:7.3f}{values[1]:9.4f}   over the measured, median: {values[2]:.4f}, error / bound {values[3]:.1f}"
+        f"{name:28}{values[0]:7.3f}{values[1]:9.4f}   over the measured, median: {values[2]:.4f}, "
+        f"error / bound {values[3]:.1f}"
     )
     return values
 

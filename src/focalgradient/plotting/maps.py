@@ -84,6 +84,7 @@ def depth_figure(
 
     Examples
     --------
+    >>> from focalgradient import DepthMap, Lens, View
     >>> flat = np.full((12, 16), 0.5)
     >>> lenses = [Lens(0.025, f_number, 1.0) for f_number in (16, 5.6)]
     >>> views = [View(flat, lens, pixel_angle=3e-4) for lens in lenses]
