@@ -57,6 +57,20 @@ def test_disc_is_the_fourier_transform_of_a_disc() -> None:
     assert spectrum[low] == pytest.approx(disc_transfer(frequency[low], fine), abs=4e-3)
 
 
+@pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(), Annulus(0.4)])
+@pytest.mark.parametrize("radius", [0.4, 2.5])
+def test_line_response_is_the_slope_of_the_edge_response(shape: Psf, radius: float) -> None:
+    position = radius * np.linspace(-6, 6, 24_001)
+    line = shape.line_response(position, radius)
+    edge = np.concatenate([[0], np.cumsum((line[1:] + line[:-1]) / 2 * np.diff(position))])
+    assert edge == pytest.approx(shape.edge_response(position, radius), abs=1e-4)
+
+
+@pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(), Annulus(0.4)])
+def test_the_edge_response_ends_within_its_reach(shape: Psf) -> None:
+    assert shape.edge_response(np.array([shape.edge_reach, 2 * shape.edge_reach]), 1.0) == pytest.approx(1, abs=1e-6)
+
+
 def test_disc_reverses_contrast_between_its_zeros() -> None:
     """The zeros of a uniform disc, known from the resolution of telescopes: 0.610, 1.117, 1.619 cycles per radius."""
     zeros = [brentq(lambda f: disc_transfer(f, 1.0), *about) for about in ((0.5, 0.7), (1.0, 1.2), (1.5, 1.7))]
