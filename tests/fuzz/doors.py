@@ -47,7 +47,7 @@ CALIBRATED = {
     "camera": BODY | {"model_error": 0.02},
     "aperture": [{"f_number": 16.0, "effective": 16.5}, {"f_number": 5.6, "effective": 5.5}],
     "focus": [{"focus_distance_m": 0.85, "vergence_dioptres": 1.17}],
-    "uncertainty": {"told": [0.5] * 6, "covariance": [[1e-4 * (i == j) for j in range(6)] for i in range(6)]},
+    "uncertainty": {"informed": [0.5] * 6, "covariance": [[1e-4 * (i == j) for j in range(6)] for i in range(6)]},
 }
 DESIGNS = (
     {"task": "depthrating", "scenes": ["spheres-00"], "repetitions": 1, "catch_trials": 0, "practice_trials": 0},
