@@ -112,7 +112,7 @@ def load_design(path: str | os.PathLike[str]) -> Design:
             f"{name} is the name of a task, not of a design's file: write its design to a file, with "
             "'focalgradient run TASK --print-design'."
         )
-    return check_design(str(path), read_toml(Path(path), "a design"))
+    return check_design(str(path), read_toml(Path(path)))
 
 
 def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
