@@ -114,7 +114,7 @@ def test_a_lost_frame_is_reported_and_what_follows_is_right(folder: Path, views:
         (["none.mp4", "--out", "d.mp4"], "none.mp4 cannot be read (No such file"),
         (["video.mkv", "--out", "d.gif"], "use one of .mp4"),
         (["video.mkv", "--out", "d.mp4", *OPTICS[2:]], "--focal-length is missing"),
-        (["video.mkv", "--out", "d.mp4", *OPTICS[:4], *OPTICS[6:]], "--f-number is given 1 times"),
+        (["video.mkv", "--out", "d.mp4", *OPTICS[:4], *OPTICS[6:]], "--f-number is given once: give it twice"),
         (["video.mkv", "--out", "d.mp4", "--near", "1"], "needs the optics"),
         (["video.mkv", "--out", "d.mp4", *OPTICS, "--far", "0.5"], "lies beyond or at --far"),
         (["video.mkv", "--out", "video.mkv"], "video.mkv would be overwritten, but it is read"),
