@@ -83,7 +83,8 @@ def run(root: Path, length: str, participant: str) -> None:
             time.sleep(0.001)
             rating = random.uniform(0.5, 2)
             session.record(trial, answer_of(design, onset=20.0 * number, rating=rating, response_time=0.5))
-            print(trial.phase, trial.trial, rating, flush=True)
+            # In one write, even where standard output is not buffered: a kill leaves no part of a line.
+            print(f"{trial.phase} {trial.trial} {rating}\n", end="", flush=True)
 
 
 def life(root: Path, length: str, participant: str, delay: float, way: signal.Signals) -> tuple[bool, list[list[str]]]:

@@ -40,6 +40,7 @@ __all__ = [
     "export",
     "journals",
     "read_description",
+    "source_files",
     "table_rows",
 ]
 
@@ -139,7 +140,15 @@ def journals(root: Path) -> Iterator[Path]:
     ...     [path.name for path in journals(root)][0]
     'sub-01_task-blurthreshold_beh.jsonl'
     """
-    yield from sorted(Path(root, "sourcedata").rglob("sub-*_beh.jsonl"))
+    yield from source_files(root, "sub-*_beh.jsonl")
+
+
+def source_files(root: Path, pattern: str) -> list[Path]:
+    """Return files below ``sourcedata`` in order of name, without those in hidden folders, which a crash leaves."""
+    base = Path(root, "sourcedata")
+    return sorted(
+        path for path in base.rglob(pattern) if not any(part[0] == "." for part in path.relative_to(base).parts)
+    )
 
 
 def read_description(root: Path) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from focalgradient.dataset.alike import differences, same_content
-from focalgradient.dataset.bids import Files, add_participant, json_text, screen_of
+from focalgradient.dataset.bids import Files, add_participant, json_text, screen_of, source_files
 from focalgradient.dataset.gaze import Recording, Sample, recording_files
 from focalgradient.dataset.journal import Log, create_whole, make_folder, read_journal, scan_journal, writing
 from focalgradient.errors import InputError
@@ -85,7 +85,7 @@ def _paced(frame_s: float) -> str:
 
 def focus_journals(root: Path) -> list[Path]:
     """Return the journals of gaze-contingent focus sessions, in order of name."""
-    return sorted(Path(root, "sourcedata").rglob(f"sub-*{ENDS}.jsonl"))
+    return source_files(root, f"sub-*{ENDS}.jsonl")
 
 
 def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
