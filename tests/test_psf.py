@@ -1,6 +1,7 @@
 """Blur transfers against integrals and Fourier transforms of the blurs themselves."""
 
 import ast
+import math
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,15 @@ def test_line_response_is_the_slope_of_the_edge_response(shape: Psf, radius: flo
 @pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(), Annulus(0.4)])
 def test_the_edge_response_ends_within_its_reach(shape: Psf) -> None:
     assert shape.edge_response(np.array([shape.edge_reach, 2 * shape.edge_reach]), 1.0) == pytest.approx(1, abs=1e-6)
+
+
+def test_the_reach_of_an_edge_is_computed_where_a_shape_states_none() -> None:
+    """A Gaussian of sd .5 per radius is at 1 - 1e-6 after 4.7534 sd (tables of the normal distribution)."""
+    reach = Psf.edge_reach.fget(Gaussian(k=0.5))  # type: ignore[attr-defined]
+    assert 2.3767 <= reach <= 2.3767 + 0.008
+    assert Psf.edge_reach.fget(Disc()) == pytest.approx(1, abs=0.004)  # type: ignore[attr-defined]
+    wide = Psf.edge_reach.fget(Gaussian(k=2.0))  # type: ignore[attr-defined]
+    assert 9.5068 <= wide <= 1.012 * 9.5068
 
 
 def test_disc_reverses_contrast_between_its_zeros() -> None:
@@ -220,6 +230,33 @@ class Edge(Disc):
         return super().edge_response(np.asarray(position) * 0.9, radius)
 
 
+class Fixed(Disc):
+    """A line response that is right at radius 1 only."""
+
+    def line_response(self, position, radius):
+        return super().line_response(position, 1.0)
+
+
+class OtherInverse(Disc):
+    def radius_of(self, sd):
+        return 1.01 * super().radius_of(sd)
+
+
+class OtherVariance(Disc):
+    def variance(self, radius):
+        return 1.01 * super().variance(radius)
+
+
+class NoSize(Disc):
+    sd_per_radius = math.nan
+
+
+class Large(Plain):
+    def transfer(self, frequency, radius):
+        product = np.asarray(frequency) * radius
+        return np.asarray(gaussian_transfer(frequency, radius, 1.0)) * (1 + 40 * product**2)
+
+
 class Flat(Plain):
     def transfer(self, frequency, radius):
         return np.ones(3)
@@ -243,6 +280,11 @@ class Broken(Plain):
         (Soft(), "states ends_sharply = False, but its transfer falls to -0"),
         (Wide(), r"sd_per_radius is 0\.6, but by the transfer's curvature at 0 0\.5"),
         (Edge(), "edge response differs from the integral of the point spread function"),
+        (Fixed(), r"at radius 2\.5 the line response differs from the slope of the edge response"),
+        (OtherInverse(), r"contradict each other: a radius of 3 becomes 3\.03"),
+        (OtherVariance(), "sd, variance and radius_of contradict each other"),
+        (NoSize(), "sd_per_radius is nan, but must be positive and finite"),
+        (Large(), r"the transfer reaches 1\.\d+, but a non-negative point spread function has at most 1"),
         (Flat(), r"gives float64 of shape \(3,\), but numbers of shape \(5, 4, 2\)"),
         (Broken(), "raises KeyError"),
     ],
