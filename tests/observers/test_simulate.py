@@ -127,7 +127,7 @@ def test_a_run_that_was_cut_off_goes_on_to_the_same_answers(design, stimuli, enc
     ("change", "sentence"),
     [
         (
-            {"observer": "blind"},
+            {"observer": "blur-blind"},
             "is of observer default, seed 1, model 5, not of the simulated one .blur-blind, seed 1, model 5.: give",
         ),
         ({"seed": 2}, "is of observer default, seed 1"),

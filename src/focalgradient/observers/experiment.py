@@ -17,7 +17,7 @@ from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.design.plan import Plan
 from focalgradient.errors import InputError
 from focalgradient.observers.answers import EncodedPictures
-from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_named
+from focalgradient.observers.observer import Observer, observer_named
 from focalgradient.observers.rotation import EncodedCubes
 from focalgradient.observers.thresholds import known_threshold, seen_threshold
 from focalgradient.parallel import in_order
@@ -140,7 +140,7 @@ def simulate(
         )
     if isinstance(design, DepthRatingDesign):  # fixation follows the design: no gaze is recorded
         design = design.model_copy(update={"gaze": "none"})
-    who = f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
+    who = f"{observer}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
     for label in wanted[:1]:
         begun = Files(out, design.task, label).journal.exists()

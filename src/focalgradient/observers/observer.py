@@ -202,8 +202,6 @@ OBSERVERS: dict[str, Observer] = {
 }
 """Default observer (the hypothesis to be tested), control observers, and one with an ordinal rating scale."""
 
-FORMER_NAMES = {"blind": "blur-blind"}
-
 
 def observer_named(name: str) -> Observer:
     """Return the observer with a name.
@@ -218,7 +216,6 @@ def observer_named(name: str) -> Observer:
     >>> observer_named("blur-blind").prior
     0.0
     """
-    name = FORMER_NAMES.get(name, name)
     if name not in OBSERVERS:
         raise InputError(f"observer is {name!r}, but must be one of {', '.join(OBSERVERS)}.")
     return OBSERVERS[name]
