@@ -11,6 +11,8 @@ from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from pygments.lexers.shell import BashLexer
+from pygments.token import Name, Number
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
@@ -117,12 +119,37 @@ for page in (ROOT / "generated").glob("*.rst"):
         page.unlink()
 
 
+class CommandLexer(BashLexer):
+    """Tokenise commands: an option is one token, which does not break at its hyphens, as is a decimal number."""
+
+    name = "focalgradient's commands"
+    tokens = BashLexer.tokens | {
+        "root": [
+            (r"(?<!\S)--?[A-Za-z][\w-]*", Name.Attribute),
+            (r"(?<![^\s=])[\d.,:+-]*\d(?=[\s=]|$)", Number),
+            *BashLexer.tokens["root"],
+        ]
+    }
+
+
 def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
     """Write a formula as MathML, which browsers show themselves: no script, and nothing from elsewhere."""
     block = isinstance(node, nodes.math_block)
     mathml = tex2mathml(node.astext(), as_block=block)
-    translator.body.append(f'<div class="formula">{mathml}</div>' if block else mathml)
+    mathml = re.sub(r"<mo>([⟨⟩])</mo>", r'<mo stretchy="false">\1</mo>', mathml)  # else as tall as what is beside them
+    mathml = mathml.replace('<mo stretchy="false">|</mo>', '<mo stretchy="false" lspace="0" rspace="0">|</mo>')
+    kept = f'<span class="kept">{mathml}{node.get("stop", "")}</span>'
+    translator.body.append(f'<div class="formula">{mathml}</div>' if block else kept)
     raise nodes.SkipNode
+
+
+def keep_stops(app: Sphinx, document: nodes.document, page: str) -> None:
+    """Give each formula in a line the punctuation after it, which would otherwise begin the next line."""
+    for node in list(document.findall(nodes.math)):
+        after = node.next_node(descend=False, siblings=True)
+        if isinstance(after, nodes.Text) and (found := re.match(r"[.,;:)]+", after)):
+            node["stop"] = found[0]
+            after.parent.replace(after, nodes.Text(after[found.end() :]))
 
 
 def run_notebooks(app: Sphinx) -> None:
@@ -138,7 +165,9 @@ def escape_stars(app: Sphinx, context: object, lines: list[str]) -> None:
 
 def setup(app: Sphinx) -> None:
     """Add what this file defines to Sphinx."""
+    app.add_lexer("sh", CommandLexer)
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     for part in ("description", "options"):
         app.connect(f"sphinx-click-process-{part}", escape_stars)
+    app.connect("doctree-resolved", keep_stops)
     app.connect("builder-inited", run_notebooks, priority=900)

@@ -54,6 +54,7 @@ def test_every_block_is_of_a_known_kind_and_none_hides(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     assert len(re.findall("^```", text, re.MULTILINE)) == 2 * len(blocks(page))
     assert not re.findall(r"^    (?:focalgradient|make|python) ", re.sub(BLOCK, "", text), re.MULTILINE)
+    assert not re.findall(r"^\s*%.*", re.sub(BLOCK, "", text), re.MULTILINE)  # a comment, which no page shows
     for block in blocks(page):
         assert block.reason is None or len(block.reason.split()) > 2
 

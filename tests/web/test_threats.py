@@ -28,7 +28,7 @@ ELSEWHERE: tuple[dict[str, str], ...] = (
 
 def cells() -> list[tuple[str, str, str]]:
     """Row, column and content of each cell."""
-    lines = DOCS.read_text().split("## Who can do what\n\n")[1].splitlines()
+    lines = DOCS.read_text().split("## Access rights\n\n")[1].splitlines()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")][:12]
     header, _, *body = rows
     return [(row[0], column, cell) for row in body for column, cell in zip(header[1:], row[1:], strict=True)]

@@ -1,4 +1,4 @@
-"""How precisely blur can give depth at best: Cramér-Rao bounds for a step edge and for two or more views of a texture.
+"""Information limits of depth from blur: Cramér-Rao bounds for a step edge and for two or more views of a texture.
 
 No unbiased estimate has a smaller standard deviation than these. The derivations are in ``docs/limits.md``.
 """

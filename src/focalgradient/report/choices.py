@@ -21,7 +21,7 @@ CHOICES = {
         "Exclusion rules depend on catch trials, repeated answers, response times and dropped frames, never on the "
         "effect of blur, so that they cannot select for it (Simmons, Nelson and Simonsohn, 2011). They should be "
         "stated before the data are seen; results with and without them are both reported. In full: "
-        "docs/statistics.md, “Who is left out”.",
+        "docs/statistics.md, “Exclusion criteria”.",
     ),
     "random": (
         "Subjects and scenes as random",
@@ -80,7 +80,7 @@ CHOICES = {
         "d′ instead of a proportion",
         "The proportion of correct answers confounds sensitivity with the readiness to say “yes”, which d′ and the "
         "criterion separate; confidence shows whether signal and noise have equal variances, and how well people know "
-        "when they are right. In full: docs/thresholds.md, “Answers of yes and no, ratings, confidence”.",
+        "when they are right. In full: docs/thresholds.md, “Yes-no answers, confidence”.",
     ),
     "over-subjects": (
         "Tests over subjects",
