@@ -118,7 +118,7 @@ class Evidence:
 
 
 def shows_nothing(problem: Problem, estimate: Estimate) -> bool:
-    """Whether nothing, or next to nothing, is valid; of edges, few by nature, nothing."""
+    """Return whether almost no pixel is valid; for edges, which are sparse, whether none is."""
     least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
     return not estimate.valid.any() or bool(estimate.valid.mean() < least)
 
@@ -149,7 +149,7 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
 
 
 def _contradiction(problem: Problem, estimate: Estimate, explained: float) -> Cause:
-    """The cause where views are textured, but agree at no depth searched on most of the texture."""
+    """Return the cause if the views are textured but agree at no searched depth on most of the texture."""
     lowest, highest = estimate.searched or (problem.search.lowest, problem.search.highest)
     far = "infinity" if lowest <= 0 else f"{1 / lowest:.3g} m"
     text = (

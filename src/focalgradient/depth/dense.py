@@ -32,11 +32,11 @@ LEAST_STEP = 3
 """Minimum spacing of the grid points in pixels."""
 
 STEP_SD = 0.01
-"""Standard deviation in dioptres of the difference in vergence between neighbouring pixels of one surface, with which
-held-out parts of the maps of rooms are covered."""
+"""Standard deviation in dioptres of the difference in vergence between neighbouring pixels of one surface, chosen so
+that the intervals cover held-out parts of the maps of rooms."""
 
 ACROSS = 12.0
-"""Factor of that standard deviation across a clear edge of the picture."""
+"""Factor by which `STEP_SD` increases across a clear edge of the picture."""
 
 CLEAR = 3.0
 """Brightness difference between neighbouring grid points, relative to the median difference, at which an edge is half
@@ -183,7 +183,7 @@ class _Field:
 
     @classmethod
     def over(cls, picture: FloatArray, step: int, spread: float) -> _Field:
-        """The field on a grid of nodes of `step` pixels, whose neighbours' difference the `picture` shows (h x w)."""
+        """Return the field on a grid of `step` pixels; `picture` (h x w) sets the differences of neighbours."""
         number = np.arange(picture.size).reshape(picture.shape)
         light = np.sqrt(np.maximum(picture, 0))  # by which noise, and what is seen, changes evenly
         rows = []
@@ -223,7 +223,7 @@ class _Field:
         return solve
 
     def drawn(self, random: np.random.Generator) -> FloatArray:
-        """A random vector whose covariance is the field's precision."""
+        """Return a random vector whose covariance is the field's precision."""
         count, nodes = self.differences.shape
         by_neighbours = self.differences.T @ random.standard_normal(count)
         return np.asarray(by_neighbours + np.sqrt(self._anchor()) * random.standard_normal(nodes), float)

@@ -1,4 +1,4 @@
-"""The depth map: what the depth core returns, and what is kept on disk."""
+"""Depth map: the result of depth recovery, and its file."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ class DepthMap:
         return f"median {float(np.median(self.distance[self.valid])):.3g} m, {share}"
 
     def summary(self) -> str:
-        """The map in a few lines: method, range and precision of what is valid, and the side of focus.
+        """Summarise the map in a few lines: method, range and precision of valid pixels, side of focus.
 
         >>> flat = np.full((2, 3), 0.5)
         >>> print(DepthMap(flat, 0.01 * flat, flat > 0, flat > 0, {"method": "equalise", "psf": "disc"}).summary())

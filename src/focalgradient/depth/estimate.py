@@ -1,4 +1,4 @@
-"""What every method is given, and what it returns: `focalgradient.depth.recover` makes the rest."""
+"""Input and result of every depth method; `focalgradient.depth.recover` does the rest."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Frequencies:
         return band
 
     def to_radial(self, values: FloatArray) -> FloatArray:
-        """`values` (... x F) at RADII: of the plane the mean over all directions."""
+        """Return `values` (... x F) at RADII; values over the plane are averaged over all directions."""
         if self.down is None:
             return values
         flat = values.reshape(-1, values.shape[-1])
@@ -116,7 +116,7 @@ def plane(finest: float = 0.5) -> Frequencies:
 
 @cache
 def _axis() -> FloatArray:
-    """The plane's frequencies along half an axis, 0 to 0.5 cycles per pixel."""
+    """Return the plane's frequencies along half an axis, 0 to 0.5 cycles per pixel."""
     count = math.ceil(math.asinh(0.5 * GROWTH / FINEST_STEP) / GROWTH)
     steps = math.asinh(0.5 * GROWTH / FINEST_STEP) * np.arange(count + 1) / count
     return FINEST_STEP / GROWTH * np.sinh(steps)
@@ -131,7 +131,7 @@ def _plane(last: int) -> Frequencies:
 
 @cache
 def _circles(at: Frequencies, directions: int = 48) -> sparse.csr_array:
-    """The matrix that takes values at the plane's frequencies to their means over circles (RADIAL x F)."""
+    """Return the matrix that takes values at the plane's frequencies to their means over circles (RADIAL x F)."""
     assert at.down is not None
     assert at.right is not None
     angle = np.pi * (np.arange(directions) + 0.5) / directions - np.pi / 2
@@ -179,7 +179,7 @@ def _splines(at: Frequencies, rows: int, columns: int) -> tuple[sparse.csr_array
 
 
 def _real_times_complex(left: Image, right: NDArray[Any]) -> NDArray[np.complex64]:
-    """The product, as one of real matrices."""
+    """Return the product, as one of real matrices."""
     parts = np.ascontiguousarray(right, np.complex64).view(np.float32)
     return product(left, parts).view(np.complex64)
 
@@ -269,7 +269,7 @@ class Spectra:
         return frequencies.measure, everywhere
 
     def filtered(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
-        """The sum of the images, each filtered by its row of `filters` (n x F): H x W."""
+        """Return the sum of the images, each filtered by its row of `filters` (n x F): H x W."""
         total = np.zeros(self.position.shape, np.complex64)
         for row, spectrum in zip(filters, self.values, strict=True):
             if row.any():  # a comparison of early views leaves out those after
@@ -279,7 +279,7 @@ class Spectra:
         return image
 
     def _gain(self, row: NDArray[Any], frequencies: Frequencies) -> NDArray[Any]:
-        """A filter (F) at the images' own frequencies."""
+        """Return a filter (F) at the images' own frequencies."""
         if frequencies.down is None:
             samples = np.arange(PARTS * (RADIAL - 1) + 1) / PARTS
             return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)

@@ -1,4 +1,4 @@
-"""Points whose distance was measured: they take away what a whole depth map shares in error.
+"""Points of measured distance, which correct the error that all pixels of a depth map share.
 
 The errors that all pixels share are independent modes z ~ N(0, 1), each a change of vergence over the map
 (`DepthMap.common_errors`). A measured point observes their sum at its place, with the error of the pixels there and of

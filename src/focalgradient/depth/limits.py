@@ -194,7 +194,7 @@ def _information(
     psf: Psf | str,
     k: float | None,
 ) -> FloatArray:
-    """The bracket of `comparison_bound`: ... x F, by vergence and frequency."""
+    """Return the bracket of `comparison_bound`: ... x F, by vergence and frequency."""
     if len(optics) < 2:
         raise InputError(f"{len(optics)} optics given, but views are compared from two on: give one for each view.")
     noises = np.asarray(noise, dtype=float)

@@ -1,4 +1,4 @@
-"""The model error: by how much the blur model errs, as what it makes of coarse and of fine detail shows it.
+"""Error of the blur model, estimated from the difference of depth between coarse and fine detail.
 
 The difference of two halves of the detail, beyond their noise, is attributed to an error in proportion to the blur:
 random effects, as in meta-analysis (DerSimonian & Laird 1986). Every method that splits its detail states it so.
@@ -27,7 +27,7 @@ TRIMMED = 0.05
 not model error. Chosen by hand."""
 
 LEAST_NODES = 30
-"""Minimum number of grid points from which a model is judged. Chosen by hand."""
+"""Minimum number of grid points required to judge a model. Chosen by hand."""
 
 
 def random_effects(

@@ -176,7 +176,7 @@ def noise_floor(image: Image, side: int = 32, usable: NDArray[np.bool_] | None =
 def noise_law(
     variance: FloatArray, brightness: FloatArray, contrast: FloatArray, at: float, *, level_known: bool = False
 ) -> NoiseLaw | None:
-    """The law by which noise rises with brightness and contrast, from its variance at places; None: it is even.
+    """Fit the law by which noise rises with brightness and contrast to its variance at places; None: it is uniform.
 
     What the views show beside noise can only add to the variance: of the places as bright, the quarter with least
     counts, by regression of that quantile.

@@ -48,7 +48,7 @@ NODES = 1.6
 
 
 def product(left: NDArray[Value], right: NDArray[Value]) -> NDArray[Value]:
-    """The matrix product; a small one by parts that BLAS gives to no threads, which would keep cores busy waiting."""
+    """Multiply matrices; small products in parts that BLAS does not thread, as waiting threads would occupy cores."""
     rows, inner = left.shape
     columns = right.shape[1]
     if rows * inner * columns >= WORTH_THREADS:
@@ -200,7 +200,7 @@ def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
 def select_levels(
     images: NDArray[np.float32], level: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The stack of images (L x H x W) interpolated at each pixel's fractional level, and its derivative by level."""
+    """Interpolate a stack of images (L x H x W) at each pixel's fractional level; also return its derivative."""
     base = np.clip(np.rint(level).astype(np.intp), 1, len(images) - 2)
     part = (level - base).astype(np.float32)
     below, at, above = (np.take_along_axis(images, (base + i)[None], axis=0)[0] for i in (-1, 0, 1))
@@ -211,7 +211,7 @@ def select_levels(
 def combine_levels(
     images: NDArray[np.float32], coefficients: NDArray[np.float32], level: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The images averaged, at each pixel, with the coefficients of that pixel's level, and its derivative by level.
+    """Average the images with the coefficients of each pixel's level; also return the derivative by level.
 
     `images` is r x H x W, `coefficients` L x r, `level` H x W (fractional, a parabola through the nearest three).
     """
@@ -279,7 +279,7 @@ def repeat_blocks(values: NDArray[Value], step: int, shape: tuple[int, int]) -> 
 
 
 def weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
-    """The value at which half the weight is reached.
+    """Return the value at which half the weight is reached.
 
     >>> weighted_median(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 5.0]))
     2.0

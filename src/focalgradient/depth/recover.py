@@ -1,4 +1,4 @@
-"""From views to a depth map: the front door of every method."""
+"""Recover a depth map from views, by any of the methods."""
 
 from __future__ import annotations
 

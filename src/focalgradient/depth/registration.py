@@ -70,7 +70,7 @@ class Placement:
         return max(math.dist(self.of(*corner), corner) for corner in corners)
 
     def then(self, other: Placement) -> Placement:
-        """The placement of a view whose image, once resampled by `self`, is still displaced by `other`."""
+        """Return the placement of a view whose image, once resampled by `self`, is still displaced by `other`."""
         down, right = self.of(other.down, other.right)
         return Placement(self.scale * other.scale, down, right, self.turn + other.turn)
 
@@ -138,7 +138,7 @@ def _resample_lines(lines, scale, middle, first, last, resampled):  # type: igno
 
 
 def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_array, NDArray[np.bool_]]:
-    """The matrix that resamples `count` pixels, and which results lie within them."""
+    """Return the matrix that resamples `count` pixels, and which results lie within them."""
     centre = (count - 1) / 2
     place = centre + scale * (np.arange(count) - centre) + shift
     stretch = max(1.0, scale)  # where pixels are skipped, average over them
@@ -298,7 +298,7 @@ class RegisteredViews:
         return cls(scaled, usable, gains, placements, tuple(filter(None, warnings)), shares)
 
     def most_textured_crop(self, side: int) -> RegisteredViews:
-        """The part, at most `side` pixels in each direction, that shows most texture."""
+        """Return the part, at most `side` pixels in each direction, that shows most texture."""
         skip = max(1, min(self.shape) // 1024)  # a large frame need not be looked at pixel by pixel
         down, right = np.gradient(self.images[0][::skip, ::skip])
         steep = down**2 + right**2
@@ -359,7 +359,7 @@ def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int
 
 
 def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
-    """A view's image, pixels outside its mask replaced by the nearest inside, and the mask.
+    """Return a view's image, pixels outside its mask replaced by the nearest inside, and the mask.
 
     Of a view without a mask, pixels at the image's ceiling are left out, where many share the highest value.
     """
@@ -370,12 +370,12 @@ def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
 
 
 def _shown(mask: NDArray[np.bool_], placement: Placement) -> NDArray[np.bool_]:
-    """A view's `mask` on the reference's grid."""
+    """Return a view's `mask` on the reference's grid."""
     return mask if mask.all() else resample((~mask).astype(np.float32), placement)[0] < LEAST_MASKED
 
 
 def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image:
-    """`image` (H x W) with each pixel outside `mask` replaced by the nearest inside, so that filters meet light alone.
+    """Replace each pixel of `image` (H x W) outside `mask` by the nearest inside, for the filters.
 
     >>> filled(np.array([[1.0, np.nan, 3.0, 4.0]]), np.array([[True, False, True, True]])).tolist()
     [[1.0, 1.0, 3.0, 4.0]]

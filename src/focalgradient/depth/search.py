@@ -1,4 +1,4 @@
-"""Where depth is searched: candidate vergences, and each view's blur at them."""
+"""Range of depth that is searched: candidate vergences, and each view's blur at them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Blurs:
         return (band * (self.transfer != 0)).astype(self.transfer.real.dtype)
 
     def averaged(self, shares: NDArray[np.floating] | None) -> Blurs:
-        """The blurs with the mean transfer and contrast of their parts, by their `shares` (C x H x W) of the frame.
+        """Average the blurs' transfer and contrast over their parts, weighted by `shares` (C x H x W) of the frame.
 
         The parts' transfers are multiplied by their contrast over that mean: the same at all levels on average.
         """
@@ -90,7 +90,7 @@ class Blurs:
         return replace(self, transfer=np.asarray(transfer, self.transfer.dtype), parts=parts, contrast=mean)
 
     def every(self, count: int) -> Blurs:
-        """The blurs at every `count`-th level."""
+        """Return the blurs at every `count`-th level."""
         parts = tuple(part.every(count) for part in self.parts)
         contrast = None if self.contrast is None else self.contrast[:, ::count]
         some = self.radius[:, ::count], self.transfer[:, ::count]
@@ -201,7 +201,7 @@ class Search:
 
     @property
     def own(self) -> list[OwnBlur | None]:
-        """The blur that each view's optics offer themselves, where they do."""
+        """Blur model of each view's optics; None for optics without one."""
         return [one.blur for one in self.stated]
 
     @property
@@ -217,10 +217,10 @@ class Search:
         return ends[0] and not (shared and self.lowest == self.focus[0]), not (shared and self.highest == self.focus[0])
 
     def blurs(self, psf: BlurSource) -> Blurs:
-        """Each view's blur at every level, of the shape `psf` or by the views' optics themselves.
+        """Return each view's blur at every level, of the shape `psf` or by the views' own optics.
 
-        Optics without a blur of their own then blur by a disc: geometric optics. Refused where none of the views'
-        optics have their own.
+        Optics without a blur model are treated as geometric: they blur by a disc. Raises `InputError` if none of the
+        views' optics have one.
         """
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
         if not isinstance(psf, OpticsBlur):
@@ -312,5 +312,5 @@ def _through_focus(
 
 
 def one_focus(focus: NDArray[np.float64]) -> bool:
-    """Whether views of these focus vergences share one plane of focus."""
+    """Return whether views of these focus vergences share one plane of focus."""
     return bool(np.ptp(focus) <= ONE_FOCUS * max(1.0, np.abs(focus).max()))

@@ -33,7 +33,7 @@ MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
 @dataclass(frozen=True, slots=True)
 class OpticsBlur:
-    """The blur that the views' optics offer themselves (`optics.own_blur`); a disc of those that offer none."""
+    """Blur computed by the views' own optics (`optics.own_blur`); a disc for optics without a blur model."""
 
     name: ClassVar[str] = "optics"
     provides: ClassVar[frozenset[Capability]] = frozenset()
@@ -136,7 +136,7 @@ class RecoverySettings:
         return None if self.noise is None else np.broadcast_to(np.asarray(self.noise, float), count)
 
     def stated(self) -> dict[str, Any]:
-        """The settings as a map's details state them."""
+        """Return the settings for the details of a map."""
         return {
             "method": self.method,
             "near_m": self.near,

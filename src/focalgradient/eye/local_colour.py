@@ -78,7 +78,7 @@ class KnownSpectrum:
     amount: tuple[float, ...]
 
     def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The same amounts at every vergence (D)."""
+        """Return the same amounts at every vergence (D)."""
         return np.broadcast_to(np.asarray(self.amount, float), (len(vergences), basis.components))
 
 
@@ -161,10 +161,10 @@ def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray
 
 @dataclass(frozen=True, slots=True)
 class LitCones:
-    """Cones before a texture of one spectrum: their blur is the mean over its components, by their catch of each.
+    """Cones imaging a texture of one spectrum: their blur is the mean over its components, weighted by catch.
 
-    `usual` is what they catch of the field's mean spectrum where L and M cones together catch 1, and `rest` the
-    covariance of the components' amounts that the spectra leave (`LocalColours.rest_of_amounts`).
+    `usual` is their catch of the field's mean spectrum, relative to that of L and M cones together, and `rest` the
+    residual covariance of the components' amounts (`LocalColours.rest_of_amounts`).
     """
 
     whole: Cones
@@ -194,14 +194,14 @@ class LitCones:
         return self.whole.isotropic
 
     def contrast(self, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Contrast that they see of the texture if it lies at each vergence (D), over the usual one."""
+        """Return the contrast of the texture at each vergence (D), relative to that of the field's mean spectrum."""
         caught = self.spectrum.amounts(self.basis, np.asarray(vergences, float)) @ self.basis.catch(self.light)
         return np.asarray(np.maximum(caught, LEAST_CONTRAST) / self.usual)
 
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
     ) -> NDArray[np.float64] | NDArray[np.complex128]:
-        """Transfer at frequencies (cycles per radian) for a list of vergences (D): L x the frequencies' shape."""
+        """Return the transfer at frequencies (cycles per radian) for L vergences (D): L x the frequencies' shape."""
         levels = np.atleast_1d(np.asarray(vergences, float))
         amounts = self.spectrum.amounts(self.basis, levels)
 

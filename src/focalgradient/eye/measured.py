@@ -88,7 +88,7 @@ def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
     aberrations
         Terms (n, m, micrometres) over the whole pupil.
     share
-        Diameter of the new pupil over that of the old one, above 0 and at most 1: nobody knows the wavefront outside.
+        Diameter of the new pupil over that of the old one, above 0 and at most 1: the wavefront outside is unknown.
 
     Raises
     ------

@@ -4,8 +4,8 @@ Jaeken & Artal (2012, "Optical quality of emmetropic and myopic eyes in the peri
 resolution", Invest. Ophthalmol. Vis. Sci. 53, 3405) measured the wavefront of 130 people from -40 to 40 degrees. The
 means of M and J0 over 82 emmetropic and 44 myopic eyes, relative to the fovea, are given here as polynomials of the
 angle, fitted without the blind spot (15 degrees): accurate to 0.14 D, where people differ by a standard deviation of
-0.3 D (M) and 0.13 D (J0) for each 10 degrees. The schematic eye of `field_foci` is hyperopic off axis, as few people's
-eyes are.
+0.3 D (M) and 0.13 D (J0) for each 10 degrees. The schematic eye of `field_foci` is hyperopic off axis, unlike
+most people's eyes.
 """
 
 from __future__ import annotations

@@ -255,7 +255,7 @@ def check_aberrations(aberrations: Aberrations) -> None:
 
 
 def is_term(n: int, m: int) -> bool:
-    """Whether a Zernike term of these orders exists and is supported."""
+    """Return whether a Zernike term of these orders exists and is supported."""
     return 0 <= abs(m) <= n <= 20 and (n - m) % 2 == 0
 
 

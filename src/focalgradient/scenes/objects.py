@@ -212,7 +212,7 @@ class Mark:
 
     @property
     def direction(self) -> tuple[float, float]:
-        """Direction in which it is seen: tangents to the right of and below the axis."""
+        """Visual direction: tangents of the angles to the right of and below the axis."""
         x, y, z = self.point
         return x / z, y / z
 

@@ -19,7 +19,7 @@ POWER = 1 / 2
 """Power of 1/sharpness that is parabolic in vergence."""
 
 POWERS = (1 / 3, 2 / 3)
-"""That power over white texture and over isolated edges: the range of possible powers."""
+"""Range of `POWER`: its value for white texture, and for isolated edges."""
 
 CERTAIN = 6.0
 """Minimum prominence of the sharpest setting, in standard deviations of noise."""
@@ -60,7 +60,7 @@ class Peaks:
 
 
 def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: float) -> Peaks:
-    """Where each node's sharpness peaks: the vertex of a weighted parabola through its inverse square root.
+    """Return each node's peak of sharpness: the vertex of a weighted parabola through its inverse square root.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
     height, relative = height / top, variance / top**2
 
     def vertex(about: FloatArray, power: float, width: float = 1.0) -> _Parabola:
-        """The parabola about `about`, in units of `reach`, through settings as far as `width` times the usual."""
+        """Fit a parabola about `about`, in units of `reach`, to settings up to `width` times the usual reach."""
         offset = (focus[:, None, None] - about) / reach
         # A parabola takes three settings, however far.
         third = np.partition(np.abs(distinct[:, None, None] - about) / reach, 2, axis=0)[2]

@@ -91,7 +91,7 @@ def find_contours(image: NDArray[np.float32], noise: float, least: int) -> Conto
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _crossing(smooth, curved, i, j, down, rim):  # type: ignore[no-untyped-def]
-    """The zero-crossing between pixel (i, j) and the next one below (`down`) or right of it.
+    """Return the zero-crossing between pixel (i, j) and the next one below (`down`) or right of it.
 
     Row, column, gradient (down, right), and the slope of the Laplacian down the gradient. None within `rim` pixels of
     the frame.

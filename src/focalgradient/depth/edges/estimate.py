@@ -115,7 +115,7 @@ def _of(edges: Edges, some: NDArray[np.bool_]) -> Edges:
 
 
 def _sides(search: Search) -> FloatArray:
-    """The signs that defocus may have in vergence: -1 beyond focus, +1 nearer."""
+    """Return the signs that defocus may have in vergence: -1 beyond focus, +1 nearer."""
     if not one_focus(search.focus):
         return np.array([-1.0, 1.0])
     nearer = search.lowest >= search.focus[0] and search.highest > search.focus[0]

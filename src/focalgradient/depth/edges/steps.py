@@ -143,7 +143,7 @@ def fit_steps(
 
 @_compiled
 def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ignore[no-untyped-def]
-    """The pixels of the band about (row, column): their x, t and values."""
+    """Return the pixels of the band about (row, column): their x, t and values."""
     height, width = image.shape
     c, s = math.cos(angle), math.sin(angle)
     across, down = (c if abs(c) > 1e-9 else 1e-9), (s if abs(s) > 1e-9 else 1e-9)
@@ -166,7 +166,7 @@ def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ig
 
 @_compiled
 def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
-    """The edge spread at x, its slope, and minus its derivative by the width w."""
+    """Return the edge spread at x, its slope, and minus its derivative by the width w."""
     scale = (len(edge) - 1) / end
     total, slope, by_width = 0.0, 0.0, 0.0
     nodes = 4 if averaged else 1

@@ -130,7 +130,7 @@ def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, list[Blurs]]]:
 
 
 def _changed(own: Blurs, number: int, gain: FloatArray) -> Blurs:
-    """The blurs with one view's transfer multiplied by a `gain` (F)."""
+    """Return the blurs with one view's transfer multiplied by a `gain` (F)."""
     changed = own.transfer.copy()
     changed[number] *= gain.astype(changed.real.dtype)
     return replace(own, transfer=changed)

@@ -1,4 +1,4 @@
-"""Outlines as curves: follow the border between the near and the far side from pixel to pixel."""
+"""Trace occlusion boundaries as curves between near and far pixels."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 __all__ = ["curves"]
 
 SHORTEST = 8
-"""Maximum length in points of curves that are dropped: about a window. Chosen by hand."""
+"""Length in points up to which a curve is dropped: about a window. Chosen by hand."""
 
 Point = tuple[int, int]
 
 
 def curves(side: NDArray[np.int8]) -> list[list[list[float]]]:
-    """Curves between pixels where `side` (H x W) is 1 and where it is -1.
+    """Return the curves between pixels where `side` (H x W) is 1 and where it is -1.
 
     The near side (1) lies to the right of the way along a curve. Each is a list of points (column, row), in pixels from
     the first pixel's centre, midway between two pixels.

@@ -65,7 +65,7 @@ class EvenCoordinate:
         return cls(place, integrate.cumulative_trapezoid(rate, place, initial=0), rate)
 
     def at(self, level: NDArray[np.floating]) -> FloatArray:
-        """The coordinate of each `level`."""
+        """Return the coordinate of each `level`."""
         return np.interp(level, self.place, self.value)
 
     def rate_at(self, level: NDArray[np.floating]) -> FloatArray:

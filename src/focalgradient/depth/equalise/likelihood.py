@@ -97,7 +97,7 @@ class Nodes:
         return self.unambiguous & self.inside & (self.texture >= 1)
 
     def part(self, rows: slice, columns: slice) -> Nodes:
-        """The nodes of these rows and columns."""
+        """Return the nodes of these rows and columns."""
         return Nodes(*(np.ascontiguousarray(getattr(self, name)[rows, columns]) for name in self.__slots__))
 
 
@@ -132,13 +132,13 @@ class Equalised:
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
     def part(self, rows: slice, columns: slice) -> Equalised:
-        """The residuals of these rows and columns of pixels; of none, all that is known without images."""
+        """Return the residuals of these rows and columns of pixels."""
         images = [np.ascontiguousarray(residual.images[:, rows, columns]) for residual in self.residuals]
         residuals = [replace(residual, images=own) for residual, own in zip(self.residuals, images, strict=True)]
         return replace(self, residuals=residuals)
 
     def in_windows(self, window: float) -> Equalised:
-        """The same residuals, to be averaged in windows of another size, at nodes of their own."""
+        """Return the same residuals, averaged in windows of another size at their own nodes."""
         return replace(self, window=window, step=step_of(window))
 
     def divide(self, noise_sd: Image) -> None:
@@ -147,7 +147,7 @@ class Equalised:
             np.divide(residual.images, noise_sd, out=residual.images)
 
     def reach(self, nodes: Nodes, radii: FloatArray) -> FloatArray:
-        """How far window and blur reach about each node, in nodes (h x w); `radii` are each view's in pixels, n x L."""
+        """Return the reach of window and blur about each node, in nodes (h x w); `radii` in pixels, n x L."""
         return (self.window + np.interp(nodes.level, np.arange(self.levels), radii.max(axis=0))) / self.step
 
     def read(self, weight: Image, noise: float = 1.0) -> Nodes:
@@ -309,12 +309,12 @@ class Equalised:
     def agreement(
         self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray
     ) -> NDArray[np.bool_]:
-        """Test whether each pixel's views agree at the depth of `local`: chi-square, false with rate `false_alarm`.
+        """Test by chi-square whether each pixel's views agree at the depth of `local`, with this false-alarm rate.
 
-        The squared residual is averaged over squares of `side` pixels, much smaller than the window in which depth
-        is estimated, and with an end, to separate pixels that contradict from those beside. What a somewhat different
-        depth would explain is subtracted; so is what an error of the blur model as large as
-        `tolerance` (L, in levels) would leave.
+        The squared residual is averaged over squares of `side` pixels. They are much smaller than the window in which
+        depth is estimated, and have sharp edges, to separate contradicting pixels from their neighbours. The part
+        that a slightly different depth would explain is subtracted, and the part that an error of the blur model of
+        `tolerance` (L, in levels) would cause.
         """
         rest, cross, slope = (ndimage.uniform_filter(image, side) for image in (local.rest, local.cross, local.slope))
         energy = rest - cross**2 / (slope + np.float32(1e-12))
@@ -327,11 +327,11 @@ class Equalised:
         return energy - forgiven <= np.interp(local.level, place, limit)
 
     def to_pixels(self, values: FloatArray, sd: FloatArray, shape: tuple[int, int]) -> FloatArray:
-        """Values at nodes carried to the pixels between them."""
+        """Interpolate values at nodes to the pixels between them."""
         return numerics.interpolate_nodes(values, sd, self.step, shape)
 
     def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Values at nodes given to all pixels of their blocks."""
+        """Repeat values at nodes over all pixels of their blocks."""
         return numerics.repeat_blocks(values, self.step, shape)
 
 

@@ -132,7 +132,7 @@ def _half_width(cost, best, level, least, curvature, rise):  # type: ignore[no-u
 
 @njit(nogil=True, cache=True)
 def _is_inside(cost, best, curvature, slope, unit):  # type: ignore[no-untyped-def]
-    """Whether the cost, at an end of the range, would not still fall by three sd beyond it."""
+    """Return whether the cost, at an end of the range, would not still fall by three sd beyond it."""
     outward = 0.0
     if best == 0:
         outward = cost[1] - cost[0]
@@ -144,7 +144,7 @@ def _is_inside(cost, best, curvature, slope, unit):  # type: ignore[no-untyped-d
 
 @njit(nogil=True, cache=True)
 def _is_unambiguous(cost, best, bound, expected, noise, size):  # type: ignore[no-untyped-def]
-    """Whether no second minimum fits about as well: one beyond a barrier that the two could not share."""
+    """Return whether no second minimum fits about as well: one beyond a barrier that the two could not share."""
     for direction in (-1, 1):
         i = best
         over = False

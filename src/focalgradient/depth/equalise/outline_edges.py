@@ -43,7 +43,7 @@ NORMAL_SD = 4.0
 
 
 def blurs_at(level: FloatArray, radii: FloatArray) -> FloatArray:
-    """Each view's blur radius at each pixel's `level` (H x W): n x H x W, of its `radii` at every level (n x L)."""
+    """Interpolate the `radii` of blur (n x L) at each pixel's `level` (H x W): n x H x W."""
     return np.stack([np.interp(level, np.arange(len(radius)), radius) for radius in radii])
 
 

@@ -1,9 +1,9 @@
-"""Jumps of depth too small for any pixel's views to contradict each other: only depth on either side shows them.
+"""Depth discontinuities too small for any pixel's views to contradict each other, found from depth alone.
 
-Blur of nearly one size on either side carries the surfaces into each other, and windows give a steep stretch between
-them, no longer than window and blur reach. Beyond that, a plane with a jump is fitted (`docs/likelihood.md`). Windows
-give the mean of both surfaces, each as its texture is informative, so that depth at the outline is known; up to there
-either surface is continued.
+Where blur has nearly the same size on both sides, it mixes the surfaces, and the estimated depth changes steeply over a
+stretch no longer than the reach of window and blur. A plane with a jump is fitted to the nodes beyond that stretch
+(`docs/likelihood.md`). Windows average both surfaces, weighted by the information in their textures, so that depth at
+the boundary is known; each surface is continued to the boundary.
 
 Constants without a figure were chosen on spheres of the seeds 5 (two apertures and two foci), 6 and 8 (two apertures,
 focused before and behind everything), and on the scenes `MADE_WITH` and `CONTROLS` of
@@ -229,7 +229,7 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
 
 @njit(nogil=True, cache=True)
 def _rises_little(level, information, reach, i, j, down, right, least):  # type: ignore[no-untyped-def]
-    """Whether one known node on either side of a node shows hardly a difference of depth."""
+    """Return whether one known node on either side of a node shows hardly a difference of depth."""
     rows, columns = level.shape
     far = (1 + SIDE_LENGTH) / 2 * reach
     k, m = round(i + far * down), round(j + far * right)
@@ -292,7 +292,7 @@ def _equations(level, information, reach, i, j, down, right, a):  # type: ignore
 
 @njit(nogil=True, cache=True)
 def _solved(a, steep):  # type: ignore[no-untyped-def]
-    """The first and the last unknown of four equations (4 x 5), which are overwritten.
+    """Return the first and the last unknown of four equations (4 x 5), which are overwritten.
 
     The two in between have the prior standard deviation `steep`, or none where that is 0.
     """

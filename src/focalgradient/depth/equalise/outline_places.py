@@ -154,7 +154,7 @@ def _at_edges(
     images: Sequence[Image],
     blur: FloatArray,
 ) -> NDArray[np.bool_]:
-    """The `near` side (H x W) with its outlines moved to where the views have edges."""
+    """Return the `near` side (H x W) with its outlines moved to where the views have edges."""
     distance, nearest = _distance(is_near, zone, is_settled)
     inward = np.where(is_near, distance, -distance) if np.isfinite(distance).all() else np.where(is_near, 1e3, -1e3)
     moved = moved_to_edges(inward, distance < 1, images, blur)[nearest]

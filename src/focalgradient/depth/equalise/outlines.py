@@ -360,7 +360,7 @@ def curvature_variance(
 
 
 def _is_supported(located: Located) -> NDArray[np.bool_]:
-    """Whether the surface on each pixel's side explains the views where the outline does not reach; H x W.
+    """Return whether the surface on each pixel's side explains the views where the outline does not reach; H x W.
 
     Tested at the nearest such pixel. A pixel that outlines reach from all around counts as supported.
     """

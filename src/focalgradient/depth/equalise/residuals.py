@@ -121,14 +121,14 @@ class Residuals:
         return np.concatenate(sums, axis=1)
 
     def by_level(self) -> Image:
-        """The residual image of every level: L x H x W."""
+        """Return the residual image of every level: L x H x W."""
         if self.coefficients is None:
             return self.images
         flat = self.images.reshape(len(self.images), -1)
         return numerics.product(self.coefficients.astype(np.float32), flat).reshape(-1, *self.images.shape[1:])
 
     def at(self, level: Image) -> tuple[Image, Image]:
-        """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
+        """Return the residual with each pixel at its own (fractional) `level`, and its derivative by level."""
         if self.coefficients is None:
             return numerics.select_levels(self.images, level)
         return numerics.combine_levels(self.images, self.coefficients.astype(np.float32), level)

@@ -60,7 +60,7 @@ class Part:
     compressed: bool = False  # whether noise rises with contrast, as compression makes it
 
     def of(self, tile: Tile) -> Part:
-        """A tile of it, with its overlap."""
+        """Return a tile of it, with its overlap."""
         return replace(self, views=tile.of(self.views), inward=self.inward[tile.outer])
 
     def rim(self, equalised: Equalised) -> int:

@@ -76,7 +76,7 @@ class SplitBand:
         ]
 
     def stated(self) -> dict[str, object]:
-        """The test as a map's details state it."""
+        """Return the test as a map's details state it."""
         return {
             "tau": self.tau,
             "cuts_cycles_per_px": list(self.cuts),

@@ -257,7 +257,7 @@ def pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], ga
 def spread(
     pairs: NDArray[np.intp], planes: FloatArray, sd: FloatArray, step: int, shape: tuple[int, int], reach: int
 ) -> Zone:
-    """The two surfaces of the nearest jump at every pixel (H x W), as far as `reach` pixels from it."""
+    """Return the two surfaces of the nearest jump at every pixel (H x W), as far as `reach` pixels from it."""
     jumps = repeat_blocks(pairs[..., 0] >= 0, step, shape)
     distance, index = ndimage.distance_transform_edt(~jumps, return_indices=True)
     pair = pairs[index[0] // step, index[1] // step]

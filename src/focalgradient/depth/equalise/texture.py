@@ -1,4 +1,4 @@
-"""Tell a depth that rests on texture from a minimum of the cost that is not a depth."""
+"""Distinguish depths that rest on texture from minima of the cost that are not depths."""
 
 from __future__ import annotations
 

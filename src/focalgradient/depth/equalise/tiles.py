@@ -45,14 +45,14 @@ class Tile:
     outer: tuple[slice, slice]
 
     def inner(self, step: int) -> tuple[slice, slice]:
-        """The core's blocks of `step` pixels among those of the tile with its overlap."""
+        """Return the core's blocks of `step` pixels among those of the tile with its overlap."""
         return tuple(  # type: ignore[return-value]
             slice((core.start - outer.start) // step, -(-(core.stop - outer.start) // step))
             for core, outer in zip(self.core, self.outer, strict=True)
         )
 
     def outer_nodes(self, step: int) -> tuple[slice, slice]:
-        """The blocks of `step` pixels of the tile with its overlap."""
+        """Return the blocks of `step` pixels of the tile with its overlap."""
         return tuple(slice(part.start // step, -(-part.stop // step)) for part in self.outer)  # type: ignore[return-value]
 
     @property
@@ -64,7 +64,7 @@ class Tile:
         )
 
     def of(self, views: RegisteredViews) -> RegisteredViews:
-        """The tile of registered views, with its overlap."""
+        """Return the tile of registered views, with its overlap."""
         return views.part(*self.outer)
 
     def inward(self, shape: tuple[int, int]) -> FloatArray:
@@ -146,7 +146,7 @@ def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step
 
 
 def join_splits(splits: Sequence[SplitBand]) -> SplitBand:
-    """The model error of a whole frame from those of its tiles, each with the weight of its nodes."""
+    """Return the model error of a whole frame from those of its tiles, each with the weight of its nodes."""
     some = [split for split in splits if split.taus]
     if len(some) < 2:
         return some[0] if some else splits[0]

@@ -79,7 +79,7 @@ class EnergyCovariance:
 
 @lru_cache(maxsize=8)
 def energy_covariance(table: DisparityTable, window: float) -> EnergyCovariance:
-    """The covariance of energies gathered in a Gaussian of sd `window` pixels; kept, as the next frame needs it again.
+    """Return the covariance of energies averaged in a Gaussian of sd `window` pixels; cached for the next frame.
 
     >>> from focalgradient import Lens
     >>> lenses = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]

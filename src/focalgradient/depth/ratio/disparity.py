@@ -198,7 +198,7 @@ def _beyond_chance(misfit: Plane, freedom: int) -> np.float32:
 
 
 def table_for(search: Search, psf: Psf | str, k: float | None = None) -> DisparityTable:
-    """The table of the optics searched, a quarter farther than the search goes: its limits are no end of the table."""
+    """Return the table of the optics, a quarter wider than the search, so that its limits lie within the table."""
     reach = 1.25 * max(abs(search.focus[0] - search.lowest), abs(search.focus[0] - search.highest))
     return DisparityTable.of(search.optics, search.pixel_angle, reach=reach, psf=psf, k=k)
 
@@ -279,13 +279,13 @@ def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
 
 
 def on_grid(planes: NDArray[Any], shape: tuple[int, ...], times: int) -> NDArray[Any]:
-    """Each value for squares of `times` x `times` of a grid (... x h x w), extended to `shape` by the outermost."""
+    """Repeat values over squares of `times` x `times` of a grid (... x h x w), extended to `shape` by the outermost."""
     rows, columns = (np.minimum(np.arange(n) // times, m - 1) for n, m in zip(shape, planes.shape[-2:], strict=True))
     return np.asarray(planes[..., rows, :][..., columns])
 
 
 def _checked(images: Sequence[Picture], levels: ArrayLike | None) -> Plane | None:
-    """The table that decodes stored values, or None for linear radiance; refuse what cannot be compared."""
+    """Return the table that decodes stored values, or None for linear radiance; refuse what cannot be compared."""
     one, other = images
     for image in images:
         if not isinstance(image, np.ndarray) or image.ndim != 2 or image.dtype not in (np.uint8, np.float32):

@@ -242,7 +242,7 @@ def _smooth_rows(plane, fall, first, last, mean):  # type: ignore[no-untyped-def
 
 @_compiled
 def _mirror(index, count):  # type: ignore[no-untyped-def]
-    """The place within 0 .. count - 1 that mirrors at the frame's edges put at `index`."""
+    """Return the place within 0 .. count - 1 that mirrors at the frame's edges put at `index`."""
     index %= 2 * count
     return min(index, 2 * count - 1 - index)
 

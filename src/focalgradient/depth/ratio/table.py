@@ -88,7 +88,7 @@ class DisparityTable:
         k: float | None = None,
         bands: Sequence[int] = BANDS,
     ) -> DisparityTable:
-        """The table of two lenses, for 1/f texture, a square pixel and the blur of the model.
+        """Return the table of two lenses, for 1/f texture, a square pixel and the blur of the model.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ def texture() -> FloatArray:
 
 
 def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: Psf) -> FloatArray:
-    """What either view's blur leaves at each of the `frequencies`: levels x 2 x n x n."""
+    """Return the transfer of each view's blur at each of the `frequencies`: levels x 2 x n x n."""
     down, right, _ = frequencies()
     frequency, radial = np.hypot(down, right), np.linspace(0, 0.75, 1025)  # isotropic: worked out along a radius
     return np.array(
@@ -157,7 +157,7 @@ def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: Psf) -> Flo
 
 
 def band_transfer(band: int, down: NDArray[np.floating], right: NDArray[np.floating]) -> FloatArray:
-    """Transfer, at frequencies in cycles per pixel, of the second difference of means over `band` x `band` pixels.
+    """Return the transfer of the second difference of means over `band` x `band` pixels, by frequency (cycles/pixel).
 
     >>> float(band_transfer(1, np.array(0.5), np.array(0.5))), float(band_transfer(1, np.array(0.0), np.array(0.0)))
     (8.0, 0.0)
@@ -167,7 +167,7 @@ def band_transfer(band: int, down: NDArray[np.floating], right: NDArray[np.float
 
 
 def two_apertures(lenses: Sequence[Optics]) -> tuple[Optics, Optics]:
-    """The lens with the smaller aperture, and the one with the larger; refused unless they share one focus."""
+    """Return the lens with the smaller and the one with the larger aperture; `InputError` unless they share a focus."""
     if len(lenses) != 2:
         raise InputError(f"{len(lenses)} lenses given, but a ratio takes two: a small aperture and a large one.")
     small, large = sorted(lenses, key=lambda optics: optics.aperture_diameter)

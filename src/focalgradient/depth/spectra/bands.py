@@ -298,7 +298,7 @@ class Compared:
         return np.where((self.support > 0.01) & (variance > 0), variance, NOTHING)
 
     def coarse_less_fine(self, share: float) -> tuple[FloatArray, FloatArray]:
-        """The slope from coarse detail less that from fine, and the variance of what they differ by (h x w each).
+        """Return the slope from coarse detail minus that from fine, and the variance of the difference (h x w each).
 
         The coarse half has `share` of the bands' information about the slope over the whole frame. What it has of a
         band that falls to both is counted in both: its noise cancels.
@@ -335,7 +335,7 @@ class Compared:
         return total if mine == its else -total
 
     def _parts(self, weight: Image, place: Any) -> tuple[Image, Image]:
-        """A `weight` at `place`, as the noise meets it alone and together with the scene."""
+        """Return a `weight` at `place`, as the noise meets it alone and together with the scene."""
         weight = weight[place] / np.sqrt(np.maximum(self.shares[place], 1e-6))
         return weight, weight * np.sqrt(self.power[place])
 
@@ -389,7 +389,7 @@ def compare(
 
 
 def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A few filters (r x RADIAL), and how they combine (... x r) to each of `gains` (... x RADIAL)."""
+    """Return a few filters (r x RADIAL), and how they combine (... x r) to each of `gains` (... x RADIAL)."""
     # An image's amplitude falls about as 1 / frequency: there its filters must be more exact.
     fall = np.maximum(RADII, RADII[1])
     rows = (gains / fall).reshape(-1, RADIAL)
@@ -421,7 +421,7 @@ class _Whole:
         return cls(values, (height, width), (rows, columns), reach)
 
     def filtered(self, view: int, filters: FloatArray, skip: int) -> Image:
-        """A view through each of `filters` (r x RADIAL), in the middle of every block of `skip` pixels: r x h x w."""
+        """Filter a view by each of `filters` (r x RADIAL), at the centre of each block of `skip` pixels: r x h x w."""
         rows, columns = (n // skip for n in self.size)
         down, right = fft.fftfreq(rows, skip)[:, None], fft.rfftfreq(columns, skip)
         part = self.values[view][np.rint(down[:, 0] * self.size[0]).astype(int), : len(right)]

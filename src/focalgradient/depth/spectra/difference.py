@@ -105,7 +105,7 @@ def spectral_difference(
 def _paper(
     patches: Patches, first: NDArray[np.float32], second: NDArray[np.float32], noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The regression A f^2 + B = ln F1 - ln F2 over the rings that stand out of the noise."""
+    """Return the regression A f^2 + B = ln F1 - ln F2 over the rings that stand out of the noise."""
     mean = first.mean()
     one, other = (patches.amplitudes(image - mean) for image in (first, second))
     floor = np.sqrt(np.pi / 4) * noise * patches.frequencies  # of white noise, whose |F| is Rayleigh distributed

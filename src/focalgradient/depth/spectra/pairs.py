@@ -266,7 +266,7 @@ class Differences:
     def _root(
         self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float
     ) -> tuple[FloatArray, FloatArray]:
-        """The vergence at which one pair is not `off`, nearest to the `joint` one, and its sd."""
+        """Return the vergence at which one pair is not `off`, nearest to the `joint` one, and its sd."""
         vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)[:, None, None]
         crosses = off[:-1] * off[1:] <= 0
         share = off[:-1] / np.where(crosses & (off[:-1] != off[1:]), off[:-1] - off[1:], 1.0)
@@ -311,7 +311,7 @@ def _at(rows: Floats, place: FloatArray) -> FloatArray:
 
 
 def _offs_at(offs: Floats, place: FloatArray) -> Floats:
-    """Each pair's difference (P x h x w) at the fractional level `place`."""
+    """Return each pair's difference (P x h x w) at the fractional level `place`."""
     return np.stack([_at(rows, place) for rows in offs])
 
 
