@@ -357,8 +357,31 @@ BAD = {
     ),
     "identical optics": (edit("= 5.6", "= 16"), SETTINGS, r"same aperture and focus"),
     # arguments and options
-    "no arguments": (None, (), r"Missing argument .*: see 'focalgradient depth --help'\."),
-    "no folder": (None, ("views.toml",), r"Missing option '--out': see 'focalgradient depth --help'\."),
+    "no arguments": (
+        None,
+        (),
+        r"Missing argument .*, as in 'focalgradient depth .*': see 'focalgradient depth --help'\.",
+    ),
+    "no folder": (
+        None,
+        ("views.toml",),
+        r"Missing option '--out', as in 'focalgradient depth demo/views\.toml --out results': see 'focalgradient depth",
+    ),
+    "no folder, nor the file": (
+        None,
+        ("view.toml",),
+        r"view\.toml does not exist \(missing option '--out'\): see 'focalgradient depth --help'\.",
+    ),
+    "no folder, and a table": (
+        None,
+        ("t.csv",),
+        r"t\.csv is one file, but not a photograph: .* 'focalgradient report'",
+    ),
+    "an empty folder": (
+        lambda f: (f / "none").mkdir(),
+        ("none", "--out", "out"),
+        r"none is an empty folder, but depth needs at least 2 photographs",
+    ),
     "unknown option": (None, (*SETTINGS, "--speed", "9"), r"No such option.*--speed"),
     "unknown shape": (None, (*SETTINGS, "--psf", "ring"), r"'--psf': 'ring' is not one of"),
     "near beyond far": (None, (*SETTINGS, "--near", "2", "--far", "1"), r"--near 2 lies beyond or at --far 1"),

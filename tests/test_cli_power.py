@@ -270,7 +270,7 @@ def test_the_command_simulates_the_cube_and_goes_on(tmp_path):
 def test_a_design_of_something_else_is_refused(tmp_path):
     (tmp_path / "design.toml").write_text('task = "necker"\n')
     result = call("--out", tmp_path / "power", "--design", tmp_path / "design.toml")
-    assert "a design of necker, but must be one of depthrating" in result.stderr
+    assert "a design of necker, but must be one of depth-rating" in result.stderr
 
 
 @pytest.mark.parametrize("scale", ["bipolar", "choice", "visual-analogue", "steps"])

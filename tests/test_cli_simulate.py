@@ -74,7 +74,7 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
         (("depth-rating", "--design", "{necker}"), "is a design of necker, but must be one of depth-rating"),
         (("necker", "--design", "{broken}"), "directions"),
         (("necker", "--observers", 0), "--observers"),
-        (("rating",), "'rating' is not one of 'depth-rating', 'necker'"),
+        (("rating",), "EXPERIMENT is 'rating', but must be one of depth-rating, necker"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(tmp_path, necker, args, sentence):

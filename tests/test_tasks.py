@@ -38,7 +38,7 @@ def test_ours_are_registered_and_found_by_both_names() -> None:
 @pytest.mark.parametrize("name", ["", "other", "depth_rating", 3, None])
 def test_an_unknown_task_is_refused_with_those_that_exist(name) -> None:
     assert not is_task(name)
-    with pytest.raises(InputError, match=r"must be one of 'depthrating', 'necker', 'pinhole', 'blurthreshold'"):
+    with pytest.raises(InputError, match=r"must be one of depth-rating, necker, pinhole, blur-threshold"):
         task_named(name)
 
 
@@ -195,7 +195,7 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
 def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path: Path) -> None:
     done = command(tmp_path, "simulate", "edgeblur", "--observers", 1, "--seed", 1, "--out", tmp_path / "data")
     assert done.returncode == 2
-    assert "'edgeblur' is not one of 'depth-rating', 'necker', 'blur-threshold'" in done.stderr
+    assert "EXPERIMENT is 'edgeblur', but must be one of depth-rating, necker, blur-threshold" in done.stderr
     assert "Traceback" not in done.stderr
 
 

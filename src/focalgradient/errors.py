@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import importlib.util
 import math
 import re
@@ -23,9 +24,11 @@ __all__ = [
     "check_installed",
     "check_list",
     "check_number",
+    "check_one_of",
     "check_seed",
     "described",
     "is_number",
+    "nearest",
     "one_line",
 ]
 
@@ -205,6 +208,28 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
     if not np.all(np.isfinite(array)):
         raise InputError(f"{name} contains NaN or infinite values, but must be finite: give it in {unit}.")
     return array
+
+
+def nearest(given: Any, known: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name: the most similar known one, if any is similar.
+
+    >>> nearest("depth-ratng", ["depth-rating", "necker"]), nearest(3, ["necker"])
+    (': did you mean depth-rating?', '.')
+    """
+    found = difflib.get_close_matches(str(given).lower(), list(known), 1)
+    return f": did you mean {found[0]}?" if found else "."
+
+
+def check_one_of(name: str, value: Any, known: Iterable[str]) -> None:
+    """Raise `InputError` unless `value` is one of the `known` names, suggesting the most similar one.
+
+    >>> check_one_of("task", "pinhle", ["necker", "pinhole"])
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: task is 'pinhle', but must be one of necker, pinhole: did you mean pinhole?
+    """
+    names = list(known)
+    if value not in names:
+        raise InputError(f"{name} is {described(value)}, but must be one of {', '.join(names)}{nearest(value, names)}")
 
 
 def check_installed(what: str, extra: str, *modules: str) -> None:

@@ -55,7 +55,7 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
         ("--participant 01 --design set", "set is a folder: give the path of a settings file"),
         (
             "--participant 01 --design short.toml",
-            "short.toml is a design of 'depthrating', but must be one of 'necker'",
+            "short.toml is a design of depth-rating, but must be one of necker",
         ),
         (
             "--participant 01 --consent no.txt",

@@ -61,7 +61,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     return given
 
 
-@click.command(cls=ShapedCommand, short_help="See a picture, whose depth is known, through a lens or an eye.")
+@click.command(cls=ShapedCommand, short_help="Blur a picture of known depth as a lens or an eye would.")
 @click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
 @click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")

@@ -27,7 +27,7 @@ from focalgradient.cli.program import (
 )
 from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, refuse_overwriting
+from focalgradient.files import printable, read_toml, refuse_overwriting
 from focalgradient.psf import Disc
 
 if TYPE_CHECKING:
@@ -54,8 +54,15 @@ LEAST_INFORMED = 0.5
 """Proportion of a prior's variance that the views must remove; below it a parameter is dominated by its prior."""
 
 
+def _readable(_: click.Context, __: click.Parameter, given: Path | None) -> Path | None:
+    """Raise `InputError` for files that are no settings, such as pictures: an argument's callback."""
+    if given is not None:
+        read_toml(given, "a settings file that names photographs of a target")
+    return given
+
+
 @click.command(cls=ShapedCommand, short_help="Measure a camera's blur from a target at known distances.")
-@click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml", required=False)
+@click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml", required=False, callback=_readable)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="CAMERA.toml", help="File to write.")
 @click.option(
     "--sheet",

@@ -15,7 +15,7 @@ from focalgradient.errors import InputError, check_installed
 __all__ = ["collect"]
 
 
-@click.command(short_help="Import answers from JATOS, DataPipe or Pavlovia into a data set.")
+@click.command(short_help="Import answers from JATOS, DataPipe or Pavlovia.")
 @click.argument("files", metavar="FILES...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
 @click.option(

@@ -72,6 +72,15 @@ POINT_OPTIONS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-
 """Parameters named in messages on measured points, and the corresponding options."""
 
 
+def _photographs(_: click.Context, __: click.Parameter, given: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Raise `InputError` for a single file that belongs to another command: an argument's callback."""
+    if len(given) == 1 and (command := OTHERS.get(given[0].suffix.lower())):
+        raise InputError(
+            f"{printable(given[0])} is one file, but not a photograph: give it to 'focalgradient {command}'."
+        )
+    return given
+
+
 def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str]) -> list[KnownPoint]:
     """Parse points X,Y=M, as an option's callback."""
     found = []
@@ -90,7 +99,12 @@ def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str
 
 @click.command(cls=ShapedCommand, short_help="Recover depth from views that differ in aperture or focus.")
 @click.argument(
-    "inputs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="VIEWS.toml ... | A.jpg B.jpg ..."
+    "inputs",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="VIEWS.toml ... | A.jpg B.jpg ...",
+    callback=_photographs,
 )
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
@@ -425,9 +439,9 @@ def _read(
         images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
         return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
     if len(inputs) < least:
-        what = f"{printable(inputs[0])} is {'a folder' if inputs[0].is_dir() else 'one file'}"
-        if command := OTHERS.get(inputs[0].suffix.lower()):
-            raise InputError(f"{what}, but not a photograph: give it to 'focalgradient {command}'.")
+        what = f"{printable(inputs[0])} is one file"
+        if inputs[0].is_dir():
+            what = f"{printable(inputs[0])} is {'a' if any(inputs[0].iterdir()) else 'an empty'} folder"
         raise InputError(
             f"{what}, but depth needs at least {least} photographs, or a settings file whose name ends in .toml: give "
             "these, or --method edges for one photograph of sharp edges."

@@ -207,7 +207,7 @@ _DISPLAY = click.command()(display_options(force_option(json_option(lambda **_: 
 _SCREEN = [str(option.name) for option in _DISPLAY if option.expose_value]
 
 
-@click.command("replica", short_help="The stimulus of a published experiment.")
+@click.command("replica", short_help="Draw the stimulus of a published experiment.")
 @click.argument("paper", metavar="PAPER")
 @click.option("--condition", metavar="NAME", help="Condition of the paper.  [default: its first]")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the stimulus.")
@@ -238,14 +238,14 @@ def replica(paper: str, condition: str | None, out: Path, **screen: Any) -> None
 
 
 DRAWN: tuple[click.Command, ...] = (
-    _Drawn("texture-border", "A border between two textures, each with its blur."),
-    _Drawn("blurred-edge", "An edge with a pedestal of blur and an increment."),
-    _Drawn("dead-leaves", "Dead leaves with a given number of blurs."),
-    _Drawn("wide-field", "A wide field, blurred at one eccentricity."),
-    _Drawn("slanted-plane", "A slanted plane through a lens."),
-    _Drawn("corrugated-plane", "A corrugated plane through a lens."),
-    _Drawn("miniature", "A large scene blurred as a small model."),
-    _Drawn("fixated-cube", "The Necker cube, in focus where it is fixated."),
+    _Drawn("texture-border", "Draw a border between two textures, each with its blur."),
+    _Drawn("blurred-edge", "Draw an edge with a pedestal of blur and an increment."),
+    _Drawn("dead-leaves", "Draw dead leaves with a given number of blurs."),
+    _Drawn("wide-field", "Draw a wide field, blurred at one eccentricity."),
+    _Drawn("slanted-plane", "Draw a slanted plane through a lens."),
+    _Drawn("corrugated-plane", "Draw a corrugated plane through a lens."),
+    _Drawn("miniature", "Draw a large scene blurred like a small model."),
+    _Drawn("fixated-cube", "Draw the Necker cube, in focus where it is fixated."),
     replica,
 )
 """All commands that draw a stimulus."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import platform
 import time
 from collections.abc import Callable, Mapping
@@ -28,7 +29,7 @@ from focalgradient.cli.program import (
     writable,
     write_set,
 )
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_one_of
 from focalgradient.files import printable
 
 if TYPE_CHECKING:
@@ -95,8 +96,20 @@ def _eccentricity(_: click.Context, __: click.Parameter, given: float | None) ->
     return given
 
 
+def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | None:
+    if scene is None or scene in NAMES:
+        return scene
+    if Path(scene).suffix or os.path.exists(scene):
+        raise InputError(
+            f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}: give a picture of known depth to "
+            "'focalgradient blur', and photographs that differ in aperture or focus to 'focalgradient depth'."
+        )
+    check_one_of("SCENE", scene, NAMES)
+    return scene
+
+
 @click.command(short_help="Estimate depth from blur as an eye could.")
-@click.argument("scene", metavar="[SCENE]", required=False)
+@click.argument("scene", metavar="[SCENE]", required=False, callback=_known)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
     "--pupil", type=float, metavar="MM", callback=_pupil, help="Diameter of the pupil, in millimetres.  [default: 4]"
@@ -261,7 +274,10 @@ def eye(
         settings["pupil_mm"] = 1e3 * subject.pupil_diameter
         through_focus(light.cones(subject, "luminance"), out, settings)
         return
-    scene = _known(scene)
+    if scene is None:
+        raise InputError(
+            f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
+        )
     writable(out, FILES)
     with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
         say("forming the views")
@@ -306,16 +322,6 @@ def eye(
         f"Written: {', '.join(written)}",
     )
     nothing_valid(rejected)
-
-
-def _known(scene: str | None) -> str:
-    if scene is None:
-        raise InputError(
-            f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
-        )
-    if scene not in NAMES:
-        raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
-    return scene
 
 
 def _views(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from focalgradient.cli.design_options import simulated_task
 from focalgradient.cli.options import options_named, positive, shared_options, shared_work
 from focalgradient.cli.program import announce, force_option, json_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError
@@ -34,7 +35,7 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
 
 
 @click.command(short_help="Simulate how many subjects an experiment needs.")
-@click.argument("task")
+@click.argument("task", callback=simulated_task)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option("--subjects", default="6,10,20", show_default=True, callback=_counts, help="Numbers of subjects.")
 @click.option(
@@ -225,7 +226,11 @@ def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> 
     task = task_named(name)
     shown = task.design() if design is None else load_design(design)
     if shown.task != task.name:
-        raise InputError(f"{design} is a design of {shown.task}, but must be one of {task.name}.")
-    with options_named({f"{each} cannot": f"--{each.replace('_', '-')} cannot" for each in given}):
+        raise InputError(
+            f"{design} is a design of {task_named(shown.task).called}, but must be one of {task.called}: give another "
+            "--design."
+        )
+    options = {name: f"--{name.replace('_', '-')}" for name in given}
+    with options_named({f"{name} {verb}": f"{options[name]} {verb}" for name in given for verb in ("cannot", "is")}):
         study: AnyStudy = task.study(shown, given, seed)
     return study

@@ -106,7 +106,8 @@ class Program(click.Group):
                 code = super().main(*args, **{**kwargs, "standalone_mode": False})
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
-            fail(f"{_usage(error.format_message())}: see '{program} --help'.")
+            clause = _missing(error) if isinstance(error, click.MissingParameter) else _usage(error.format_message())
+            fail(f"{clause}: see '{program} --help'.")
         except click.ClickException as error:
             fail(error.format_message())
         except InputError as error:
@@ -225,6 +226,25 @@ def _usage(message: str) -> str:
     clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
     clause = clause.replace("did you mean one of: ", "did you mean one of ")
     return re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+
+
+def _missing(error: click.MissingParameter) -> str:
+    """Return the message on a missing parameter, with a given file that does not exist or an example of the help."""
+    clause = _usage(error.format_message())
+    if error.ctx is None or error.param is None:
+        return clause
+    for argument in error.ctx.command.params:
+        if isinstance(argument, click.Argument) and isinstance(argument.type, click.Path):
+            given = error.ctx.params.get(str(argument.name)) or ()
+            for path in given if isinstance(given, tuple) else (given,):
+                with suppress(OSError, ValueError):  # reported when it is opened
+                    if not os.path.lexists(path):
+                        return f"{printable(path)} does not exist ({clause[0].lower()}{clause[1:]})"
+    lines = re.sub(r"\\\n\s*", "", error.ctx.command.help or "").splitlines()
+    wanted = f" {error.param.opts[0]} " if isinstance(error.param, click.Option) else ""
+    calls = [line.strip() for line in lines if line.strip().startswith(f"{error.ctx.command_path} ")]
+    example = min((call for call in calls if wanted in call), key=len, default=None)
+    return clause if example is None else f"{clause}, as in '{example}'"
 
 
 def json_option(command: Command) -> Command:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from focalgradient.errors import check_one_of
+
 __all__ = ["run"]
 
 GAZE = "gaze-focus"
@@ -46,8 +48,7 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
     if name.endswith(".py"):
         name = task_named(name).called
     names = [task_named(label).called for label in task_names()]
-    if name not in (*names, GAZE):
-        raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join((*names, GAZE))}", context)
+    check_one_of("EXPERIMENT", name, [*names, GAZE])
     from focalgradient import lab
 
     if name == GAZE:

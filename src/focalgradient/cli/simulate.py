@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.design_options import trials_option, with_trials
+from focalgradient.cli.design_options import simulated_task, trials_option, with_trials
 from focalgradient.cli.options import shared_options, shared_work
 from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.tasks import Task, task_named, task_names
+from focalgradient.tasks import Task, task_named
 
 if TYPE_CHECKING:
     from focalgradient.observers.experiment import Simulated
@@ -23,7 +23,7 @@ LEFT = "recorded answers are kept, and the same command continues."
 
 
 @click.command(short_help="Run an experiment with simulated observers.")
-@click.argument("experiment")
+@click.argument("experiment", callback=simulated_task)
 @click.option("--observers", required=True, type=click.IntRange(1, 10_000), metavar="N", help="Number of observers.")
 @click.option(
     "--seed", required=True, type=click.IntRange(0), metavar="S", help="Random seed: equal seeds give equal answers."
@@ -85,11 +85,6 @@ def simulate(
       focalgradient simulate blur-threshold --observers 8 --seed 1 --out thresholds
       focalgradient simulate blur-threshold --observers 8 --seed 1 --stimuli pictures --out seen
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    if experiment.endswith(".py"):
-        experiment = task_named(experiment).called
-    known = [task.called for task in map(task_named, task_names()) if task.simulates]
-    if experiment not in known:
-        raise click.UsageError(f"{experiment!r} is not one of {', '.join(map(repr, known))}.")
     task = task_named(experiment)
     if task.no_pictures and stimuli is not None:
         raise InputError(f"--stimuli cannot go with {experiment}, {task.no_pictures}: leave it out.")
@@ -118,6 +113,7 @@ def _design(task: Task, path: Path | None) -> Simulated:
     found: Any = task.design() if path is None else load_design(path)
     if found.task != task.name:
         raise InputError(
-            f"{path} is a design of {found.task}, but must be one of {task.called}: give another --design."
+            f"{path} is a design of {task_named(found.task).called}, but must be one of {task.called}: give another "
+            "--design."
         )
     return found

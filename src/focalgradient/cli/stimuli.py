@@ -13,12 +13,13 @@ import click
 from click.core import ParameterSource
 
 from focalgradient.cli.drawn import DRAWN
-from focalgradient.cli.necker import COUNT, KEPT, necker
+from focalgradient.cli.necker import COUNT, KEPT, SIDE, necker
 from focalgradient.cli.options import (
     DEPTH_FILE,
     depth_file_options,
     display_of,
     display_options,
+    options_named,
     picture_encoding_option,
     positive,
     read_depth_file,
@@ -72,14 +73,14 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
         raise InputError(f"--apertures is {given!r}, but must be f-numbers such as 16,8,4.") from error
 
 
-@stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
+@stimuli.command("depth-rating", short_help="Render pictures of scenes for judging depth.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
 @click.option(
     "--seed", type=int, metavar="N", help="Random seed: equal seeds give equal files; required without --picture."
 )
 @click.option("--scenes", type=COUNT, default=13, show_default=True, metavar="K", help="Number of scenes.")
 @click.option(
-    "--size", type=COUNT, default=512, show_default=True, metavar="PX", help="Width and height of the pictures."
+    "--size", type=SIDE, default=512, show_default=True, metavar="PX", help="Width and height of the pictures."
 )
 @click.option(
     "--engine",
@@ -188,7 +189,12 @@ def depth_rating(
     traced = engine == "path" or (engine == "auto" and variant() is not None)
     seconds = SECONDS["path" if traced else "cast"] * scenes * size**2 * samples
     begun = partial(announce, seconds, f"{scenes} scenes")
-    with warnings_given(), resumable(KEPT, begun) as say, shared_work(workers, scheduler) as executor:
+    with (
+        warnings_given(),
+        resumable(KEPT, begun) as say,
+        options_named({"size is": "--size is"}),
+        shared_work(workers, scheduler) as executor,
+    ):
         made = make_depth_rating(
             out,
             seed=seed,

@@ -74,7 +74,7 @@ SATURATED = 254
 ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.float32], NDArray[np.bool_]]"]
 
 
-@click.command(cls=ShapedCommand, short_help="Depth video from a video that alternates between two apertures.")
+@click.command(cls=ShapedCommand, short_help="Estimate depth in a video that alternates two apertures.")
 @click.argument("video", type=click.Path(path_type=Path), metavar="VIDEO")
 @click.option(
     "--out",

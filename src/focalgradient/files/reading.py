@@ -58,6 +58,9 @@ repetitions makes 3,840.
 LARGEST_TOML = 1 * MB
 """Maximum size of a settings file in bytes: the settings of hundreds of views occupy some 10 KB."""
 
+PICTURES = (b"\x89PNG", b"\xff\xd8\xff", b"II*\0", b"MM\0*", b"v/1\x01", b"GIF8", b"RIFF")
+"""First bytes of PNG, JPEG, TIFF (and camera raw), EXR, GIF and WebP files."""
+
 DEEPEST = 32
 """Maximum number of parts of a dotted TOML key, and of nesting levels: parsing time grows with the square of the
 former; real files have fewer than ten.
@@ -151,9 +154,12 @@ def read_text(path: str | os.PathLike[str], what: str = "a text file", largest: 
     InputError
         As for `read_bytes`, and if the content is not UTF-8.
     """
+    data = read_bytes(path, what, largest)
     try:
-        return read_bytes(path, what, largest).decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if data.startswith(PICTURES):
+            raise InputError(f"{printable(path)} is a picture: give {what} instead.") from error
         raise InputError(
             f"{printable(path)} is not text in UTF-8 (byte {error.start + 1}): give {what}, saved as UTF-8."
         ) from error
@@ -205,6 +211,8 @@ def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> di
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
         hint = "; write \\ as / in paths" if "\\" in text else ""
+        if not name.lower().endswith(".toml"):
+            hint = f": give {what} (TOML)"
         raise InputError(f"{name} is not valid TOML: {printable(str(error)).rstrip('.')}{hint}.") from error
 
 

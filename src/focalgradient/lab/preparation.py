@@ -114,8 +114,8 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     design = task_named(experiment.task).design() if options.design is None else load_design(options.design)
     if design.task != experiment.task:
         raise InputError(
-            f"{options.design} is a design of {design.task!r}, but must be one of {experiment.task!r}: give another "
-            "--design."
+            f"{options.design} is a design of {task_named(design.task).called}, but must be one of "
+            f"{task_named(experiment.task).called}: give another --design."
         )
     if options.trials is not None:
         if options.resume:

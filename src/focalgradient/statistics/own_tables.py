@@ -59,6 +59,13 @@ LISTED = 12
 """Maximum number of columns listed in an error message."""
 
 
+TABLES = (".csv", ".tsv", ".xlsx")
+"""Extensions of tables; under other names, text without the form of a table is reported as no table."""
+
+TABLE_OR_DATA_SET = "a CSV, TSV or XLSX file, or the folder of a data set (with dataset_description.json)"
+"""Remedy for a file that is not a table."""
+
+
 def columns_like(role: str) -> str:
     """Return the remedy that names the column of a role, in terms of `read_ratings` and `read_reports`."""
     return f'name it with columns={{"{role}": "NAME"}}'
@@ -105,6 +112,9 @@ def read_table(path: Path) -> pd.DataFrame:
         what = f"the column {again[0]} twice" if again else "no header"
         raise InputError(f"{printable(path)} has {what}: give each column a name of its own in the first row.")
     width = len(header)
+    ragged = any("".join(row[width:]).strip() for row in rows[top + 1 :])
+    if path.suffix.lower() not in TABLES and (width == 1 or ragged):
+        raise InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
     kept, places = [], []
     for number, row in enumerate(rows[top + 1 :], start=top + 2):
         if any(cell.strip() for cell in row[width:]):
@@ -127,7 +137,7 @@ def _text(path: Path) -> str:
     except UnicodeDecodeError:
         text = data.decode("cp1252", "replace")
     if "\0" in text:
-        raise InputError(f"{printable(path)} is not a table of text: give a CSV or TSV file.")
+        raise InputError(f"{printable(path)} is not a table of text: give {TABLE_OR_DATA_SET}.")
     return text
 
 

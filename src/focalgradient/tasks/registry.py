@@ -12,7 +12,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, TypeVar
 
-from focalgradient.errors import InputError, described
+from focalgradient.errors import InputError, check_one_of, described
 from focalgradient.tasks.base import Task
 
 __all__ = ["FILES", "GROUP", "OURS", "is_task", "load_file", "register", "task_named", "task_names", "unknown_task"]
@@ -176,7 +176,6 @@ def task_named(name: str) -> Task:
             _load(name, path)
     if isinstance(name, str) and name in _REGISTERED:
         return _REGISTERED[name]
-    for label in task_names() if isinstance(name, str) else ():
-        if (found := task_named(label)).called == name:
-            return found
-    raise InputError(f"task is {described(name)}, but must be one of {', '.join(map(repr, task_names()))}.")
+    known = {task.called: task for task in map(task_named, task_names())}
+    check_one_of("task", name, known)
+    return known[name]

@@ -1,0 +1,80 @@
+"""Messages on wrong calls: what was given, what is expected, and the nearest name or a call that works."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from click.testing import CliRunner
+
+from focalgradient.cli import main
+
+TASKS = "depth-rating, necker, blur-threshold, published"
+WRONG = {
+    "task": ("power foo", rf"TASK is 'foo', but must be one of {TASKS}\."),
+    "misspelt task": ("power depth-ratng --out out", rf"must be one of {TASKS}: did you mean depth-rating\?"),
+    "task without observers": (
+        "power pinhole",
+        rf"'pinhole', a task without simulated observers: give one of {TASKS},",
+    ),
+    "misspelt task to simulate": ("simulate neker", r"EXPERIMENT is 'neker', .*: did you mean necker\?"),
+    "misspelt task to run": ("run pinhle", r"EXPERIMENT is 'pinhle', .*: did you mean pinhole\?"),
+    "misspelt task to list": (
+        "trials depthratin --participant 01",
+        r"task is 'depthratin', .*did you mean depth-rating",
+    ),
+    "bound of power": ("power depth-rating --bound 20 --out out", r"--bound is 20\.0, but must be a ratio above 1 and"),
+    "picture to calibrate": ("calibrate a.png", r"a\.png is a picture: give a settings file that names photographs of"),
+    "JPEG to calibrate": ("calibrate a.jpg --out c.toml", r"a\.jpg is a picture: give a settings file that names"),
+    "table to calibrate": ("calibrate t.csv", r"t\.csv is not valid TOML: .*: give a settings file that .*\(TOML\)\."),
+    "picture to eye": (
+        "eye a.png",
+        r"'a\.png', but must be one of spheres, .*'focalgradient blur', .*'focalgradient depth'",
+    ),
+    "misspelt scene": ("eye sphere --out out", r"SCENE is 'sphere', .*: did you mean spheres\?"),
+    "two numbers": ("stimuli depth-rating --size 33x32", r"--size is 33x32, but must be one even .* --size 34\."),
+    "odd": ("stimuli depth-rating --seed 1 --size 33 --out out", r"--size is 33, but must be even, .*: use 34\."),
+    "odd cube": ("stimuli necker --size 33 --out out", r"--size is 33, but must be a positive even .*: give 34\."),
+    "text to report": ("report README.txt --out out", r"README\.txt is not a table: give a CSV, TSV or XLSX file, or"),
+    "words to report": ("report words --out out", r"words is not a table: give a CSV, TSV or XLSX file, or the folder"),
+    "no option": (
+        "power necker",
+        r"Missing option '--out', as in 'focalgradient power .* --out \w+': see 'focalgradient",
+    ),
+    "no second argument": (
+        "blur a.png",
+        r"Missing argument 'DEPTH', as in 'focalgradient blur .*': see 'focalgradient",
+    ),
+    "no option, example on two lines": (
+        "stream a.avi",
+        r"as in 'focalgradient stream demo/video\.mkv --out depth\.mp4 ",
+    ),
+    "no argument": ("validate", r"Missing argument 'DIR', as in 'focalgradient validate data'"),
+    "no option, nor the file": ("blur b.png c.npy", r"b\.png does not exist \(missing option '--out'\): see"),
+}
+
+
+@pytest.mark.parametrize(("call", "said"), WRONG.values(), ids=WRONG)
+def test_a_wrong_call_is_told_what_is_right(tmp_path, monkeypatch, call, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(99))
+    (tmp_path / "a.jpg").write_bytes(b"\xff\xd8\xff\xe0" + bytes(99))
+    (tmp_path / "a.avi").write_bytes(b"RIFF")
+    (tmp_path / "t.csv").write_text("subject,rating\n1,2\n")
+    (tmp_path / "README.txt").write_text("Examples.\n\nnear.png, far.png   two photographs\nmore, words, here\n")
+    (tmp_path / "words").write_text("nothing but\nwords\n")
+    result = CliRunner().invoke(main, call.split())
+    assert result.exit_code == 2, result.output
+    assert re.fullmatch(r"Error: [^\n]+[.?]\n", result.stderr)
+    assert re.search(said, result.stderr), result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("group", [main, main.commands["stimuli"]], ids=["all", "stimuli"])
+def test_every_command_is_described_by_a_verb_on_one_line(group):
+    said = CliRunner().invoke(group, ["--help"]).stdout
+    for name, command in group.commands.items():
+        words = command.get_short_help_str(limit=1000)
+        assert re.match(r"(?!The |An? )[A-Z][a-z]+ .*[a-z]\.$", words)
+        assert len(words) <= 65
+        assert re.search(rf"^  {name} +{re.escape(words)}$", said, re.MULTILINE), words
