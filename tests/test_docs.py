@@ -12,40 +12,21 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from blocks import BLOCK, README, ROOT, RUN, Block, blocks, runnable
 
-ROOT = Path(__file__).parents[1]
 ELSEWHERE = {"docs/own-stimuli.md": "tests/test_own_stimuli.py"}
 WRITTEN = (*ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"), ROOT / "experiments" / "README.md")
 PAGES = sorted(str(path.relative_to(ROOT)) for path in WRITTEN)
-README = "README.md"
-RUN = {"sh", "python"}
 SHOWN = {"toml", "csv", "text", "r", "json", "js", "matlab"}
-"""Kinds of blocks that are run, and that only show what a file holds."""
+"""Kinds of blocks that only show what a file holds."""
 
 LONGEST_S = 500
 """A block that takes longer needs a comment that says so."""
 
 LONGEST_BUILD_S = 3000
-
-BLOCK = re.compile(
-    r"(?:<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<kind>\w*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
-)
-
-
-@dataclass(frozen=True)
-class Block:
-    kind: str
-    text: str
-    reason: str | None
-
-
-def blocks(page: str) -> list[Block]:
-    text = (ROOT / page).read_text(encoding="utf-8")
-    return [Block(found["kind"], found["text"], found["reason"]) for found in BLOCK.finditer(text)]
 
 
 @pytest.mark.parametrize("page", [README, *PAGES])
@@ -70,18 +51,17 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
-    [page for page in PAGES if page not in ELSEWHERE and any(b.kind in RUN and b.reason is None for b in blocks(page))],
+    [page for page in PAGES if page not in ELSEWHERE and runnable(page)],
 )
 def test_the_blocks_of_a_page_run_in_order(page: str, demo: Path, tmp_path: Path) -> None:
     shutil.copytree(demo, tmp_path / "demo")
-    for block in blocks(page):
-        if block.kind in RUN and block.reason is None:
-            run(block, tmp_path)
+    for block in runnable(page):
+        run(block, tmp_path)
 
 
 @pytest.mark.slow
 def test_the_readme_runs_from_an_empty_folder(tmp_path: Path) -> None:
-    ran = [block for block in blocks(README) if block.kind in RUN and block.reason is None]
+    ran = runnable(README)
     for block in ran:
         run(block, tmp_path)
     assert "focalgradient demo --out demo\n" in [block.text for block in ran]

@@ -1,5 +1,6 @@
 """The R scripts of a report, run in R where it is installed: they find what the report says."""
 
+import io
 import re
 import shutil
 import subprocess
@@ -11,6 +12,8 @@ import pytest
 
 from focalgradient.report.export import trial_files
 from focalgradient.statistics import Effect, compare_pictures, depth_rating
+from focalgradient.statistics.cells import cells
+from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
 
 REFERENCE = Path(__file__).parent / "statistics" / "reference"
@@ -65,7 +68,7 @@ def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path
     tests = {each.fixation: each.rise for each in result.fixations}
     tests |= {f"{one} less {other}": test for (one, other), (test, _) in result.differences.items()}
     assert len(tests) == 6
-    for block in said.split("rise: ")[1:]:
+    for block in said.split("depth effect: ")[1:]:
         name, rest = block.split(" \n", 1)
         test = tests.pop(name)
         assert isinstance(test, Effect)
@@ -99,11 +102,74 @@ def test_r_finds_the_rises_where_cells_are_empty(tmp_path: Path, scenes: int, ke
         files[script] = files[script].replace(b'requireNamespace("lmerTest", quietly = TRUE)', b"FALSE")
     said = run(tmp_path, files, script, *(["lmerTest"] if with_lmertest else []))
     for each in result.fixations:
-        found = numbers(said.split(f"rise: {each.fixation} \n")[1].split("rise:")[0])
+        found = numbers(said.split(f"depth effect: {each.fixation} \n")[1].split("depth effect:")[0])
         test = each.rise
         assert isinstance(test, Effect)
         wanted = [*_student(test), test.robust.low, test.robust.high, test.robust.p]
         assert found[:9] == pytest.approx(wanted, rel=2e-3 if with_lmertest else 1e-4, abs=1e-4)
+
+
+EMPTY = {
+    "one subject lacks the pinhole": "participant_id == '00' and fixation == 'nearest' and aperture == 'pinhole'",
+    "one subject lacks the largest aperture": "participant_id == '00' and aperture == 'f/5.6'",
+    "one subject lacks an object in focus": "participant_id == '00' and fixation == 'farthest'",
+    "all but one lack an object in focus": "participant_id != '00' and fixation == 'farthest'",
+    "one object in focus is at the pinhole only": "fixation == 'farthest' and aperture != 'pinhole'",
+    "one object in focus lacks the pinhole": "fixation == 'farthest' and aperture == 'pinhole'",
+    "one object in focus lacks the largest aperture": "fixation == 'farthest' and aperture == 'f/5.6'",
+    "one object in focus is missing": "fixation == 'farthest'",
+    "no pinhole": "aperture == 'pinhole'",
+    "each object in focus has scenes of its own": "(scene < 'd') != (fixation == 'nearest')",
+    "each scene has one aperture": "(scene in ['a', 'd'] and aperture != 'pinhole') or "
+    "(scene in ['b', 'e'] and aperture != 'f/11') or (scene in ['c', 'f'] and aperture != 'f/5.6')",
+}
+"""Which trials of `three_fixations` (door and lamp as nearest and farthest) are missing."""
+
+
+@needs_r
+@pytest.mark.parametrize("missing", EMPTY)
+def test_r_repeats_the_tests_where_conditions_are_empty(tmp_path: Path, missing: str) -> None:
+    table = three_fixations().replace({"fixation": {"door": "nearest", "lamp": "farthest"}})
+    table = table[table["fixation"] != "vase"]
+    table = table.drop(table.query(EMPTY[missing]).index)
+    result = depth_rating(table, equivalence_bound=1.2)
+    files = trial_files(table, table, result)
+    said = run(tmp_path, files, "headline.R", "lmerTest")
+    tests = {each.fixation: each.rise for each in result.fixations}
+    if len(tests) == 2:
+        tests["nearest less farthest"] = result.interaction
+    blocks = dict(block.split(" \n", 1) for block in said.split("p of the test")[0].split("depth effect: ")[1:])
+    assert list(blocks) == list(tests)
+    for name, test in tests.items():
+        if isinstance(test, Effect):
+            assert test.robust is not None
+            wanted = [*_student(test), test.robust.low, test.robust.high, test.robust.p]
+            last = blocks[name].split("mean ")[1]
+            assert numbers(last)[:9] == pytest.approx(wanted, rel=2e-3, abs=1e-4)
+        else:
+            assert blocks[name].endswith(': no test."\n')
+    _same_in_the_wide_table(files, tests)
+
+
+def _same_in_the_wide_table(files: dict[str, bytes], tests: dict[str, object]) -> None:
+    """Means over subjects of complete columns are the estimates."""
+    name = "depth_rating_wide.csv"
+    wide = pd.read_csv(io.BytesIO(files[name]), dtype={"participant_id": str}) if name in files else pd.DataFrame()
+    for column, test in tests.items():
+        column = "difference" if " less " in column else column
+        if isinstance(test, Effect):
+            own = wide.pivot(index="participant_id", columns="scene", values=column)
+            own = own.dropna(how="all").dropna(how="all", axis=1)
+            assert len(own) == test.subjects
+            if not own.isna().any(axis=None):
+                assert own.to_numpy().mean() == pytest.approx(test.estimate)
+        else:
+            assert column not in wide or wide[column].dropna().empty or missing_subjects(wide, column)
+
+
+def missing_subjects(wide: pd.DataFrame, column: str) -> bool:
+    """Whether fewer than two subjects have a value."""
+    return wide.dropna(subset=[column])["participant_id"].nunique() < 2
 
 
 def _shown(said: str) -> list[list[list[float]]]:
@@ -137,6 +203,54 @@ def test_r_finds_comparisons(kind: str, kept: float, tmp_path: Path) -> None:
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     own = table[(table["fixation"] == "farthest") & (table["aperture"] == "f/11")]
     assert wide["farthest f/11"].to_numpy() == pytest.approx(own.groupby("participant_id")["rating"].mean().to_numpy())
+
+
+OF_ONE_SCENE = " or ".join(
+    f"(scene in {list(scenes)} and aperture != '{aperture}')"
+    for scenes, aperture in (("adg", "f/22"), ("beh", "f/11"), ("cf", "f/5.6"))
+)
+"""Trials without which each scene of `eight_scenes` has one aperture only."""
+
+
+@needs_r
+@pytest.mark.parametrize(
+    "missing",
+    [
+        "participant_id == '00' and fixation == 'farthest' and aperture == 'f/11'",
+        "participant_id == '00' and fixation == 'farthest'",
+        "participant_id != '00' and fixation == 'farthest'",
+        "fixation == 'farthest' and scene == 'a'",
+        "fixation == 'farthest' and aperture != 'f/5.6'",
+        "(scene < 'd') != (fixation == 'nearest')",
+        OF_ONE_SCENE,
+        f"{OF_ONE_SCENE} or (participant_id == '00' and aperture == 'f/11')",
+    ],
+)
+def test_r_repeats_comparisons_where_conditions_are_empty(tmp_path: Path, missing: str) -> None:
+    table = eight_scenes("bipolar")
+    table = table.drop(table.query(missing).index)
+    result = compare_pictures(table, "bipolar")
+    said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R")
+    here = result.these_scenes
+    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
+    tests += [result.against_reference, here.against_reference]
+    for rows, wanted in zip(_shown(said), tests, strict=True):
+        done = [test for test in wanted if isinstance(test, Effect)]
+        assert rows == [pytest.approx([*_student(test), test.p_holm], rel=5e-3, abs=1e-4) for test in done]
+
+
+def test_a_subject_without_answers_at_an_aperture_has_no_slope_of_means_over_scenes() -> None:
+    """Its missing mean is no answer of 0."""
+    table = eight_scenes("bipolar")
+    table = table.drop(table.query(OF_ONE_SCENE).index).assign(rating=lambda rows: 3 - (rows["aperture_mm"] > 4))
+    lacking = table.drop(table.query("participant_id == '00' and aperture == 'f/11'").index)
+    whole, less = (own_slopes(cells(_nearest(each))) for each in (table, lacking))
+    assert np.isnan(less[0]).all()
+    assert less[1:] == pytest.approx(whole[1:])
+
+
+def _nearest(table: pd.DataFrame) -> pd.DataFrame:
+    return table[table["fixation"] == "nearest"].rename(columns={"rating": "answer"})
 
 
 def eight_scenes(kind: str) -> pd.DataFrame:
@@ -190,6 +304,28 @@ def test_r_finds_the_odds_of_steps(tmp_path: Path) -> None:
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     assert list(wide) == ["participant_id", "nearest pinhole", "nearest f/22", "nearest f/11", "nearest f/5.6"]
     assert len(wide) == 8
+
+
+@needs_r
+@pytest.mark.parametrize("missing", ["aperture == 'pinhole'", "aperture == 'f/11' and participant_id == '01'"])
+@pytest.mark.parametrize("confounded", [False, True])
+def test_r_finds_the_odds_where_conditions_are_empty(tmp_path: Path, missing: str, confounded: bool) -> None:
+    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
+    table = table.drop(table.query(missing).index)
+    table = table.assign(scene=table["aperture"]) if confounded else table
+    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
+    assert not result.ordinal.by_people
+    said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R", "ordinal")
+    (row,) = [numbers(line) for line in said.splitlines()[1:]]
+    rise = result.ordinal.rises[0]
+    assert row[:4] == pytest.approx([rise.estimate, rise.standard_error, rise.statistic, rise.p], rel=0.05, abs=2e-3)
+
+
+def test_steps_without_a_test_have_no_script() -> None:
+    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
+    for each in (table.assign(rating=2), table[table["participant_id"] == "01"]):
+        result = depth_rating(each, equivalence_bound=1.2, scale="ordinal")
+        assert "headline_ordinal.R" not in trial_files(each, each, result)
 
 
 def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:

@@ -66,7 +66,9 @@ d$condition <- paste(d$gradient, d$strength)
 time <- function(of) tapply(ifelse(d$percept == of, d$duration, 0), list(d$participant_id, d$condition), sum)
 share <- time("nonrigid") / (time("nonrigid") + time("rigid"))
 found <- do.call(rbind, lapply(setdiff(colnames(share), "none 0"), function(name) {
-  change <- na.omit(share[, name] - share[, "none 0"]); t <- t.test(change)
+  change <- na.omit(share[, name] - share[, "none 0"])
+  if (length(change) < 2 || sd(change) < 1e-12) return(NULL)  # no test
+  t <- t.test(change)
   ranks <- suppressWarnings(wilcox.test(change)$p.value)
   data.frame(condition = name, change = mean(change), low = t$conf.int[1], high = t$conf.int[2], t = t$statistic,
              df = t$parameter, p = t$p.value, wilcoxon_p = ranks)
@@ -75,20 +77,20 @@ found$p_holm <- p.adjust(found$p, "holm"); found$wilcoxon_p_holm <- p.adjust(fou
 print(found, row.names = FALSE, digits = 6)
 """
 
-HEADLINE = """# The headline test of the report: the rise of the ratings from the pinhole to the largest aperture, over
-# subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
+HEADLINE = """# The headline test of the report: the depth effect (log ratio of the ratings at the largest aperture to
+# the pinhole) over subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
 # Complete tables: base R, by mean squares; before it, with the packages lme4 and lmerTest, the same by REML, which may
 # take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
 # Tables with empty cells: REML, by lmerTest where it is installed, else in base R. {decides}
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
-of <- all_rises(d)
+of <- depth_effects(d)
 for (f in names(of)) {{
   y <- of[[f]]
-  cat("rise:", f, "\\n")
+  cat("depth effect:", f, "\\n")
   if (!anyNA(y) && ncol(y) >= {fewest} && requireNamespace("lmerTest", quietly = TRUE)) {{
-    fit <- lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene), cells_of(y))
-    print(summary(fit)$coefficients)
+    fit <- try(lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene), cells_of(y)), silent = TRUE)
+    if (!inherits(fit, "try-error")) print(summary(fit)$coefficients)
   }}
   print(headline(y), digits = 7)
 }}
@@ -100,13 +102,14 @@ BY_T = 'Student\'s t decides (deciding_test = "t").'
 
 JASP = """# The same for JASP. By its menus: open depth_rating_wide.csv, a row for each subject and scene; Mixed Models,
 # Linear Mixed Models; dependent variable nearest, farthest or difference (log ratios); random grouping factors
-# participant_id and scene; no fixed effect but the intercept; degrees of freedom by Satterthwaite. By its R console:
-# open depth_rating_trials.csv, then run this on `data`; base R only. {decides}
+# participant_id and scene; no fixed effect but the intercept; degrees of freedom by Satterthwaite. Where the scene is
+# "all scenes", no scene was rated at both apertures (or with both objects in focus): T-Tests, One Sample T-Test, of
+# that column. By its R console: open depth_rating_trials.csv, then run this on `data`; base R only. {decides}
 d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 {prepare}
-of <- all_rises(d)
-for (f in names(of)) {{ cat("rise:", f, "\\n"); print(headline(of[[f]]), digits = 7) }}
+of <- depth_effects(d)
+for (f in names(of)) {{ cat("depth effect:", f, "\\n"); print(headline(of[[f]]), digits = 7) }}
 cat("p of the test that decides: {column}\\n")
 """
 
@@ -178,6 +181,23 @@ noise_share <- function(y) {  # share of the variance of the subjects' means tha
   if (df.residual(line) < 1) return(1)
   min(1, sum(resid(line)^2) / df.residual(line) * mean(1 / rowSums(!is.na(y))) / var(own_means(y)))
 }
+less <- function(a, b) {  # differences within scenes; of the subjects' means where no scene has both
+  y <- if (identical(colnames(a), colnames(b))) a - b
+  if (is.null(y) || all(is.na(y)))
+    y <- matrix(rowMeans(a, na.rm = TRUE) - rowMeans(b, na.rm = TRUE), dimnames = list(rownames(a), "all scenes"))
+  y
+}
+pooled <- function(e) {  # without scenes where no subject has a scene at two apertures
+  seen <- tapply(e$aperture_mm, list(e$participant_id, e$scene), function(mm) length(unique(mm)))
+  if (max(seen, na.rm = TRUE) < 2 && length(unique(e$aperture_mm)) > 1) e$scene <- "all scenes"
+  e
+}
+scenes_of <- function(e, d) if ("all scenes" %in% e$scene) "all scenes" else unique(d$scene)
+no_test <- function(y) {  # why there is no test over subjects
+  if (sum(rowSums(!is.na(y)) > 0) < 2) return("Fewer than two subjects have a value: no test.")
+  own <- own_means(y)
+  if (sd(own) <= 1e-12 * max(1, abs(own))) "All subjects have the same value: no test."
+}
 own_means <- function(y) {  # of subjects; empty cells are filled by subject + scene where that is possible
   y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
   if (!anyNA(y)) return(rowMeans(y))
@@ -189,8 +209,8 @@ own_means <- function(y) {  # of subjects; empty cells are filled by subject + s
 }
 crossed <- function(y) {  # the mean of a table of subjects by scenes, both random where there are FEWEST_SCENES scenes
   y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
-  s <- nrow(y); n <- ncol(y)
-  if (s < 2) return("Fewer than two subjects: no test.")
+  s <- nrow(y); n <- ncol(y); reason <- no_test(y)
+  if (!is.null(reason)) return(reason)
   if (n >= FEWEST_SCENES && anyNA(y) && !(sum(!is.na(y)) == s && s == n))
     return(if (requireNamespace("lmerTest", quietly = TRUE)) by_lmertest(y) else by_reml(y))
   r <- own_means(y); over_subjects <- student(mean(r), sd(r) / sqrt(s), s - 1)
@@ -220,22 +240,29 @@ COMPARED = """# The headline tests of the report: does the answer change with th
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]; options(width = 200)
 MEANStable_of <- function(e, what) {  # a row a subject, a column a scene
-  of <- list(factor(e$participant_id, unique(d$participant_id)), factor(e$scene, unique(d$scene)))
+  of <- list(factor(e$participant_id, unique(d$participant_id)), factor(e$scene, scenes_of(e, d)))
   y <- sapply(levels(of[[2]]), function(k) sapply(levels(of[[1]]), function(s) what(e[of[[1]] == s & of[[2]] == k, ])))
   matrix(y, nlevels(of[[1]]), dimnames = lapply(of, levels))
 }
 slope <- function(all) function(o) {
-  m <- tapply(o$rating, factor(o$aperture_mm, all), mean)
-  if (anyNA(m)) NA else sum((all - mean(all)) * m) / sum((all - mean(all))^2)
+  m <- tapply(o$rating, factor(o$aperture_mm, all), mean); w <- all - mean(all); used <- w != 0
+  if (!any(used) || anyNA(m[used])) NA else sum(w[used] * m[used]) / sum(w^2)
 }
 slopes <- list(); largest <- list(); known <- c("nearest", "farthest"); choice <- all(d$rating %in% 0:1)
 for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
-  e <- d[d$fixation == f, ]; all <- sort(unique(e$aperture_mm)); slopes[[f]] <- table_of(e, slope(all))
+  e <- pooled(d[d$fixation == f, ]); all <- sort(unique(e$aperture_mm)); slopes[[f]] <- table_of(e, slope(all))
+  if (all(is.na(slopes[[f]]))) {  # no subject has a scene at all apertures: the slope of the means over scenes
+    m <- aggregate(rating ~ participant_id + scene + aperture_mm, e, mean); m$scene <- "all scenes"
+    slopes[[f]] <- table_of(m, slope(all))
+  }
   largest[[f]] <- table_of(e[e$aperture_mm == max(all), ], function(o) if (nrow(o)) mean(o$rating) else NA) - choice / 2
 }
 if (length(slopes) > 1 && !choice) for (pair in combn(names(slopes), 2, simplify = FALSE))
-  slopes[[paste(pair, collapse = " less ")]] <- slopes[[pair[1]]] - slopes[[pair[2]]]
-here <- function(y) { own <- own_means(y); student(mean(own), sd(own) / sqrt(length(own)), length(own) - 1) }
+  slopes[[paste(pair, collapse = " less ")]] <- less(slopes[[pair[1]]], slopes[[pair[2]]])
+here <- function(y) {
+  reason <- no_test(y); own <- own_means(y)
+  if (is.null(reason)) student(mean(own), sd(own) / sqrt(length(own)), length(own) - 1) else reason
+}
 show <- function(title, tables, test) {
   found <- lapply(tables, test); found <- found[!sapply(found, is.character)]
   if (!length(found)) return(invisible())
@@ -248,21 +275,21 @@ LARGEST""".replace("LARGEST", LARGEST).replace("MEANS", MEANS)
 
 PREPARE = (
     """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
-rises <- function(d, fixation) {  # a row a subject, a column a scene: log ratio of the largest aperture to the pinhole
-  e <- d[d$fixation == fixation, ]; largest <- max(e$aperture_mm)
+depth_effect <- function(d, fixation) {  # log ratio of the largest aperture to the pinhole: subjects x scenes
+  e <- pooled(d[d$fixation == fixation, ]); largest <- max(e$aperture_mm)
   mean_at <- function(mm) {
     o <- e[e$aperture_mm == mm, ]
-    of <- list(factor(o$participant_id, unique(d$participant_id)), factor(o$scene, unique(d$scene)))
+    of <- list(factor(o$participant_id, unique(d$participant_id)), factor(o$scene, scenes_of(e, d)))
     tapply(o$log_rating, of, mean)
   }
-  mean_at(largest) - mean_at(0)
+  if (largest > 0) mean_at(largest) - mean_at(0) else NA * mean_at(0)
 }
-all_rises <- function(d) {  # of each object in focus, and the difference of each pair
+depth_effects <- function(d) {  # of each object in focus, and the difference of each pair
   known <- c("nearest", "farthest"); names <- unique(as.character(d$fixation))
   names <- c(intersect(known, names), sort(setdiff(names, known)))
-  of <- sapply(names, function(f) rises(d, f), simplify = FALSE)
+  of <- sapply(names, function(f) depth_effect(d, f), simplify = FALSE)
   if (length(names) > 1) for (pair in combn(names, 2, simplify = FALSE))
-    of[[paste(pair, collapse = " less ")]] <- of[[pair[1]]] - of[[pair[2]]]
+    of[[paste(pair, collapse = " less ")]] <- less(of[[pair[1]]], of[[pair[2]]])
   of
 }
 """
@@ -312,9 +339,11 @@ def trial_files(
         tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
         tests.append(("difference", result.ordinal.interaction))
         tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
-        files["headline_ordinal.R"] = (ordinal_script(result.ordinal) + _found(tests)).encode()
+        if found := _found(tests):
+            files["headline_ordinal.R"] = (ordinal_script(result.ordinal) + found).encode()
     if isinstance(result, DepthRatingResult) and result.analysis.ratios:
-        files["depth_rating_wide.csv"] = safe_csv(_rises(out))
+        if len(wide := _depth_effects(out)):
+            files["depth_rating_wide.csv"] = safe_csv(wide)
         rises = [(each.fixation, each.rise) for each in result.fixations]
         pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
         found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
@@ -342,7 +371,11 @@ def _answers(trials: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(found).rename_axis("participant_id").reset_index()
 
 
-def _rises(trials: pd.DataFrame) -> pd.DataFrame:
+ALL_SCENES = "all scenes"
+"""Scene of a value that is averaged over scenes, as the R scripts name it."""
+
+
+def _depth_effects(trials: pd.DataFrame) -> pd.DataFrame:
     """Return log ratios of largest aperture to pinhole by subject and scene, for each fixation, and differences."""
     rows = trials[trials["included"]]
     of = {}
@@ -350,14 +383,25 @@ def _rises(trials: pd.DataFrame) -> pd.DataFrame:
     for name in names:
         own = rows[rows["fixation"] == name]
         if own["aperture_mm"].nunique() > 1 and own["aperture_mm"].min() == 0:
+            if own.groupby(["participant_id", "scene"])["aperture_mm"].nunique().max() < 2:
+                own = own.assign(scene=ALL_SCENES)
             means = own.groupby(["participant_id", "scene", "aperture_mm"])["log_rating"].mean().unstack()
             of[name] = means.iloc[:, -1] - means.iloc[:, 0]
     if names == FIXATIONS and len(of) == 2:
-        of["difference"] = of["nearest"] - of["farthest"]
+        of["difference"] = _less(of["nearest"], of["farthest"])
     elif set(names) - {*FIXATIONS}:
-        of |= {f"{one}_less_{other}": of[one] - of[other] for one, other in combinations([*of], 2)}
+        of |= {f"{one}_less_{other}": _less(of[one], of[other]) for one, other in combinations([*of], 2)}
     wide = pd.DataFrame(of)
     return wide.rename_axis(["participant_id", "scene"]).reset_index() if of else wide
+
+
+def _less(one: pd.Series[float], other: pd.Series[float]) -> pd.Series[float]:
+    """Return the difference within subject and scene; of the subjects' means if no scene has both."""
+    difference = one - other
+    if difference.notna().any():
+        return difference
+    means = one.groupby(level="participant_id").mean() - other.groupby(level="participant_id").mean()
+    return pd.concat({ALL_SCENES: means}, names=["scene"]).swaplevel()
 
 
 def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult | None) -> dict[str, bytes]:

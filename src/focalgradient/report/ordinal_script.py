@@ -20,10 +20,12 @@ d$y <- ordered(d$rating); d$participant_id <- factor(d$participant_id)
 terms <- c()
 known <- c("nearest", "farthest")
 for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
-  d[[paste0("blur_", f)]] <- d$aperture_mm / max(d$aperture_mm) * (d$fixation == f)  # 1 at the largest aperture
+  d[[paste0("blur_", f)]] <- d$aperture_mm / diff(range(d$aperture_mm)) * (d$fixation == f)  # smallest to largest: 1
   terms <- c(terms, paste0("blur_", f))
 }
-fixed <- c(terms, if (length(terms) > 1) "fixation", if (length(unique(d$scene)) > 1) "scene")
+fixed <- c(terms, if (length(terms) > 1) "fixation"); of_scenes <- c(fixed, if (length(unique(d$scene)) > 1) "scene")
+x <- model.matrix(as.formula(paste("~", paste(of_scenes, collapse = " + "))), d)
+if (qr(x)$rank == ncol(x)) fixed <- of_scenes  # else scenes and apertures are confounded: no correction for scenes
 model <- as.formula(paste("y ~", paste(fixed, collapse = " + "), "+ (1 +", paste(terms, collapse = " + "),
                           "| participant_id)"))
 fit <- clmm(model, d, control = clmm.control(gradTol = 1e-4))

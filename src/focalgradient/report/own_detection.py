@@ -50,7 +50,10 @@ print(found, row.names = FALSE, digits = 6)
 for (condition in unique(found$condition)) {
   own <- found[found$condition == condition, ]
   cat("mean", condition, "\\n")
-  if (nrow(own) > 1) print(c(d = mean(own$d_prime), t.test(own$d_prime)$conf.int, c = mean(own$criterion)), digits = 6)
+  if (nrow(own) < 2) next
+  half <- qt(.975, nrow(own) - 1) * sd(own$d_prime) / sqrt(nrow(own))
+  print(c(d = mean(own$d_prime), low = mean(own$d_prime) - half, high = mean(own$d_prime) + half,
+          c = mean(own$criterion)), digits = 6)
 }
 """
 

@@ -8,7 +8,7 @@ Wald test of a marginal logistic slope, whose standard error grows with the slop
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -213,7 +213,7 @@ def _both(values: FloatArray | NotComputed) -> tuple[Test, Test]:
 
 
 def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
-    """Test the difference between two slopes within subject and scene."""
+    """Test the difference between two slopes within subject and scene; of the means over scenes if none has both."""
     lines = []
     for own in (one, other):
         slopes = own_slopes(own)
@@ -222,9 +222,10 @@ def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
         names = list(own.scenes) if slopes.shape[1] == len(own.scenes) else [""]
         lines.append(pd.DataFrame(slopes, index=list(own.subjects), columns=names))
     first, second = lines
-    if list(first.columns) != list(second.columns):
-        first, second = first.mean(axis=1).to_frame(), second.mean(axis=1).to_frame()
-    return _both((first - second).to_numpy())
+    difference = (first - second).to_numpy(dtype=float)
+    if not np.isfinite(difference).any():
+        difference = (first.mean(axis=1) - second.mean(axis=1)).to_frame().to_numpy(dtype=float)
+    return _both(difference)
 
 
 def own_slopes(own: Cells) -> FloatArray | NotComputed:
@@ -236,7 +237,9 @@ def own_slopes(own: Cells) -> FloatArray | NotComputed:
     if np.isfinite(slopes).any():
         return slopes
     seen = np.isfinite(own.values)
-    return (np.where(seen, own.values, 0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)) @ weights[:, None]
+    with np.errstate(invalid="ignore"):
+        means = np.where(seen, own.values, 0).sum(axis=1, keepdims=True) / seen.sum(axis=1, keepdims=True)
+    return replace(own, values=means).contrast(weights)
 
 
 def _largest(own: Cells, analysis: Slopes | Choices) -> tuple[Test, Test]:
