@@ -119,6 +119,10 @@ for page in (ROOT / "generated").glob("*.rst"):
         page.unlink()
 
 
+LONGEST_WORD = 20
+"""Maximum length in characters of a word of code that does not break in a table's cell or on a narrow page."""
+
+
 class CommandLexer(BashLexer):
     """Tokenise commands: an option is one token, which does not break at its hyphens, as is a decimal number."""
 
@@ -152,6 +156,13 @@ def keep_stops(app: Sphinx, document: nodes.document, page: str) -> None:
             after.parent.replace(after, nodes.Text(after[found.end() :]))
 
 
+def keep_words(app: Sphinx, document: nodes.document, page: str) -> None:
+    """Mark code of short words, which need not break on a narrow page: an option would, at its hyphens."""
+    for node in document.findall(nodes.literal):
+        if max(map(len, node.astext().split()), default=0) <= LONGEST_WORD:
+            node["classes"].append("short")
+
+
 def run_notebooks(app: Sphinx) -> None:
     """Run the notebook of the paper, where pages are made, after the gallery wrote it and before its pages are read."""
     if app.builder.format == "html":
@@ -170,4 +181,5 @@ def setup(app: Sphinx) -> None:
     for part in ("description", "options"):
         app.connect(f"sphinx-click-process-{part}", escape_stars)
     app.connect("doctree-resolved", keep_stops)
+    app.connect("doctree-resolved", keep_words)
     app.connect("builder-inited", run_notebooks, priority=900)

@@ -64,7 +64,7 @@ class _Stated:
     priors: Priors
 
     def improbability(self) -> float:
-        """Minus twice the log posterior density of the best camera; infinite if none is possible."""
+        """Return minus twice the log posterior density of the best camera; infinite if none is possible."""
         least = UNRESOLVED * self.pixel_pitch
         readings = [r if r.width > least else replace(r, width_sd=max(r.width_sd, least)) for r in self.readings]
         with suppress(InputError), np.errstate(all="ignore"):

@@ -307,7 +307,7 @@ def _agreement(bands: Sequence[Image], usable: NDArray[np.bool_]) -> float:
 
 
 def _textured(image: Image, noise: float) -> float:
-    """Share of the blocks that hold 90 % of the gradients' energy, less that of the noise."""
+    """Return the share of the blocks that hold 90 % of the gradients' energy, less that of the noise."""
     down, right = np.gradient(ndimage.gaussian_filter(image, 1.0))
     rows, columns = (n // BLOCK for n in image.shape)
     energy = (down**2 + right**2)[: rows * BLOCK, : columns * BLOCK]

@@ -119,5 +119,5 @@ def _column(values: FloatArray, dimensions: int) -> FloatArray:
 
 
 def _compared(squares: FloatArray) -> FloatArray:
-    """Squared blur radii as measured: of one view itself, or of views less the first."""
+    """Return the squared blur radii as measured: of one view itself, or of views less the first."""
     return squares if len(squares) == 1 else squares[1:] - squares[:1]

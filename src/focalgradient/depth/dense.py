@@ -72,14 +72,14 @@ MEASURED = 1e4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dense:
-    """Vergence at every pixel (H x W), its standard deviation, and how it is known.
+    """Vergence at every pixel (H x W), its standard deviation, and its evidence.
 
     Parameters
     ----------
     vergence, vergence_sd
         In dioptres.
     evidence
-        2 where the views show it, 1 near there, 0 where it is guessed.
+        2 where the views show depth, 1 near such pixels, 0 where depth is extrapolated.
     """
 
     vergence: NDArray[np.float32]
@@ -201,11 +201,11 @@ class _Field:
         return cls(matrix, spread)
 
     def given(self, weight: FloatArray) -> Callable[[FloatArray], FloatArray]:
-        """What solves for the field where nodes are known with `weight` (h x w, 1 / variance)."""
+        """Return a solver for the field, given nodes measured with `weight` (h x w, 1 / variance)."""
         return self._solver(weight.ravel() + self._anchor())
 
     def reach(self, share: FloatArray, step: int) -> FloatArray:
-        """Probability (h x w) that a walk from a node comes to measured depth before its surface ends.
+        """Return the probability (h x w) that a walk from a node comes to measured depth before its surface ends.
 
         The walk goes from node to node as conductance lets it, which is small across edges of the picture, and its
         surface ends at an even rate, by `SURFACE`. `share` (h x w) of each node's pixels are measured.
@@ -216,7 +216,7 @@ class _Field:
         return np.clip(found, 0, 1).reshape(share.shape)
 
     def _solver(self, weight: FloatArray) -> Callable[[FloatArray], FloatArray]:
-        """What solves a system of the differences' precision with `weight` added to each node."""
+        """Return a solver for the precision matrix of the differences with `weight` added to each node."""
         precision = self.differences.T @ self.differences + sparse.diags_array(weight)
         factors = linalg.splu(precision.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         solve: Callable[[FloatArray], FloatArray] = factors.solve

@@ -144,7 +144,7 @@ class DepthMap:
         return f"<DepthMap of {height} x {width} pixels: {self._in_words()}>"
 
     def _in_words(self) -> str:
-        """Median distance of the valid pixels, and their share."""
+        """Return the median distance of the valid pixels, and their share."""
         share = f"{self.valid.mean():.0%} valid"
         if self._order_only:
             return f"order only, {share}"

@@ -82,11 +82,11 @@ class Frequencies:
 
     @property
     def measure(self) -> FloatArray:
-        """Share of all frequencies of an image that each stands for: of the plane, which may end before they do."""
+        """Share of the whole frequency plane that each sample represents; the samples may end before the plane does."""
         return self.areas / (self.areas.sum() if self.down is None else HALF_PLANE)
 
     def fine_pass(self) -> FloatArray:
-        """Amplitude of the pass band that ends at `FINEST`."""
+        """Return the amplitude of the pass band that ends at `FINEST`."""
         band: FloatArray = np.exp(-((self.radius / FINEST) ** 16) / 2)
         return band
 
@@ -106,7 +106,7 @@ FINE_PASS: FloatArray = ROUND.fine_pass()
 
 
 def plane(finest: float = 0.5) -> Frequencies:
-    """Frequencies of the plane, along its axes up to the first that is not below `finest` (cycles per pixel).
+    """Return frequencies of the plane, along its axes up to the first that is not below `finest` (cycles per pixel).
 
     >>> plane().right[:2].round(4).tolist(), plane().radius.size, plane(0.2).radius.size
     ([0.0, 0.0031], 5151, 2556)
@@ -185,7 +185,7 @@ def _real_times_complex(left: Image, right: NDArray[Any]) -> NDArray[np.complex6
 
 
 def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequencies: Frequencies = ROUND) -> FloatArray:
-    """Pass band (amplitude) of a disc of `radius` pixels that ends where 2 pi radius f is `limit`; broadcasts.
+    """Return pass band (amplitude) of a disc of `radius` pixels that ends where 2 pi radius f is `limit`; broadcasts.
 
     The disc's transfer has its first zeros at 3.8 and 7.0. The larger `power`, the steeper the band's end.
     """
@@ -210,7 +210,7 @@ def natural_power(level: float, frequencies: Frequencies = ROUND) -> FloatArray:
 
 
 def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> list[NDArray[np.complex64]]:
-    """Half spectra of `images` (H x W), mirrored all around to `size`, with `reach` pixels before the first."""
+    """Return half spectra of `images` (H x W), mirrored all around to `size`, with `reach` pixels before the first."""
     height, width = images[0].shape
     around = ((reach, size[0] - height - reach), (reach, size[1] - width - reach))
     return [fft.rfft2(np.pad(image - image.mean(), around, mode="symmetric"), workers=-1) for image in images]
@@ -228,7 +228,7 @@ class Spectra:
 
     @classmethod
     def of(cls, images: Sequence[Image], reach: int) -> Spectra:
-        """Spectra of `images`, each H x W, with at least `reach` pixels of mirrored surround."""
+        """Return the spectra of `images`, each H x W, with at least `reach` pixels of mirrored surround."""
         height, width = images[0].shape
         reach = min(reach, height, width)
         rows, columns = (fft.next_fast_len(n + 2 * reach, real=True) for n in (height, width))
@@ -242,7 +242,7 @@ class Spectra:
         )
 
     def over(self, noise_sd: Sequence[float] | FloatArray) -> Spectra:
-        """Spectra of the images divided by their noise."""
+        """Return the spectra of the images divided by their noise."""
         values = [spectrum / np.float32(sd) for spectrum, sd in zip(self.values, noise_sd, strict=True)]
         return replace(self, values=values)
 
@@ -260,7 +260,7 @@ class Spectra:
         return counts / counts.sum(), np.stack(power) / (self.size[0] * self.size[1])
 
     def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
-        """`measure_and_power` at the `frequencies` of the filters; power over the plane is its radial mean."""
+        """Return `measure_and_power` at the `frequencies` of the filters; power over the plane is its radial mean."""
         measure, power = self.measure_and_power()
         if frequencies.down is None:
             return measure, power

@@ -28,7 +28,7 @@ QUADRATURE_NODES = 160
 
 
 def edge_bound(sigma: ArrayLike, *, noise: float, contrast: float, length: float) -> FloatArray:
-    """Least standard deviation of sigma, *relative to sigma*, from a step edge of Gaussian blur.
+    """Return the least standard deviation of sigma, *relative to sigma*, from a step edge of Gaussian blur.
 
     (4 sqrt(pi))^(1/2) (noise / contrast) / sqrt(length sigma): position and both levels, though unknown, cost nothing
     where the edge is visible well beyond its blur.
@@ -73,7 +73,7 @@ def comparison_bound(
     psf: Psf | str = "auto",
     k: float | None = None,
 ) -> FloatArray:
-    """Least standard deviation of vergence, in dioptres, from views of one unknown texture at one depth.
+    """Return the least standard deviation of vergence, in dioptres, from views of one unknown texture at one depth.
 
     The Fisher information about V, the texture being unknown, is
 

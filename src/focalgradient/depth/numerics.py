@@ -67,7 +67,7 @@ def product(left: NDArray[Value], right: NDArray[Value]) -> NDArray[Value]:
 
 
 def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:
-    """Weighted sums, over blocks of step x step pixels, of the products of each pair of images.
+    """Return the weighted sums, over blocks of step x step pixels, of the products of each pair of images.
 
     `images` is r x H x W, `weight` H x W; returns r(r+1)/2 x ceil(H/step) x ceil(W/step), pairs (k, l <= k) in order.
     """
@@ -133,7 +133,7 @@ def half_sums(
     weight: NDArray[np.float32],
     step: int,
 ) -> NDArray[np.float64]:
-    """Weighted sums over blocks of -r r' and r'^2 of an image's coarse part, and of the rest: 4 x h x w.
+    """Return the weighted sums over blocks of -r r' and r'^2 of an image's coarse part, and of the rest: 4 x h x w.
 
     `value` is r and `slope` r', H x W; `coarse` holds their coarse parts as r + i r'.
     """
@@ -165,7 +165,7 @@ def _half_sums(value, slope, coarse, weight, step, first, last, sums):  # type: 
 
 
 def gather(blocks: NDArray[np.float32], window: float) -> NDArray[np.float32]:
-    """Gaussian sums over blocks (L x h x w), of sd `window` blocks and weight 1 at the middle."""
+    """Return the Gaussian sums over blocks (L x h x w), of sd `window` blocks and weight 1 at the middle."""
     across, down = np.empty_like(blocks), np.empty_like(blocks)
     fall = np.exp(-(np.arange(int(np.ceil(4 * window)) + 1) ** 2) / (2 * window**2)).astype(np.float32)
     share_rows(len(blocks), lambda first, last: _gather(blocks, fall, first, last, across, down))
@@ -192,7 +192,7 @@ def _gather(blocks, fall, first, last, across, down):  # type: ignore[no-untyped
 
 
 def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
-    """Sums over blocks of step x step pixels; the last blocks may be partial."""
+    """Return the sums over blocks of step x step pixels; the last blocks may be partial."""
     rows, columns = (np.arange(0, n, step) for n in image.shape)
     return np.add.reduceat(np.add.reduceat(image.astype(float), rows, axis=0), columns, axis=1)
 
@@ -274,7 +274,7 @@ def _interpolate_nodes(values, sd, step, first, last, pixels):  # type: ignore[n
 
 
 def repeat_blocks(values: NDArray[Value], step: int, shape: tuple[int, int]) -> NDArray[Value]:
-    """Values at nodes (h x w) given to all pixels (H x W) of their blocks of `step` pixels."""
+    """Repeat values at nodes (h x w) over all pixels (H x W) of their blocks of `step` pixels."""
     return values.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
 
 
@@ -297,7 +297,7 @@ def grow_planes(
     steep: float,
     separate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Planes fitted about each block, in windows that grow over whatever lies on one surface.
+    """Return the planes fitted about each block, in windows that grow over whatever lies on one surface.
 
     Adaptive weights (propagation and separation, after Polzehl and Spokoiny): from one window to the next, a
     neighbour counts by how well its own value agrees with the plane so far, so that depth is gathered along a

@@ -60,7 +60,7 @@ class Placement:
         return cos * down + sin * right + self.down, cos * right - sin * down + self.right
 
     def displacement(self, shape: tuple[int, int]) -> float:
-        """Largest displacement of a pixel of a frame of `shape`, in pixels.
+        """Return the largest displacement of a pixel of a frame of `shape`, in pixels.
 
         >>> round(Placement(1.001, 0.3, 0.4).displacement((600, 800)), 3)
         1.0
@@ -314,7 +314,7 @@ class RegisteredViews:
         return self.part(part[0], part[1])
 
     def part(self, rows: slice, columns: slice) -> RegisteredViews:
-        """These rows and columns of the views."""
+        """Return these rows and columns of the views."""
         images = [np.ascontiguousarray(image[rows, columns]) for image in self.images]
         shares = None if self.shares is None else self.shares[:, rows, columns]
         return RegisteredViews(images, self.usable[rows, columns], self.gains, self.placements, shares=shares)
@@ -388,7 +388,7 @@ def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image
 
 
 def _at_ceiling(image: Image) -> NDArray[np.bool_]:
-    """Pixels at the image's highest value, where more share it than texture would make."""
+    """Return the pixels at the image's highest value, where more share it than texture would make."""
     top = image == image.max()
     return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)
 

@@ -301,7 +301,7 @@ def _end(own: OwnBlur, pixel_angle: float) -> float:
 def _through_focus(
     own: OwnBlur, pixel_angle: float, lowest: float, highest: float, levels: int, at: Frequencies
 ) -> NDArray[np.complex64]:
-    """Transfer (L x F) at `levels` vergences over the plane; kept, as many views are of the same eye."""
+    """Return the transfer (L x F) at `levels` vergences over the plane; kept, as many views are of the same eye."""
     down, right = at.down, at.right
     assert down is not None
     assert right is not None

@@ -37,7 +37,7 @@ WINDOW = 10.0
 """Standard deviation of the window (pixels) in which contrasts are compared: about that of depth. Our choice."""
 
 PRIOR = 0.1
-"""Contrast of the frame's own colour, over that of the median place, which is added to every place's. Our choice."""
+"""Contrast of the frame's mean colour that is added to every place, relative to the median contrast. Our choice."""
 
 STEP_D, MOST = 0.06, 6
 """Focus (D) from one colour of the mixture to the next, and the greatest number of them: a focus between two is met to
@@ -68,7 +68,7 @@ class Spectrum(Protocol):
     """The spectrum of a texture, which may be the likelier one at each candidate depth."""
 
     def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Amounts of the components of a basis if the texture lies at each vergence (D): L x K."""
+        """Return the amounts of the basis components if the texture lies at each vergence (D): L x K."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ class SeenContrast:
 
 @lru_cache(maxsize=32)
 def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple[float, ...]) -> NDArray[np.float64]:
-    """Amounts of a spectrum at each vergence; kept, as every view asks for them."""
+    """Return the amounts of a spectrum at each vergence; kept, as every view asks for them."""
     return spectrum._solve(basis, np.asarray(vergences))
 
 
@@ -148,13 +148,13 @@ def _passed(fine: float, coarse: float) -> NDArray[np.float64]:
 
 
 def _amounts(basis: SpectralBasis, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Amounts of components (... x K) whose contrast has these ratios (... x 3) without blur."""
+    """Return the amounts of components (... x K) whose contrast has these ratios (... x 3) without blur."""
     catch = np.stack([basis.catch(band) for band in CLASSES])
     return _normed(slopes @ np.linalg.pinv(catch).T, basis.catch("L+M"))
 
 
 def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Amounts of 0 or more that L and M cones catch 1 of."""
+    """Return the amounts of 0 or more that L and M cones catch 1 of."""
     positive = np.clip(amounts, 0, None)
     return positive / np.maximum(positive @ whole, 1e-9)[..., None]
 
@@ -206,7 +206,7 @@ class LitCones:
         amounts = self.spectrum.amounts(self.basis, levels)
 
         def parts(light: str, finest_cpd: float) -> list[NDArray[Any]]:
-            """Transfer of the light of each component."""
+            """Return the transfer of the light of each component."""
             given = [self.basis.light(light, number) for number in range(self.basis.components)]
             every = [
                 Cones.in_light(self.whole.eye, light, one, finest_cpd=finest_cpd, model=self.whole.model)
@@ -240,7 +240,7 @@ def _mix(shares: NDArray[np.float64], parts: Sequence[NDArray[Any]]) -> NDArray[
 
 
 def _kept(frequency: ArrayLike) -> tuple[bytes, tuple[int, ...]]:
-    """Frequencies as a key: their numbers, and their shape."""
+    """Return the frequencies as a key: their numbers, and their shape."""
     numbers = np.ascontiguousarray(frequency, np.float64)
     return numbers.tobytes(), numbers.shape
 
@@ -323,7 +323,7 @@ class LocalColours:
         return replace(self, basis=basis, mean=mean, light=light)
 
     def rest_of_amounts(self) -> tuple[tuple[float, ...], ...]:
-        """Covariance of the components' amounts that the spectra leave (K x K)."""
+        """Return the covariance of the components' amounts that the spectra leave (K x K)."""
         if not self.rest:
             return ()
         both = self.basis.catch("L+M")
@@ -424,7 +424,7 @@ def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye
 
 
 def _rest(cones: NDArray[np.floating], mix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
-    """Covariance of what the cones catch that the spectrum at each place leaves (`LocalColours.rest`)."""
+    """Return the covariance of what the cones catch that the spectrum at each place leaves (`LocalColours.rest`)."""
     fine, coarse = SCALES[2]
     images = [_between(cones[..., number], fine, coarse) for number in range(3)]
     whole = _between(cones @ mix, fine, coarse)

@@ -155,7 +155,7 @@ class Cones:
         return weights / weights.sum()
 
     def eyes(self) -> list[Eye]:
-        """Eye in each of the light's wavelengths."""
+        """Return the eye in each of the light's wavelengths."""
         return [self.eye.in_light(nm) for nm in self.wavelengths_nm]
 
     def accommodated(self, accommodation: float) -> Cones:

@@ -44,7 +44,7 @@ FINE_BLUR_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
 planes."""
 
 MARGIN_PX = 12
-"""Margin in pixels, in addition to 1.5 times the disc radius, to which such a function is tabulated."""
+"""Margin in pixels, in addition to 1.5 times the disc radius, of the tabulated blur functions."""
 
 LENS_VISIBLE_PX = 3.0, 5.0
 """Disc radii in pixels between which a point spread function's width begins to reveal, and fully reveals, the lens's

@@ -21,7 +21,8 @@ VARIES = 1.5
 by hand."""
 
 STEADY = 0.25
-"""Maximum variation of the radius within that Gaussian, relative to the radius, for valid depth. Chosen by hand."""
+"""Maximum variation of the radius within the Gaussian of `VARIES`, relative to the radius, for valid depth. Chosen by
+hand."""
 
 LEAST_ERROR = 0.06
 """Minimum error of the radius beyond noise, in pixels, which dominates near focus. Chosen by hand."""

@@ -255,7 +255,7 @@ def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArr
 
 
 def _blocks(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Means of blocks of `POOL` x `POOL` pixels; the last take the remainder."""
+    """Return the means of blocks of `POOL` x `POOL` pixels; the last take the remainder."""
     height, width = values.shape
     rows, columns = height // POOL, width // POOL
     cut = values[: rows * POOL, : columns * POOL].reshape(rows, POOL, columns, POOL)

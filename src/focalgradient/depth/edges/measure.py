@@ -204,7 +204,7 @@ def _band_middles(segment: NDArray[np.intp], half: int, hop: int) -> NDArray[np.
 
 
 def _p_value(steps: Mapping[str, FloatArray], freedom: FloatArray, noise_known: bool) -> FloatArray:
-    """Probability of a misfit as large as each step's, if it is a blurred step.
+    """Return the probability of a misfit as large as each step's, if it is a blurred step.
 
     Patnaik's approximation to the noncentral chi-square, and to F where the noise is estimated from the band.
     """

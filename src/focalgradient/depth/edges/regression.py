@@ -145,7 +145,7 @@ def _regress(curved, places, first, last, scale, length, noise, weighted, found)
 
 @_compiled
 def _binned(curved, row, column, c, s, bend, length, scale, reach):  # type: ignore[no-untyped-def]
-    """Sums over the bins across an edge: of members, x, x^2 and C."""
+    """Return the sums over the bins across an edge: of members, x, x^2 and C."""
     height, width = curved.shape
     bins = 2 * int(reach / BIN + 0.5) + 1
     sums = np.zeros((bins, 4))

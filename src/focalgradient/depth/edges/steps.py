@@ -198,7 +198,7 @@ def distance_from_arc(x, t, bend):  # type: ignore[no-untyped-def]
 def _normal_equations(  # type: ignore[no-untyped-def]
     p, xs, ts, values, count, edge, line, end, averaged, matrix, vector
 ):
-    """Sums of products of the derivatives, and with the residuals; the residuals' sum of squares."""
+    """Return the sums of products of the derivatives, and with the residuals; the residuals' sum of squares."""
     matrix[:], vector[:] = 0.0, 0.0
     square = 0.0
     contrast = p[1] - p[0]

@@ -151,7 +151,7 @@ class ModelChecks:
 
 
 def error_with(split: SplitBand, alternative: Alternative | None) -> float:
-    """Model error as a share of the blur radius: by the split-band test, or by the change that an alternative makes."""
+    """Return the model error over the blur radius: by the split-band test, or by an alternative's change."""
     return split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
 
 

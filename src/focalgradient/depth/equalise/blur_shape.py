@@ -42,7 +42,7 @@ def others_than(shape: Psf) -> list[Psf]:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """How well a shape explains views."""
+    """Goodness of fit of a blur shape to the views."""
 
     misfit: float  # mean squared residual over what noise explains: the median over the places compared
     tau: float  # model error by the split-band test

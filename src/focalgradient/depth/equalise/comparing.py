@@ -30,7 +30,7 @@ def whitened_filters(
     power: Any = None,
     start: int = 0,
 ) -> list[NDArray[Any]]:
-    """Orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
+    """Return orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
 
     The covariance of the noise is 1 + the sum of u u^H over `own`.
 
@@ -184,7 +184,7 @@ def _whiten(row, own, level, f, conjugate):  # type: ignore[no-untyped-def]
 def noise_passed(
     filters: NDArray[Any], own: NDArray[Any], measure: FloatArray, variance: FloatArray | None = None
 ) -> tuple[NDArray[Any], FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Gains of `filters` (n x L x F) for noise of a `variance` (n; 1 in every view) and for the sources `own`.
+    """Return gains of `filters` (n x L x F) for noise of a `variance` (n; 1 in every view) and for the sources `own`.
 
     Returns
     -------

@@ -69,11 +69,11 @@ class EvenCoordinate:
         return np.interp(level, self.place, self.value)
 
     def rate_at(self, level: NDArray[np.floating]) -> FloatArray:
-        """Rate of change of the coordinate by level."""
+        """Return the rate of change of the coordinate by level."""
         return np.interp(level, self.place, self.rate)
 
     def levels(self, value: FloatArray, sd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Level of each `value`, and its standard deviation: half the wider side of two."""
+        """Return the level of each `value`, and its standard deviation: half the wider side of two."""
         value = np.clip(value, self.value[0], self.value[-1])
         below, level, above = (np.interp(value + n * sd, self.value, self.place) for n in (-2, 0, 2))
         return level, np.maximum(np.maximum(above - level, level - below) / 2, np.where(np.isfinite(sd), 1e-6, sd))

@@ -181,7 +181,7 @@ def depth_at_pixels(
 
 
 def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -> FloatArray:
-    """Share of the noise's variance that rises with contrast, at nodes of `step` pixels (h x w)."""
+    """Return the share of the noise's variance that rises with contrast, at nodes of `step` pixels (h x w)."""
     if law is None:
         return np.zeros([-(-n // step) for n in registered.shape])
     image = 1 - (uneven_noise(replace(law, by_contrast=0.0), registered) / uneven_noise(law, registered)) ** 2

@@ -128,7 +128,7 @@ class Equalised:
         return len(self.residuals[0].noise)
 
     def window_size(self) -> float:
-        """Effective number of pixels of the window: 1 / sum of its squared weights."""
+        """Return the effective number of pixels of the window: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
     def part(self, rows: slice, columns: slice) -> Equalised:
@@ -158,7 +158,7 @@ class Equalised:
         return self.minima(*self.averages(self.energy(weight), weight), noise)
 
     def energy(self, weight: Image) -> Image:
-        """Squared residuals of every level, summed over each node's block (L x h x w)."""
+        """Return the squared residuals of every level, summed over each node's block (L x h x w)."""
         energy = self.residuals[0].energy(weight, self.step)
         for residual in self.residuals[1:]:
             energy += residual.energy(weight, self.step)
@@ -213,11 +213,11 @@ class Equalised:
         return 1.0
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
-        """Residual statistics of each pixel at the depth estimated around it."""
+        """Return the residual statistics of each pixel at the depth estimated around it."""
         return self.evaluate_images(nodes)[0]
 
     def evaluate_images(self, nodes: Nodes) -> tuple[ResidualStatistics, list[tuple[Image, Image]]]:
-        """As `evaluate`; and each comparison's residual there (H x W), with its derivative by level."""
+        """Evaluate as `evaluate` does; also return each comparison's residual (H x W) and its derivative by level."""
         shape = self.residuals[0].images.shape[1:]
         level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
         rest, cross, slope = (np.zeros(shape, np.float32) for _ in range(3))
@@ -229,7 +229,7 @@ class Equalised:
         return ResidualStatistics(level, rest, cross, slope), images
 
     def evaluate_to_refine(self, nodes: Nodes, local: ResidualStatistics) -> ResidualStatistics:
-        """`local`, evaluated again where depths lie so near the focus that residuals do not change with them."""
+        """Re-evaluate `local` where depths lie so near the focus that residuals do not change with depth."""
         level = self.even.changing(nodes.level)
         return self.evaluate(replace(nodes, level=level)) if (level != nodes.level).any() else local
 
@@ -336,7 +336,7 @@ class Equalised:
 
 
 def view_spectra(images: Sequence[Image], blurs: Blurs) -> Spectra:
-    """Spectra of the views (H x W each), with as much mirrored surround as their blurs reach."""
+    """Return the spectra of the views (H x W each), with as much mirrored surround as their blurs reach."""
     return Spectra.of(images, int(np.clip(2 * blurs.radius.max(), 16, 64)))
 
 
@@ -392,7 +392,7 @@ def equalise(
 
 
 def step_of(window: float) -> int:
-    """Pixels from one node to the next, for a window of `window` pixels."""
+    """Return the spacing of nodes in pixels, for a window of `window` pixels."""
     return max(1, round(window / numerics.NODES))
 
 
@@ -411,7 +411,7 @@ def scene_power(
 def comparing_filters(
     blurs: Blurs, noise_sd: Sequence[float] | FloatArray, power: FloatArray, shared: SharedPower | None
 ) -> Filters:
-    """Noise-whitened filters (n x L x F each) that cancel a scene of `power` at each level.
+    """Return the noise-whitened filters (n x L x F each) that cancel a scene of `power` at each level.
 
     The images are to be over the noise that is assumed (`assumed_sd`). Also returns the amplitude of wavebands'
     independent textures over it, wavebands x n x L x F.

@@ -94,7 +94,7 @@ class SmallJumps:
 def find_small_jumps(
     equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions, images: Sequence[Image]
 ) -> SmallJumps | None:
-    """Small jumps among reliable nodes; None where there are none.
+    """Return the small jumps among reliable nodes; None where there are none.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ class Conditions:
         return np.interp(level, np.arange(len(widest)), widest)
 
     def zone_reach(self, window: float) -> int:
-        """Pixels from a jump within which depth may be due to it."""
+        """Return the distance (pixels) from a jump within which depth may be due to it."""
         return int(2 * self.radii.max() + 3 * window)
 
 
@@ -106,7 +106,7 @@ def locate(
     given: Conditions,
     images: Sequence[Image],
 ) -> Located | None:
-    """Outlines between the surfaces that are continued from reliable nodes (h x w); None where there are none.
+    """Return outlines between the surfaces that are continued from reliable nodes (h x w); None where there are none.
 
     No outline runs through pixels that are settled (H x W): windows give their depth.
     """
@@ -186,7 +186,7 @@ def _distance(
 
 
 def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pixels to the near and to the far side of an outline that residuals reach; blur radii are n x H x W.
+    """Return the reach (pixels) of residuals on the near and far side of an outline; blur radii are n x H x W.
 
     A view meets the outline within the near surface's blur; the filter that compares it widens that by the other
     view's blur, at the depth that it is compared at.

@@ -142,7 +142,7 @@ class Outlines:
 def find_outlines(
     equalised: Equalised, refined: Refined, part: Part, radii: FloatArray, model_error: float
 ) -> Outlines | None:
-    """Outlines of a part of the frame, and depth near them, from narrower windows; None where there are none.
+    """Return outlines of a part of the frame, and depth near them, from narrower windows; None where there are none.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def find_outlines(
 def _outlines_of_tile(
     equalised: Equalised, refined: Refined, images: Sequence[Image], given: Conditions, wider: float
 ) -> Outlines | None:
-    """Outlines among the depths of narrow windows, and depth on either side of them; None where there are none.
+    """Return outlines among the depths of narrow windows, and depth on either side of them; None where there are none.
 
     `images` are the views themselves, H x W each. `wider` are the windows, in pixels, in which depth is estimated away
     from outlines: as far as these reach over an outline, depth from narrow ones replaces it, too.
@@ -223,7 +223,7 @@ def _outlines_of_tile(
 def _may_jump(
     equalised: Equalised, nodes: Nodes, is_consistent: NDArray[np.bool_], given: Conditions
 ) -> NDArray[np.bool_]:
-    """Nodes (h x w) at or near which depth may jump: where it does, or where the views contradict each other.
+    """Return nodes (h x w) at or near which depth may jump: where it does, or where the views contradict each other.
 
     `is_consistent` (H x W): pixels whose views agree.
     """
@@ -244,7 +244,7 @@ def _jump_sd(nodes: Nodes, given: Conditions) -> FloatArray:
 
 
 def _overlap(equalised: Equalised) -> int:
-    """Pixels beyond a tile's core from which depth in it is worked out."""
+    """Return the overlap in pixels that the depth in a tile's core requires."""
     return equalised.step * surfaces.PLANE_SPAN + round(GROWN_WINDOWS * equalised.window)
 
 
@@ -396,5 +396,5 @@ def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
 
 
 def _share(pixels: NDArray[np.bool_], step: int) -> FloatArray:
-    """Share of each node's block that is true in `pixels` (H x W): h x w."""
+    """Return the share of each node's block that is true in `pixels` (H x W): h x w."""
     return block_sum(pixels.astype(np.float32), step) / block_sum(np.ones(pixels.shape, np.float32), step)

@@ -139,7 +139,7 @@ def likelihood_of_transfers(
 
 
 def _marginal(met: FloatArray, size: FloatArray, power: FloatArray, counts: FloatArray) -> FloatArray:
-    """Log likelihood, sources of texture of this `power` (F) integrated out: L values.
+    """Return the log likelihood, sources of texture of this `power` (F) integrated out: L values.
 
     With U the sources' amplitudes over the noise, the views' covariance is 1 + U U'; by Woodbury's identity the
     likelihood's logarithm is half the sum of tr(M^-1 U' S U) - log det M, M = 1 + U' U, S the views' own spectra.

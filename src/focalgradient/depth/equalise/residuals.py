@@ -85,15 +85,15 @@ class Residuals:
         return cls(images, coefficients, noise, noise_slope, frequencies.to_radial(gains), radial, change, derivative)
 
     def measure_at(self, frequencies: Frequencies) -> FloatArray:
-        """Share of all frequencies at each of `frequencies`."""
+        """Return the share of all frequencies at each of `frequencies`."""
         return self.measure if frequencies.down is None else frequencies.measure
 
     def energy(self, weight: Image, step: int) -> Image:
-        """Squared residuals at every level, summed over blocks of `step` pixels with `weight` (H x W): L x h x w."""
+        """Return squared residuals at every level, summed over blocks of `step` pixels with `weight`: L x h x w."""
         return self._summed(self.images, weight, step)
 
     def energy_of_blocks(self, blocks: NDArray[np.bool_], weight: Image, step: int) -> Image:
-        """As `energy`, for the n blocks that are true in `blocks` (h x w) only: L x n."""
+        """Return `energy` only for the n blocks that are true in `blocks` (h x w): L x n."""
         if not blocks.any():
             return np.empty((len(self.noise), 0), np.float32)
         height, width = weight.shape
@@ -107,7 +107,7 @@ class Residuals:
         return self._summed(in_a_row(self.images[:, *at]), in_a_row(weight[at] * within), step)[:, 0]
 
     def _summed(self, images: Image, weight: Image, step: int) -> Image:
-        """Squared residuals made of `images` (r x H x W), summed over blocks."""
+        """Return the squared residuals made of `images` (r x H x W), summed over blocks."""
         if self.coefficients is None:
             return numerics.block_squares(images, weight, step).astype(np.float32)
         coefficients = self.coefficients.astype(np.float32)
@@ -135,7 +135,7 @@ class Residuals:
 
 
 def mixed_residuals(parts: Sequence[Residuals], shares: NDArray[np.floating]) -> Residuals:
-    """Residuals of blur that is at each pixel a mixture of those of the `parts`, by `shares` (C x H x W)."""
+    """Return the residuals of blur that is at each pixel a mixture of those of the `parts`, by `shares` (C x H x W)."""
     weights = shares.astype(np.float32)
     mean = weights.mean(axis=(1, 2)).astype(float)
     known = [part.coefficients for part in parts if part.coefficients is not None]

@@ -64,11 +64,11 @@ class Part:
         return replace(self, views=tile.of(self.views), inward=self.inward[tile.outer])
 
     def rim(self, equalised: Equalised) -> int:
-        """Pixels from the border within which nothing is used."""
+        """Return the width in pixels of the border in which nothing is used."""
         return min(round(equalised.window), min(self.views.shape) // 8)
 
     def usable(self, equalised: Equalised) -> NDArray[np.bool_]:
-        """Pixels that may be used at first (H x W)."""
+        """Return the pixels that may be used at first (H x W)."""
         return self.views.usable & (self.inward >= self.rim(equalised))
 
 
@@ -162,7 +162,7 @@ def refine(
 
 
 def model_error(equalised: Equalised, part: Part, refined: Refined) -> SplitBand:
-    """Error of the blur model, by the split-band test of a part of the frame.
+    """Return the error of the blur model, by the split-band test of a part of the frame.
 
     The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are left
     out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.

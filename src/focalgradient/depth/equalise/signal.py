@@ -122,13 +122,13 @@ class Signal:
         return cls(one_waveband, is_informative, is_textured, explained, blank, is_explained and blank is None)
 
     def misfit(self, nodes: Nodes) -> float:
-        """Median misfit where there is texture, if anywhere."""
+        """Return the median misfit where there is texture, if anywhere."""
         return float(np.median(nodes.misfit[self.is_textured] if self.is_textured.any() else nodes.misfit))
 
     def rejection(
         self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: NDArray[np.bool_]
     ) -> dict[str, Any]:
-        """Why next to nothing is valid (H x W), though the views show texture; empty where that is not so."""
+        """Return why almost no pixel is valid (H x W) although the views show texture; else an empty dictionary."""
         any_texture = bool(self.is_textured.any())
         if is_valid.mean() >= NEARLY_NOTHING or not (any_texture or self.blank is not None):
             return {}
@@ -138,7 +138,7 @@ class Signal:
 
 
 def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
-    """Grid points whose depth is based on signal, and not on noise or on contradictions of the model.
+    """Return the grid points whose depth is based on signal, and not on noise or on contradictions of the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
     its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
@@ -150,7 +150,7 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
 
 
 def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
-    """Grid points with more texture than noise, which may still be non-uniform noise: weak evidence of depth."""
+    """Return grid points with more texture than noise, which may still be non-uniform noise: weak evidence of depth."""
     textured = nodes.texture >= np.maximum(1, nodes.misfit)
     if one_waveband:
         textured &= ~_contradicts(nodes)
@@ -159,7 +159,7 @@ def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool
 
 
 def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
-    """Nodes that no candidate explains: the fit leaves the range, or the cost's minimum is not a depth."""
+    """Return the nodes that no candidate explains: the fit leaves the range, or the cost's minimum is not a depth."""
     return ~nodes.inside | ~nodes.curved_by_depth
 
 
@@ -275,10 +275,10 @@ def _unevenness(nodes: Nodes) -> float:
 
 
 def _clear_of_noise(nodes: Nodes) -> NDArray[np.bool_]:
-    """Grid points whose texture exceeds the noise and its non-uniformity."""
+    """Return the grid points whose texture exceeds the noise and its non-uniformity."""
     return np.asarray(nodes.texture >= _unevenness(nodes) * np.maximum(1, nodes.misfit))
 
 
 def _contradicts(nodes: Nodes) -> NDArray[np.bool_]:
-    """Grid points whose texture does not exceed the residual of the model error."""
+    """Return the grid points whose texture does not exceed the residual of the model error."""
     return np.asarray((nodes.texture < OVER_ERROR * (nodes.misfit - BY_CHANCE)) | (nodes.misfit >= MISFIT))

@@ -150,7 +150,7 @@ def split_band_test(
 
 
 def _spectra(at_pixels: Sequence[tuple[Image, Image]]) -> list[NDArray[np.complex64]]:
-    """Spectra of the residuals, with their derivatives as imaginary parts: real filters keep the two apart."""
+    """Return spectra of the residuals, with their derivatives as imaginary parts: real filters keep the two apart."""
     rows, columns, around = _surround(at_pixels[0][0].shape)
     spectra = []
     for value, derivative in at_pixels:
@@ -204,13 +204,13 @@ def _halves(
 
 
 def _low_pass(squared: NDArray[Any], cut: float) -> NDArray[Any]:
-    """Amplitude of the coarse half at frequencies given by their squares: 1/2 at the cut, falling fast."""
+    """Return the amplitude of the coarse half at frequencies given by their squares: 1/2 at the cut, falling fast."""
     steep = np.minimum(squared / squared.dtype.type(cut**2), 64.0) ** 4
     return np.asarray(np.exp(-squared.dtype.type(np.log(2)) * steep))
 
 
 def _along(angle: NDArray[np.float64]) -> Image:
-    """Amplitude of the half along a direction, at frequencies of this `angle` (rad) to it: 1/2 at 45 degrees."""
+    """Return amplitude of the half along a direction, at frequencies of this `angle` (rad) to it: 1/2 at 45 degrees."""
     return ((1 + np.clip(PARTING * np.cos(2 * angle), -1, 1)) / 2).astype(np.float32)
 
 

@@ -77,7 +77,7 @@ class Zone:
 
 
 def planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> FloatArray:
-    """Planes through reliable nodes (h x w) and those about them on one surface.
+    """Return the planes through reliable nodes (h x w) and those about them on one surface.
 
     Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. A plane is
     fitted in ever wider windows while it fits. Returns 4 x h x w, 0 where a node is not reliable: value,

@@ -68,7 +68,7 @@ class Tile:
         return views.part(*self.outer)
 
     def inward(self, shape: tuple[int, int]) -> FloatArray:
-        """Pixels from each of the tile's pixels to the border of the whole frame of `shape`."""
+        """Return the distance of each of the tile's pixels from the border of the whole frame of `shape`."""
         rows, columns = (
             np.minimum(np.arange(n), np.arange(n)[::-1])[part] for n, part in zip(shape, self.outer, strict=True)
         )
@@ -76,7 +76,7 @@ class Tile:
 
 
 def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
-    """Tiles that cover a frame of `shape`; all begin on whole blocks of `step` pixels. A small frame is one tile.
+    """Yield tiles that cover a frame of `shape`, aligned to blocks of `step` pixels; a small frame is one tile.
 
     The more filtered `images` a tile has to hold, the smaller it is.
 
@@ -101,7 +101,7 @@ def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
 
 
 def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reach: int, overlap: int) -> list[Tile]:
-    """Tiles of a frame of `shape` whose cores hold what lies within `reach` pixels of `some` of its nodes (h x w).
+    """Return tiles of a frame of `shape` whose cores cover `reach` pixels about `some` of its nodes (h x w).
 
     Where they would hold much of the frame, the whole frame is one tile.
 
@@ -134,7 +134,7 @@ def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reac
 
 
 def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step: int) -> Nodes:
-    """Nodes of a whole frame of `shape` from those of its tiles."""
+    """Return the nodes of a whole frame of `shape` from those of its tiles."""
     size = tuple(-(-n // step) for n in shape)
     first = parts[0][1]
     whole = {name: np.empty(size, getattr(first, name).dtype) for name in Nodes.__slots__}

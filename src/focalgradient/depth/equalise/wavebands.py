@@ -99,7 +99,7 @@ class BandGains:
         return bool(np.all(self.gain_sd * LEAST_KNOWN < 1))
 
     def stated(self, wavebands: Sequence[str]) -> dict[str, Any]:
-        """What a map's details state: each waveband's contrast and correlation with the first's, that one left out."""
+        """Return details for a map: each other waveband's contrast relative to, and correlation with, the first."""
         names = list(dict.fromkeys(wavebands))
         gain = {name: float(self.shared.gain[wavebands.index(name)]) for name in names[1:]}
         parts = zip(names[1:], self.shared.independent[1:], self.gain_sd[1:], strict=True)

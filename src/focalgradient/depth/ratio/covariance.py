@@ -124,7 +124,7 @@ def energy_covariance(table: DisparityTable, window: float) -> EnergyCovariance:
 
 
 def _moments(table: DisparityTable, window: float) -> tuple[FloatArray, ...]:
-    """Covariance of energies, for texture of the table's contrast, and means.
+    """Return the covariance of energies, for texture of the table's contrast, and means.
 
     Returns
     -------

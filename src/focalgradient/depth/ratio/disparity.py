@@ -75,7 +75,7 @@ def focal_disparity(
     least: float = LEAST_DETAIL,
     usable: NDArray[np.bool_] | None = None,
 ) -> tuple[Plane, NDArray[np.bool_]]:
-    """Focal disparity of two views that differ in aperture alone, on a grid of 4 x 4 pixels (Fig. 5c).
+    """Return the focal disparity of two views that differ in aperture alone, on a grid of 4 x 4 pixels (Fig. 5c).
 
     Parameters
     ----------
@@ -263,7 +263,7 @@ def _squares(usable: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
 
 
 def _gathered(planes: Plane, sd: float, grid: int, weight: Plane | None) -> Plane:
-    """Gaussian means of `planes` (n x h x w), of `sd` pixels, with `weight` (h x w); 0 far from all weight."""
+    """Return Gaussian means of `planes` (n x h x w), of `sd` pixels, with `weight` (h x w); 0 far from all weight."""
     steps = math.sqrt(sd**2 - grid**2 / 12) / grid
     if weight is None:
         return energies.smoothed(planes, steps)

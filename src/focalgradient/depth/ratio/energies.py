@@ -28,7 +28,7 @@ _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contrac
 
 
 def binned(images: Sequence[Picture] | Plane, levels: Plane | None) -> list[Plane]:
-    """Means over 2 x 2 pixels of `images` (H x W each), as floor(H/2) x floor(W/2) of linear radiance."""
+    """Return the means over 2 x 2 pixels of `images` (H x W each), as floor(H/2) x floor(W/2) of linear radiance."""
     halves = [np.empty((image.shape[0] // 2, image.shape[1] // 2), np.float32) for image in images]
 
     def work(first: int, last: int) -> None:
@@ -200,7 +200,7 @@ def _four_rows(r0, r1, r2, r3, r4, r5, square, light):  # type: ignore[no-untype
 
 
 def smoothed(planes: Plane, sd: float) -> Plane:
-    """Gaussian means, of `sd` grid steps, of planes (n x h x w); the frame is mirrored around."""
+    """Return the Gaussian means, of `sd` grid steps, of planes (n x h x w); the frame is mirrored around."""
     reach = int(np.ceil(3.5 * sd))
     fall = np.exp(-(np.arange(reach + 1) ** 2) / (2 * sd**2))
     fall = (fall / (2 * fall.sum() - 1)).astype(np.float32)
@@ -250,7 +250,7 @@ def _mirror(index, count):  # type: ignore[no-untyped-def]
 def compared(
     energy: Plane, brightness: Plane, noise: Plane, span: float, least: float
 ) -> tuple[Plane, NDArray[np.bool_]]:
-    """Focal disparity, and where it is valid, from two views' energy and brightness (2 x h x w each).
+    """Return the focal disparity, and where it is valid, from two views' energy and brightness (2 x h x w each).
 
     `noise` is the energy that noise has at a brightness of 0 .. `span` in equal steps, 2 x levels.
     """

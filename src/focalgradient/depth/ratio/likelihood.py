@@ -134,7 +134,7 @@ def _read_rows(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _misfit(seen, apart, expected, weights, at, share, level):  # type: ignore[no-untyped-def]
-    """Squared distance of the logarithms `seen` from those expected at a level, by the covariance there."""
+    """Return the squared distance of the logarithms `seen` from those expected at a level, by the covariance there."""
     near, far, weight = expected[at, level], expected[at + 1, level], weights[at, level]
     for i in range(CHANNELS):
         apart[i] = seen[i] - near[i] - share * (far[i] - near[i])

@@ -124,7 +124,7 @@ class DisparityTable:
         return cls(tuple(bands), large.focus_vergence, defocus, curves, pixels, shape)
 
     def disparity(self, vergence: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
-        """Expected focal disparity at `vergence` (D, any shape) in one of the table's bands; 1 in focus."""
+        """Return the expected focal disparity at `vergence` (D, any shape) in one of the table's bands; 1 in focus."""
         size = np.abs(self.focus - np.asarray(vergence, dtype=float))
         return np.exp(np.interp(size, self.defocus, self.curves[self.bands.index(band)]))
 

@@ -80,7 +80,7 @@ class Patches:
 
     @classmethod
     def of(cls, window: float) -> Patches:
-        """Patches about as far apart as the window is wide."""
+        """Return the patches about as far apart as the window is wide."""
         return cls(window, _spacing(window), 8 * int(np.ceil(window)))
 
     @cached_property
@@ -114,7 +114,7 @@ class Patches:
         return self._rings.sum(axis=0, dtype=float)
 
     def amplitudes(self, image: Image) -> FloatArray:
-        """Ring sums of |F| for every patch of `image` (H x W): h x w x R. Beyond the frame is dark."""
+        """Return the ring sums of |F| for every patch of `image` (H x W): h x w x R. Beyond the frame is dark."""
         rows, columns = (-(-n // self.step) for n in image.shape)
         # Of patches at the blocks' middles, as many pixels lie before the first block as behind it.
         margin = (self.side - self.step) // 2
@@ -149,7 +149,7 @@ class Bands:
 
     @classmethod
     def of(cls, window: float) -> Bands:
-        """Bands for a window, with nodes about as far apart as it is wide."""
+        """Return the bands for a window, with nodes about as far apart as it is wide."""
         return cls(window, _spacing(window))
 
     @cached_property
@@ -193,7 +193,7 @@ class Bands:
         return np.diag(terms[:count]) + np.diag(terms[count:], 1) + np.diag(terms[count:], -1)
 
     def gather(self, blocks: NDArray[np.floating]) -> Image:
-        """Sums over blocks (r x h x w) gathered at each node, with weights that sum to 1 in sum over pixels."""
+        """Return sums over blocks (r x h x w) gathered at each node, with weights that sum to 1 in sum over pixels."""
         # A block is itself as wide as (step^2 - 1) / 12.
         wide = np.sqrt(self.window**2 - (self.step**2 - 1) / 12) / self.step
         total = np.exp(-(np.arange(-int(np.ceil(4 * wide)), int(np.ceil(4 * wide)) + 1) ** 2) / (2 * wide**2)).sum()
@@ -447,5 +447,5 @@ def _sampled(usable: NDArray[np.bool_], skip: int) -> Image:
 
 
 def _spacing(window: float) -> int:
-    """Pixels from node to node."""
+    """Return the spacing of nodes in pixels."""
     return 2 ** max(0, round(np.log2(window)))

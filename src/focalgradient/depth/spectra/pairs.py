@@ -86,7 +86,7 @@ class JointEstimate:
         return max(pair.views[1] for pair in self.pairs) - 2
 
     def agrees(self, false_alarm: float) -> NDArray[np.bool_]:
-        """Where the pairs agree; where they do, rejected with the probability `false_alarm`."""
+        """Return where the pairs agree, with the false-alarm rate `false_alarm`."""
         limit = stats.chi2.isf(false_alarm, self.freedom) if self.freedom else np.inf
         return self.whole & (self.statistic <= limit)
 
@@ -96,14 +96,14 @@ class JointEstimate:
         return self.support >= PATCH_SUPPORT
 
     def to_pixels(self, values: NDArray[np.floating], unit: float, shape: tuple[int, int]) -> NDArray[np.float32]:
-        """Values at nodes, in dioptres, carried to the pixels between them; `unit` is what counts as close."""
+        """Interpolate values at nodes, in dioptres, to the pixels between them; `unit` is the scale of similarity."""
         carried = numerics.interpolate_nodes(
             np.asarray(values, float) / unit, self.vergence_sd / unit, self.step, shape
         )
         return (carried * unit).astype(np.float32)
 
     def to_blocks(self, values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
-        """Values at nodes given to all pixels of their blocks."""
+        """Repeat values at nodes over all pixels of their blocks."""
         return numerics.repeat_blocks(values, self.step, shape)
 
 
@@ -213,7 +213,7 @@ class Differences:
     def _model_error(
         self, place: FloatArray, vergence: FloatArray, steep: Floats, support: FloatArray
     ) -> tuple[float, FloatArray]:
-        """Error of the blur model as a share of the blur, and the standard deviation that it gives vergence.
+        """Return the error of the blur model as a share of the blur, and the standard deviation that it gives vergence.
 
         Depth from coarse detail and depth from fine detail must agree where the model is right.
         """
