@@ -21,7 +21,7 @@ from focalgradient.files import flush, read_bytes
 __all__ = ["Link", "Links", "forget_links", "links_beside", "number_of", "read_links"]
 
 START = b'{"participant": '
-"""Start of each line."""
+"""Start of each line of a file of links."""
 
 BEGINNING = START + b'"'
 """Start of a line that names a participant."""

@@ -29,7 +29,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """Depth as one method estimates it.
+    """Depth estimated by one method.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ RADIAL = 512
 hand: one period of the transfer of 64 pixels of blur spans 11 of them."""
 
 RADII: FloatArray = np.linspace(0, np.sqrt(0.5), RADIAL)
-"""These frequencies, in cycles per pixel: the corner of the plane of frequencies lies at 1/sqrt(2)."""
+"""Radial frequencies of the samples, in cycles per pixel: the corner of the plane of frequencies lies at 1/sqrt(2)."""
 
 FINEST = 0.47
 """Maximum frequency in cycles per pixel of compared images: higher ones are aliased (0.5 is the limit) and lost in

@@ -65,7 +65,7 @@ RISES = 1.25
 brightness. Chosen by hand."""
 
 RISES_BY_CONTRAST, LOSS_RATIO = 2.0, 0.9
-"""That ratio for contrast; and maximum ratio of the regression's loss with contrast to that without: on uncompressed
+"""`RISES` for contrast; and maximum ratio of the regression's loss with contrast to that without: on uncompressed
 walls, slants and steps noise does not increase with contrast."""
 
 CONTRASTS = (0.03, 3000.0)

@@ -30,15 +30,15 @@ LEVEL_STEP = 0.125
 """Spacing of the candidate levels, in pixels of blur radius in the widest view. Chosen by hand."""
 
 OWN_STEP = 0.32
-"""That spacing for optics with a transfer function of their own, which is smoother than that of a disc (polychromatic,
+"""`LEVEL_STEP` for optics with their own transfer function, which is smoother than that of a disc (polychromatic,
 diffracted). Chosen by hand."""
 
 PLANE_STEP = 0.2
-"""That spacing for blur without circular symmetry, whose phase distinguishes levels with equal contrast. Chosen by
+"""`LEVEL_STEP` for blur without circular symmetry, whose phase distinguishes levels with equal contrast. Chosen by
 hand."""
 
 BANDS_STEP = 0.25
-"""That spacing for views in different wavebands, one of which may be sharp where another is strongly blurred: with 0.32
+"""`LEVEL_STEP` for views in different wavebands, one of which may be sharp where another is strongly blurred: with 0.32
 the fitted gains are 1 to 2 % too low, and such walls are estimated nearer by a third of a standard deviation
 (`benchmarks/coverage_of_walls.py`: 3 mm, 1.5 D, 1000 cd/m^2); 0.2 gives the same in twice the time."""
 

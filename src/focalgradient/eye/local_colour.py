@@ -50,11 +50,11 @@ LEAST_POWER = 1e-4
 """Power of a transfer below which no covariance is divided by it."""
 
 LEAST_CONTRAST = 0.01
-"""Contrast of a band over that of L and M cones that is assumed at least: S cones see next to nothing of red."""
+"""Minimum contrast of a band, relative to that of L and M cones: S cones hardly respond to red."""
 
 GAIN_SD, WIDER = 0.15, 1.7
-"""How much the contrast of S cones over that of L and M cones differs between coarse and fine detail (SD of the
-logarithm): photographs' up to 0.2. And times the standard error of a slope by which it is off, as wavebands' gains are
+"""SD of the log ratio of S-cone contrast to L- and M-cone contrast between coarse and fine detail (up to 0.2 in
+photographs); and factor by which the error of a slope exceeds its standard error, as of wavebands' gains
 (`focalgradient.depth.equalise.wavebands`). Our choice."""
 
 ROUNDS = 3

@@ -24,7 +24,7 @@ FIXATIONS = 20
 """Number of simulated fixations per answer, which determine its median and spread."""
 
 SEED = 1987
-"""Random seed of the errors within these fixations, common to all pictures so that equal pictures look equally deep."""
+"""Random seed of the errors within fixations, common to all pictures so that equal pictures look equally deep."""
 
 GUESSES = math.log(4) / math.sqrt(3)
 """SD of the log of a rating without looking, log-uniform from 1/4 to 4."""

@@ -36,7 +36,7 @@ NEIGHBOURHOOD_PX = 6
 """Radius in pixels, beyond the nearest visible pixel, of the neighbourhood whose radiance is averaged."""
 
 MAX_SAMPLES = 12
-"""Maximum number of samples from the centre to the rim of that neighbourhood; wider ones are subsampled."""
+"""Maximum number of samples from the centre to the rim of the neighbourhood; wider ones are subsampled."""
 
 BLOCKS_PER_THREAD = 8
 """Blocks of rows per thread, to balance the load of unevenly distributed occlusion boundaries."""

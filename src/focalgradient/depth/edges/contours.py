@@ -33,7 +33,7 @@ SHARP_TURN = 0.6
 """Angle in radians (34 degrees) between consecutive stretches of a contour above which it is cut. Chosen by hand."""
 
 STRETCH = 1.5
-"""Length of such a stretch, in standard deviations of the blur. Chosen by hand."""
+"""Length of a stretch between two turns, in standard deviations of the blur. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,7 +36,7 @@ PLACES_PER_LEVEL = 16
 
 @dataclass(frozen=True, slots=True)
 class EvenCoordinate:
-    """The coordinate, in levels where blur is large, at places between the candidate levels."""
+    """Coordinate of depth, tabulated between the candidate levels; its unit is a level where blur is large."""
 
     place: FloatArray  # N: level
     value: FloatArray  # N

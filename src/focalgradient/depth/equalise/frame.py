@@ -45,8 +45,8 @@ to the other part: with it 94 to 99 % of depth on natural texture in JPEG of qua
 quality 75, with 73 %, would need 0.2 (`benchmarks/stored_photographs.py`)."""
 
 COMPRESSED = 0.3
-"""That amplitude for noise that increases with contrast: in five rooms in JPEG of quality 75, 92 % of depth lies within
-two sd with it, 79 % with 0.1; 89 % in ten held-out rooms (`benchmarks/rooms.py`)."""
+"""`COHERENT` for noise that increases with contrast: in five rooms in JPEG of quality 75, 92 % of depth lies within two
+sd with it, 79 % with 0.1; 89 % in ten held-out rooms (`benchmarks/rooms.py`)."""
 
 TENTH, BLUR_BESIDE = 0.1, 0.15
 """Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of

@@ -41,9 +41,9 @@ BETWEEN = 0.2
 the point to lie between them. Chosen on `MADE_WITH` and `CONTROLS`."""
 
 MOSTLY = 0.7
-"""Minimum proportion of that difference that must be due to the discontinuity and not to the plane's slope. With 0.5
-the spheres have the same depth, and 79 % of a photograph (`analysis/motorcycle.py`) is valid with a median error of .70
-%; with this 80 % and .68 %."""
+"""Minimum proportion of the depth difference that must be due to the discontinuity and not to the plane's slope. With
+0.5 the spheres have the same depth, and 79 % of a photograph (`analysis/motorcycle.py`) is valid with a median error of
+0.70 %; with 0.7, 80 % and 0.68 %."""
 
 SMALL_MIN_JUMP = 0.2
 """Minimum difference of blur radius, in pixels of the widest view, at a small discontinuity. Chosen on `MADE_WITH` and
@@ -64,9 +64,9 @@ mistaken for them. With 4 pixels 81.5 % of a photograph (`analysis/motorcycle.py
 by more than 10 %."""
 
 IN_FOCUS = 1.0
-"""Blur radius in pixels below which they are searched nevertheless: a surface in focus contains little information on
-depth, and windows next to a blurred surface take the depth of that surface. Near boundaries of spheres before a wall in
-focus, 14 and 9 % of valid depth is in error by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8
+"""Blur radius in pixels below which small discontinuities are searched, too: a surface in focus contains little
+information on depth, and windows next to a blurred surface take the depth of that surface. Near boundaries of spheres
+before a wall in focus, 14 and 9 % of valid depth is in error by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8
 %, 10 and 5 % for held-out seeds (13 and 14)."""
 
 RISE_REACH, RISE_SD = 1.5, 0.5

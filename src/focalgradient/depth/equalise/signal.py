@@ -39,7 +39,7 @@ counted instead of power, because in nearly noiseless views the strongest contra
 at occlusion boundaries."""
 
 EXPLAINED_COLOURED = 0.75
-"""That proportion for textures in several colours, whose wavebands differ: 0.57 and 0.60 for a photograph and random
+"""`EXPLAINED` for textures in several colours, whose wavebands differ: 0.57 and 0.60 for a photograph and random
 colours on walls whose depth is in error by a dioptre, or by 1.5 sd; mostly above 0.85 for correct ones
 (`benchmarks/coloured_walls.py`)."""
 

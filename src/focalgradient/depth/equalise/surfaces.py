@@ -35,7 +35,7 @@ LEAST_SD = 0.2
 hand."""
 
 CURVATURE_LEAST_SD = 0.7
-"""That standard deviation in the measurement of curvature. Chosen on `MADE_WITH`."""
+"""`LEAST_SD` in the measurement of curvature. Chosen on `MADE_WITH`."""
 
 JUMP_SDS = 6.0
 """Minimum depth difference at a discontinuity, in standard deviations: about 300 000 places and directions are tested

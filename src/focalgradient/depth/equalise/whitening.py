@@ -86,7 +86,7 @@ def estimate_noise(problem: Problem, blurs: Blurs) -> FrameNoise:
 
 @dataclass(slots=True, eq=False)
 class Whitening:
-    """How the tiles of a frame are whitened."""
+    """Whitening of the tiles of a frame."""
 
     problem: Problem
     blurs: Blurs

@@ -36,7 +36,7 @@ BUMPS_SD = 1.0
 """Standard deviation of the logarithm of the texture's power about a power law. Chosen by hand."""
 
 BUMPS_WIDTH = 0.7
-"""Correlation length of these deviations in log frequency: one octave."""
+"""Correlation length of the deviations of `BUMPS_SD` in log frequency: one octave."""
 
 NOISE_ERROR = 0.3
 """Relative error of the noise variance. Chosen by hand."""

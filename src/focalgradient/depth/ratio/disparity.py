@@ -48,7 +48,7 @@ INEXPLICABLE = 33.0
 them: probability 1e-5 by chance."""
 
 USUAL = 0.5
-"""Median of that squared distance over a frame, relative to that of chi-square: 0.27 to 0.48 for 1/f textures with
+"""Usual median of the squared distance over a frame, relative to that of chi-square: 0.27 to 0.48 for 1/f textures with
 correct optics, up to 1.1 for one twice as coarse, 5 for a photographed sheet. The excess is attributed to the model."""
 
 KNOWN = 0.2
