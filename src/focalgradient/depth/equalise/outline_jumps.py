@@ -66,8 +66,8 @@ by more than 10 %."""
 IN_FOCUS = 1.0
 """Blur radius in pixels below which small discontinuities are searched, too: a surface in focus contains little
 information on depth, and windows next to a blurred surface take the depth of that surface. Near boundaries of spheres
-before a wall in focus, 14 and 9 % of valid depth is in error by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8
-%, 10 and 5 % for held-out seeds (13 and 14)."""
+before a wall in focus, 14 and 9 % of valid depth is in error by more than 10 % without this, 9 and 6 % with it (seeds 6
+and 8); 15 and 8 %, 10 and 5 % for held-out seeds (13 and 14)."""
 
 RISE_REACH, RISE_SD = 1.5, 0.5
 """Distance from an untreated discontinuity within which depth may be affected by it, relative to the reach of window
