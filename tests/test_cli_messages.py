@@ -53,6 +53,36 @@ WRONG = {
     "no option, nor the file": ("blur b.png c.npy", r"b\.png does not exist \(missing option '--out'\): see"),
 }
 
+LENS = "--focal-length 25 --focus 0.8 --field 6 --out out"
+WRONG |= {
+    "f/ in a number": (f"blur a.png d.npy --f-number f/5.6 {LENS}", r"'f/5\.6' is not a number \(write 5\.6\): see"),
+    "unit in a number": (
+        f"blur a.png d.npy --f-number 5.6mm {LENS}",
+        r"is not a number \(write it without its unit\): see",
+    ),
+    "folder of depth": (
+        f"blur a.png data --f-number 4 {LENS}",
+        r"data is a folder but PICTURE a\.png is one picture: give",
+    ),
+    "eyes in metres": (
+        "stereo a.png d.npy --pupil 4 --focus 0.8 --field 6 --interocular 0.063 --out out",
+        r"--interocular is 0\.063, but must be a number of millimetres from 1 to 1000: check its unit\.",
+    ),
+    "no refraction": ("eye --through-focus --refraction minus --out out", r"--refraction is 'minus', but must be"),
+    "incomplete optics": (
+        "stream a.avi --out d.mp4 --focal-length 25 --pixel-pitch 8",
+        r"--f-number and --focus-distance are missing, but --focal-length and --pixel-pitch are given: give all",
+    ),
+    "table of pictures": (
+        "stimuli import data --table t.csv --out out",
+        r"t\.csv has no column 'file' \(its columns are subject, rating\), but must have file, scene, aperture",
+    ),
+    "folder without a stimulus": (
+        "stimuli set data --out out",
+        r"stimulus\.json cannot be read .*: give the path of the rec",
+    ),
+}
+
 
 @pytest.mark.parametrize(("call", "said"), WRONG.values(), ids=WRONG)
 def test_a_wrong_call_is_told_what_is_right(tmp_path, monkeypatch, call, said):
@@ -62,6 +92,7 @@ def test_a_wrong_call_is_told_what_is_right(tmp_path, monkeypatch, call, said):
     (tmp_path / "a.avi").write_bytes(b"RIFF")
     (tmp_path / "t.csv").write_text("subject,rating\n1,2\n")
     (tmp_path / "README.txt").write_text("Examples.\n\nnear.png, far.png   two photographs\nmore, words, here\n")
+    (tmp_path / "data").mkdir()
     (tmp_path / "words").write_text("nothing but\nwords\n")
     result = CliRunner().invoke(main, call.split())
     assert result.exit_code == 2, result.output

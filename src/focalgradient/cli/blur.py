@@ -52,6 +52,9 @@ __all__ = ["blur"]
 SETTINGS = "settings.json"
 """Settings of the frames in a folder: existing frames are kept only if they were made with the same settings."""
 
+PICTURES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".npy"})
+"""Extensions of pictures; any other file is opened as a video if DEPTH is a folder."""
+
 
 def _focus(context: click.Context, option: click.Parameter, given: tuple[float, ...]) -> tuple[float, ...]:
     """Raise `InputError` for an invalid distance, or two that would have the same file name."""
@@ -247,6 +250,11 @@ def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
     if not depth.is_dir():
         raise InputError("PICTURE is a folder but DEPTH is not: give a folder with the depth of each picture.")
     if not picture.is_dir():
+        if picture.suffix.lower() in PICTURES:
+            raise InputError(
+                f"{printable(depth)} is a folder but PICTURE {printable(picture)} is one picture: give the depth "
+                "file of that picture."
+            )
         files = sorted(path for path in depth.iterdir() if path.is_file())
         if not files:
             raise InputError(f"{printable(depth)} contains no depth files: give one for each frame of the video.")

@@ -31,6 +31,7 @@ __all__ = [
     "SCREEN",
     "SERVER",
     "STORE",
+    "UNITS",
     "added",
     "depth_file_options",
     "display_of",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.options import added, positive
+from focalgradient.cli.options import added, options_named, positive
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
@@ -114,14 +114,15 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
             raise InputError("--pupil and --luminance both give the pupil: give one of them.")
     if not is_person(options) and pupil_mm is not None:
         return Eye(1e-3 * pupil_mm, vergence)
-    eye = Eye.of_person(
-        "plano" if options["refraction"] is None else options["refraction"],
-        age=options["age"],
-        looking_at=vergence,
-        correction=CORRECTIONS[options["correction"] or "none"],
-        pupil_diameter=None if pupil_mm is None else 1e-3 * pupil_mm,
-        **({} if options["luminance"] is None else {"luminance": options["luminance"]}),
-    )
+    with options_named({"refraction is": "--refraction is"}):
+        eye = Eye.of_person(
+            "plano" if options["refraction"] is None else options["refraction"],
+            age=options["age"],
+            looking_at=vergence,
+            correction=CORRECTIONS[options["correction"] or "none"],
+            pupil_diameter=None if pupil_mm is None else 1e-3 * pupil_mm,
+            **({} if options["luminance"] is None else {"luminance": options["luminance"]}),
+        )
     if options["zones"] is not None:
         eye = replace(eye, lens=_lens(options["zones"]))
     if options["aberrations"] is not None:

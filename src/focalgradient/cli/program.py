@@ -222,10 +222,15 @@ def _usage(message: str) -> str:
     "No such command 'dpeth' (did you mean 'depth'?)"
     >>> _usage("Invalid value for '--size': '33x32' is not a valid integer range.")
     "Invalid value for '--size': '33x32' is not a whole number"
+    >>> _usage("Invalid value for '--f-number': 'f/5.6' is not a valid float.")
+    "Invalid value for '--f-number': 'f/5.6' is not a number (write 5.6)"
     """
     clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
     clause = clause.replace("did you mean one of: ", "did you mean one of ")
-    return re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+    clause = re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+    if found := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
+        return f"{clause} (write {found[2]})" if found[1] else f"{clause} (write it without its unit)"
+    return clause
 
 
 def _missing(error: click.MissingParameter) -> str:

@@ -12,6 +12,7 @@ import click
 
 from focalgradient.cli.options import (
     GIVEN,
+    UNITS,
     depth_file_options,
     gamma_of,
     picture_encoding_option,
@@ -74,7 +75,7 @@ NAMES = {"screens": ("left-screen", "right-screen")}
     default=63.0,
     show_default=True,
     metavar="MM",
-    callback=positive(" of millimetres"),
+    callback=positive(" of millimetres", least=1.0, most=1000.0, hint=UNITS),
     help="Distance between the eyes, in millimetres.",
 )
 @click.option(

@@ -444,7 +444,11 @@ def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> 
     given = [option for name, option in OPTICS.items() if optics[name]]
     if given and len(given) < len(OPTICS):
         missing = [option for option in OPTICS.values() if option not in given]
-        raise InputError(f"{', '.join(missing)} is missing, but {', '.join(given)} is given: give all optics, or none.")
+        verbs = ["is" if len(options) == 1 else "are" for options in (missing, given)]
+        raise InputError(
+            f"{' and '.join(missing)} {verbs[0]} missing, but {' and '.join(given)} {verbs[1]} given: give all optics, "
+            "or none."
+        )
     if given and len(optics["f_numbers"]) != 2:
         count = len(optics["f_numbers"])
         times = "once" if count == 1 else f"{count} times"

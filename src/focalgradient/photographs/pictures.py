@@ -177,7 +177,10 @@ def read_distances(
             metres = np.where(values > 0, values * (1e-3 if unit == "mm" else 1.0), np.nan)
     holes = np.isnan(metres)
     if holes.all():
-        raise InputError(f"{printable(path)} contains no valid distance: every value is zero, negative or not finite.")
+        raise InputError(
+            f"{printable(path)} contains no valid distance: every value is zero, negative or not finite; give "
+            "positive distances in front of the eye or camera."
+        )
     if (nearest := np.nanmin(metres)) < MIN_DISTANCE_M:
         raise InputError(
             f"{printable(path)} contains distances of {nearest:.2g} m, but they must be {MIN_DISTANCE_M:g} m or more: "

@@ -81,7 +81,7 @@ def read_stimulus(folder: str | Path) -> tuple[Stimulus, Display]:
         If there is no stimulus, or a file was changed since it was written.
     """
     folder = Path(folder)
-    path, what = folder / SUMMARY, "a drawn stimulus's record"
+    path, what = folder / SUMMARY, "the record of a drawn stimulus, in a folder that 'focalgradient stimuli' wrote"
     record = check_table(printable(path), parse_json(read_bytes(path, what), printable(path), what), StimulusRecord)
     for name in ARRAYS:
         if hashlib.sha256(read_bytes(folder / name, "a file of a stimulus")).hexdigest() != record.sha256.get(name):

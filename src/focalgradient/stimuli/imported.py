@@ -183,7 +183,11 @@ def _rows(table: Path) -> list[Row]:
     header = [cell.strip() for cell in lines[0]] if lines else []
     missing = [column for column in REQUIRED if column not in header]
     if missing:
-        raise InputError(f"{name} has no column {missing[0]!r}, but must have {', '.join(REQUIRED)}: add it.")
+        there = ", ".join(cell[:40] for cell in header[:12]) or "none"
+        raise InputError(
+            f"{name} has no column {missing[0]!r} (its columns are {there}), but must have {', '.join(REQUIRED)}: add "
+            "it."
+        )
     twice = [column for column in header if header.count(column) > 1]
     if twice:
         raise InputError(f"{name} row 1: the column {twice[0]!r} occurs twice: remove one.")
