@@ -68,6 +68,22 @@ WRONG |= {
         "stereo a.png d.npy --pupil 4 --focus 0.8 --field 6 --interocular 0.063 --out out",
         r"--interocular is 0\.063, but must be a number of millimetres from 1 to 1000: check its unit\.",
     ),
+    "misspelt choice": (
+        "depth a.png --method edge --out out",
+        r"'edge' is not one of .* \(did you mean edges\?\): see",
+    ),
+    "misspelt paper": (
+        "stimuli replica mather --out out",
+        r"paper is 'mather', but .*: did you mean mather(1996|2002)\?",
+    ),
+    "misspelt observer": (
+        "simulate necker --observers 2 --seed 1 --observer opposit --out out",
+        r"observer is 'opposit', but must be one of default, .*: did you mean opposite\?",
+    ),
+    "misspelt task of a design": (
+        "power necker --design design.toml --out out",
+        r"design\.toml: task is 'neker', but must be one of .*: did you mean necker\?",
+    ),
     "no refraction": ("eye --through-focus --refraction minus --out out", r"--refraction is 'minus', but must be"),
     "incomplete optics": (
         "stream a.avi --out d.mp4 --focal-length 25 --pixel-pitch 8",
@@ -93,6 +109,7 @@ def test_a_wrong_call_is_told_what_is_right(tmp_path, monkeypatch, call, said):
     (tmp_path / "t.csv").write_text("subject,rating\n1,2\n")
     (tmp_path / "README.txt").write_text("Examples.\n\nnear.png, far.png   two photographs\nmore, words, here\n")
     (tmp_path / "data").mkdir()
+    (tmp_path / "design.toml").write_text("task = 'neker'\n")
     (tmp_path / "words").write_text("nothing but\nwords\n")
     result = CliRunner().invoke(main, call.split())
     assert result.exit_code == 2, result.output

@@ -228,7 +228,7 @@ def check_one_of(name: str, value: Any, known: Iterable[str]) -> None:
     focalgradient.errors.InputError: task is 'pinhle', but must be one of necker, pinhole: did you mean pinhole?
     """
     names = list(known)
-    if value not in names:
+    if not (isinstance(value, str) and value in names):
         raise InputError(f"{name} is {described(value)}, but must be one of {', '.join(names)}{nearest(value, names)}")
 
 

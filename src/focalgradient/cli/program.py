@@ -20,7 +20,7 @@ from typing import Any, NoReturn, TypeVar
 import click
 import numpy as np
 
-from focalgradient.errors import FocalGradientWarning, InputError, one_line
+from focalgradient.errors import FocalGradientWarning, InputError, nearest, one_line
 from focalgradient.files import (
     existing,
     printable,
@@ -224,10 +224,15 @@ def _usage(message: str) -> str:
     "Invalid value for '--size': '33x32' is not a whole number"
     >>> _usage("Invalid value for '--f-number': 'f/5.6' is not a valid float.")
     "Invalid value for '--f-number': 'f/5.6' is not a number (write 5.6)"
+    >>> _usage("Invalid value for '--method': 'edge' is not one of 'equalise', 'edges'.")
+    "Invalid value for '--method': 'edge' is not one of 'equalise', 'edges' (did you mean edges?)"
     """
     clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
     clause = clause.replace("did you mean one of: ", "did you mean one of ")
     clause = re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+    if found := re.search(r"'([^']*)' is not one of ('.*')$", clause):
+        like = nearest(found[1], found[2].strip("'").split("', '"))
+        return clause if like == "." else f"{clause} ({like.removeprefix(': ')})"
     if found := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
         return f"{clause} (write {found[2]})" if found[1] else f"{clause} (write it without its unit)"
     return clause

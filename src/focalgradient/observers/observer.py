@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import check_one_of
 
 if TYPE_CHECKING:
     from focalgradient.observers.questions import Question
@@ -216,6 +216,5 @@ def observer_named(name: str) -> Observer:
     >>> observer_named("blur-blind").prior
     0.0
     """
-    if name not in OBSERVERS:
-        raise InputError(f"observer is {name!r}, but must be one of {', '.join(OBSERVERS)}.")
+    check_one_of("observer", name, OBSERVERS)
     return OBSERVERS[name]

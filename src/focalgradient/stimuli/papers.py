@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from focalgradient.errors import InputError, described
+from focalgradient.errors import InputError, check_one_of, described
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.leaves import dead_leaves
 from focalgradient.stimuli.stimulus import Stimulus
@@ -164,8 +164,7 @@ def replica(paper: str, condition: str | None = None, **others: Any) -> Stimulus
     >>> one.name, one.controlled["near"], one.controlled["stated_in_paper"]
     ('texture_border', 'right', ['border'])
     """
-    if not isinstance(paper, str) or paper not in PAPERS:
-        raise InputError(f"paper is {described(paper)}, but must be one of {', '.join(PAPERS)}.")
+    check_one_of("paper", paper, PAPERS)
     known = PAPERS[paper]
     condition = next(iter(known.conditions)) if condition is None else condition
     if condition not in known.conditions:
