@@ -35,7 +35,13 @@ WRONG = {
     "two numbers": ("stimuli depth-rating --size 33x32", r"--size is 33x32, but must be one even .* --size 34\."),
     "odd": ("stimuli depth-rating --seed 1 --size 33 --out out", r"--size is 33, but must be even, .*: use 34\."),
     "odd cube": ("stimuli necker --size 33 --out out", r"--size is 33, but must be a positive even .*: give 34\."),
-    "text to report": ("report README.txt --out out", r"README\.txt is not a table: give a CSV, TSV or XLSX file, or"),
+    "picture to report": (
+        "report a.png",
+        r"a\.png is not a table of text: give a CSV, TSV or XLSX file, or the folder",
+    ),
+    "out of range": ("power necker --experiments 0", r"'--experiments': 0 is not between 1 and 1000000: see"),
+    "below the range": ("power necker --seed -1", r"'--seed': -1 is not 0 or more: see"),
+    "text to report": ("report README.txt", r"README\.txt is not a table: give a CSV, TSV or XLSX file, or"),
     "words to report": ("report words --out out", r"words is not a table: give a CSV, TSV or XLSX file, or the folder"),
     "no option": (
         "power necker",

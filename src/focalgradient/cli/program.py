@@ -230,6 +230,8 @@ def _usage(message: str) -> str:
     clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
     clause = clause.replace("did you mean one of: ", "did you mean one of ")
     clause = re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+    clause = re.sub(r"not in the range ([0-9.]+)<=x<=([0-9.]+)$", r"not between \1 and \2", clause)
+    clause = re.sub(r"not in the range x>=([0-9.]+)$", r"not \1 or more", clause)
     if found := re.search(r"'([^']*)' is not one of ('.*')$", clause):
         like = nearest(found[1], found[2].strip("'").split("', '"))
         return clause if like == "." else f"{clause} ({like.removeprefix(': ')})"

@@ -29,8 +29,20 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     return pairs
 
 
+def _tables(_: click.Context, __: click.Parameter, given: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Raise `InputError` for files that are neither tables nor designs, as an argument's callback."""
+    from focalgradient.statistics.own_tables import TABLES, read_table
+
+    for path in given:
+        if path.suffix.lower() not in (*TABLES, ".toml") and path.is_file():
+            read_table(path)
+    return given
+
+
 @click.command(short_help="Analyse a data set and write its report.")
-@click.argument("folders", metavar="DATASET...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument(
+    "folders", metavar="DATASET...", nargs=-1, required=True, type=click.Path(path_type=Path), callback=_tables
+)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the report.")
 @click.option(
     "--bound",

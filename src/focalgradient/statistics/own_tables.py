@@ -21,6 +21,7 @@ from focalgradient.statistics.own_rows import without_headers, without_summaries
 __all__ = [
     "ABSENT",
     "PARTICIPANT",
+    "TABLES",
     "answered",
     "by_role",
     "catch_trials",
