@@ -3,42 +3,24 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
 import click
 
-from focalgradient.cli.options import display_of, display_options, options_named, positive, shared_options, shared_work
-from focalgradient.cli.program import json_option, resumable, show, warnings_given, writable
-from focalgradient.errors import InputError
+from focalgradient.cli.options import (
+    SIDE,
+    display_of,
+    display_options,
+    options_named,
+    positive,
+    shared_options,
+    shared_work,
+)
+from focalgradient.cli.program import KEPT, json_option, resumable, show, warnings_given, writable
 from focalgradient.files import printable
 
-__all__ = ["COUNT", "KEPT", "SIDE", "necker"]
-
-COUNT = click.IntRange(max=65_536)
-
-
-class _Side(click.IntRange):
-    """Width and height of square pictures in pixels, given as one number."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        try:
-            return super().convert(value, param, ctx)
-        except click.BadParameter as error:
-            digits = re.match(r"[0-9]{2,5}", str(value))
-            side = max(min(int(digits[0]) if digits else 512, 65_536), 16)
-            raise InputError(
-                f"--size is {value}, but must be one even number of pixels, for the width and the height: give --size "
-                f"{side + side % 2}."
-            ) from error
-
-
-SIDE = _Side(max=65_536)
-"""Number of scenes, pixels or rays; `make_depth_rating` and `make_necker` check its range."""
-
-KEPT = "finished files are valid, and the same command continues from them."
-"""Message after Ctrl-C."""
+__all__ = ["necker"]
 
 
 @click.command("necker", short_help="Draw the rotating Necker cube, with and without blur.")

@@ -33,6 +33,7 @@ from focalgradient.files import (
 from focalgradient.progress import Progress
 
 __all__ = [
+    "KEPT",
     "Program",
     "Terminated",
     "announce",
@@ -56,6 +57,9 @@ NOTHING_VALID = 1
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after Ctrl-C and after SIGTERM: 128 plus the signal's number, as in shells."""
+
+KEPT = "finished files are valid, and the same command continues from them."
+"""Message after Ctrl-C."""
 
 MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
 ANNOUNCED_S = 10.0

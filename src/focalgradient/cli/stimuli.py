@@ -13,9 +13,11 @@ import click
 from click.core import ParameterSource
 
 from focalgradient.cli.drawn import DRAWN
-from focalgradient.cli.necker import COUNT, KEPT, SIDE, necker
+from focalgradient.cli.necker import necker
 from focalgradient.cli.options import (
+    COUNT,
     DEPTH_FILE,
+    SIDE,
     depth_file_options,
     display_of,
     display_options,
@@ -26,7 +28,7 @@ from focalgradient.cli.options import (
     shared_options,
     shared_work,
 )
-from focalgradient.cli.program import announce, json_option, resumable, show, warnings_given, writable
+from focalgradient.cli.program import KEPT, announce, json_option, resumable, show, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 
