@@ -202,14 +202,15 @@ def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
         record(root, design, 1, guesses, label)
     made = make_report(root)
     told = json.loads(made.files["results.json"])["results"]
-    rises = {one["exclusions"]: one for one in told if one["what"].startswith("rise") and "nearest" in one["what"]}
+    rises = {one["exclusions"]: one for one in told if one["what"].startswith("depth") and "nearest" in one["what"]}
     kept, everyone = rises["with exclusions"], rises["without exclusions"]
     assert (kept["subjects"], everyone["subjects"]) == (5, 8)
     assert kept["value"] != everyone["value"]
     for text in (made.files["report.md"].decode(), made.files["report.html"].decode()):
-        assert "Without exclusions (8 subjects, 256 trials): rise at the largest aperture" in text
+        assert "Without exclusions (8 subjects, 256 trials): depth effect at the largest aperture" in text
         assert "Main results with and without exclusions" in text
-        assert "Exclusions decide: rise at the largest aperture (ratio to the pinhole), nearest in focus" in text
+        decisive = "depth effect at the largest aperture (ratio to the pinhole), nearest in focus"
+        assert f"Exclusions decide: {decisive}" in text
     assert made.files["depth_rating_exclusions_effect.csv"].count(b"without exclusions") == 3
 
 

@@ -220,7 +220,7 @@ def test_equal_answers_are_said_to_be_so(tmp_path):
     same = Model(effect=1.0, between=0, scenes=0, noise=0, lapses=0)
     result = analyse_ratings(record_ratings(tmp_path / "data", 3, same)).result
     told = " ".join(rating_findings(result))
-    assert told.count("the rise was not tested: All 3 subjects have the same value") == 2
+    assert told.count("the depth effect was not tested: All 3 subjects have the same value") == 2
     depth_rating_figure(result, simulated=True)
 
 

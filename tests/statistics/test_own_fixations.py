@@ -52,7 +52,7 @@ def test_each_fixation_is_as_alone_and_every_pair_is_compared(table: pd.DataFram
     assert min(test.p_holm for test in tests if isinstance(test, Effect)) == pytest.approx(6 * smallest)
     said = " ".join(rating_findings(found))
     assert "“gate” in focus" in said
-    assert "The rises of “gate” and “tree” differed" in said
+    assert "The depth effects of “gate” and “tree” differed" in said
     depth_rating_figure(found, simulated=False)
 
 

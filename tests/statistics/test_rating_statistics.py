@@ -374,8 +374,8 @@ def test_results_print_in_short_and_tell_their_tests() -> None:
     assert repr(result) == "<DepthRatingResult: 6 subjects, 192 ratings, scale 'ratio'>"
     lines = result.summary().splitlines()
     assert [line.partition(":")[0] for line in lines[1:]] == [
-        "log rise, nearest in focus",
-        "log rise, farthest in focus",
+        "log depth effect, nearest in focus",
+        "log depth effect, farthest in focus",
         "difference",
     ]
     assert all("p (Holm)" in line for line in lines[1:])
@@ -443,5 +443,5 @@ def test_answers_at_the_floor_always_have_a_test(rise: float) -> None:
     found = ordinal_rating(rows.assign(rating=np.where(rows["participant_id"] < 2, 1, 1 + (latent > 0))), [])
     (test,) = found.rises
     assert isinstance(test, Effect)
-    assert "own rises" in test.remarks[0]
+    assert "own depth effects" in test.remarks[0]
     assert (test.low > 0) == (rise > 0)

@@ -121,7 +121,7 @@ class Study(AnyStudy):
 
     seconds: ClassVar[float] = 0.005
     logs: ClassVar[bool] = True
-    width_label: ClassVar[str] = "95 % interval of the rise: ratio of its ends"
+    width_label: ClassVar[str] = "95 % interval of the depth effect: ratio of its ends"
 
     def __post_init__(self) -> None:
         check_fields(self)

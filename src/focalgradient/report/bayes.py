@@ -22,14 +22,14 @@ from focalgradient.statistics.posteriors import BayesResult, Posterior
 __all__ = ["bayes_analysis", "bayes_methods", "bayes_part"]
 
 WHAT = {
-    "nearest": "With the nearest object in focus, the rise",
-    "farthest": "With the farthest object in focus, the rise",
-    "difference": "The near rise over the far rise",
+    "nearest": "With the nearest object in focus, the depth effect",
+    "farthest": "With the farthest object in focus, the depth effect",
+    "difference": "The near depth effect over the far one",
 }
 CAPTION = (
-    "Bayesian analysis. Left: posterior density of the rise with the near and the far object in focus and of their "
-    "ratio, prior dashed, the bound within which a rise counts as none shaded. Right: standard deviations of the near "
-    "rise over subjects, over scenes, and of the residual, priors dashed."
+    "Bayesian analysis. Left: posterior density of the depth effect with the near and the far object in focus and of "
+    "their ratio, prior dashed, the bound within which a depth effect counts as none shaded. Right: standard "
+    "deviations of the near depth effect over subjects, over scenes, and of the residual, priors dashed."
 )
 
 
@@ -79,8 +79,8 @@ def bayes_methods(result: BayesResult) -> str:
     priors = "; ".join(f"{name} {prior}" for name, prior in result.priors.items())
     return (
         f"Bayesian analysis: {result.formula}, {one}; subjects and scenes as crossed random effects. Priors: {priors}. "
-        f"{result.sampler}, by {software}. Intervals are the central 95{SPACE}% of the posterior; a rise counts as "
-        f"none within a factor of {decimals(result.bound)} on either side."
+        f"{result.sampler}, by {software}. Intervals are the central 95{SPACE}% of the posterior; a depth effect "
+        f"counts as none within a factor of {decimals(result.bound)} on either side."
     )
 
 
@@ -118,10 +118,10 @@ def _posteriors(result: BayesResult) -> Sheet:
         rows.append([name, decimals(math.exp(found.median)), ends, *chances, *sds, *check])
         fields = ("median", "low", "high", "above", "within", "subjects", "scenes", "r_hat", "effective", "divergences")
         digits.append({"rise": name} | {field: getattr(found, field) for field in fields})
-    header = ["rise", "median", "95 %", "p(above 1)", "p(within the bound)", "SD of subjects", "SD of scenes"]
+    header = ["depth effect", "median", "95 %", "p(above 1)", "p(within the bound)", "SD of subjects", "SD of scenes"]
     header += ["R-hat", "effective draws", "divergences"]
     file = "depth_rating_bayes.csv"
-    caption = f"Posterior of the rises: {result.formula}; bound {number(result.bound)}"
+    caption = f"Posterior of the depth effects: {result.formula}; bound {number(result.bound)}"
     return Sheet(file, Table(caption, header, rows, notes, file), pd.DataFrame(digits))
 
 

@@ -38,9 +38,9 @@ CHOICES = {
     ),
     "equivalence": (
         "Equivalence",
-        "A test that is not significant does not show that there is no effect. The rise is called equivalent to zero "
-        "only if two one-sided tests (Schuirmann, 1987) exclude both a rise and a fall that would matter, by the bound "
-        "stated in advance. In full: docs/statistics.md, “Depth ratings”.",
+        "A test that is not significant does not show that there is no effect. The depth effect is called equivalent "
+        "to zero only if two one-sided tests (Schuirmann, 1987) exclude both a rise and a fall that would matter, by "
+        "the bound stated in advance. In full: docs/statistics.md, “Depth ratings”.",
     ),
     "ordinal": (
         "Cumulative-link model",

@@ -209,7 +209,7 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
         tests = list(zip(parts.fixations, parts.rises, strict=True))
         apart, differences = parts.interaction, dict(parts.differences)
     else:
-        what, whole = "rise at the largest aperture (ratio to the pinhole)", "rises"
+        what, whole = "depth effect at the largest aperture (ratio to the pinhole)", "depth effects"
         tests = [(each.fixation, each.rise) for each in result.fixations]
         apart, differences = result.interaction, {pair: test for pair, (test, _) in result.differences.items()}
     found = [Headline(f"{what}, {name} in focus", test, _ratio) for name, test in tests]

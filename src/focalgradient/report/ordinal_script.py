@@ -57,7 +57,7 @@ MIXED = MIXED.replace("FEWEST_SCENES", str(FEWEST_SCENES))
 
 AT_THE_FLOOR = """# The headline test of the report: the log odds of a higher answer at the largest aperture against the
 # pinhole. The mixed model's errors cannot be trusted here (half of the answers or more at an end of the scale, no
-# finite maximum, or a singular covariance): as in the report each subject's own rises are estimated, by a
+# finite maximum, or a singular covariance): as in the report each subject's own depth effects are estimated, by a
 # cumulative-link model with common thresholds and weak normal penalties, and tested by Student's t over subjects, for
 # these scenes. Run in the report's folder: Rscript headline_ordinal.R (base R)
 # In JASP, which has no such model: open depth_rating_wide.csv, a row for each subject and a column for each condition

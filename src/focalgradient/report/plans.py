@@ -142,8 +142,8 @@ class RatioPlan(Plan):
     @property
     def outcome(self) -> str:
         return (
-            "The primary outcome is the rise: the log ratio of the rating at the largest aperture to that at the "
-            f"pinhole with {in_focus(self.fixations[0])}, one value for each subject and scene, averaged over "
+            "The primary outcome is the depth effect: the log ratio of the rating at the largest aperture to that at "
+            f"the pinhole with {in_focus(self.fixations[0])}, one value for each subject and scene, averaged over "
             "repetitions."
         )
 
@@ -156,7 +156,7 @@ class RatioPlan(Plan):
                 "expected (two-sided test).",
                 *(
                     f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {self.bound:g}, "
-                    "the smallest rise that would matter."
+                    "the smallest depth effect that would matter."
                     for other in others
                 ),
                 *(
@@ -184,22 +184,22 @@ class RatioPlan(Plan):
             )
         differences = {
             0: "",
-            1: " The difference of the two rises was tested in the same way.",
-        }.get(len(self.pairs), " The pairwise differences of the rises were tested in the same way.")
-        rises = "the rises with their differences" if self.pairs else "the rise"
+            1: " The difference of the two depth effects was tested in the same way.",
+        }.get(len(self.pairs), " The pairwise differences of the depth effects were tested in the same way.")
+        effects = "the depth effects with their differences" if self.pairs else "the depth effect"
         skewed, equivalent, deciding, ends = (
             (SKEWED, "robust in the same way", "the robust test", "robust")
             if robust_decides(self.deciding_test)
             else (SKEWED_BY_T, "by Student’s t", "Student’s t", "Student’s")
         )
         return (
-            "Ratings were analysed on their logarithm and are reported as ratios; means are geometric. The mean rise "
-            f"was tested {test}.{differences} {skewed} Equivalence to zero was tested by two one-sided tests, "
-            f"{equivalent}, against a factor of {self.bound:.3g}, the smallest rise that would matter; a change that "
-            "is both reliable and equivalent to zero is reported as both. As a trend, the least-squares slope of the "
-            "log rating on aperture diameter, and its lack of fit (the quadratic component), were tested likewise. "
-            "p values were corrected by Holm’s "
-            f"method within each family: {rises}, the comparisons of intermediate apertures with the pinhole, the "
+            "Ratings were analysed on their logarithm and are reported as ratios; means are geometric. The mean depth "
+            f"effect was tested {test}.{differences} {skewed} Equivalence to zero was tested by two one-sided tests, "
+            f"{equivalent}, against a factor of {self.bound:.3g}, the smallest depth effect that would matter; a "
+            "change that is both reliable and equivalent to zero is reported as both. As a trend, the least-squares "
+            "slope of the log rating on aperture diameter, and its lack of fit (the quadratic component), were tested "
+            "likewise. p values were corrected by Holm’s "
+            f"method within each family: {effects}, the comparisons of intermediate apertures with the pinhole, the "
             f"slopes, the tests of lack of fit; a result is called reliable if the corrected p of {deciding} is "
             f"below .05. Each equivalence test addresses a separate question and is not corrected. Intervals of ratios "
             f"are {ends} 95 % intervals on the logarithm, not adjusted for multiple tests; those of ratings are within "

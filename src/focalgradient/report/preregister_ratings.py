@@ -137,10 +137,10 @@ def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
     powers = {number: rise_power(*settings, number, EXPERIMENTS, deciding_test=test) for number in SUBJECTS}
     far = "" if len(design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
     assumed = (
-        f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean rise of "
-        f"{model.effect:g} with the first object in focus{far} (ratios), standard deviations of the log rise of "
-        f"{model.between:g} over subjects and {model.between_scenes:g} over scenes, of one log rating of "
-        f"{model.noise:g}."
+        f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean depth "
+        f"effect of {model.effect:g} with the first object in focus{far} (ratios), standard deviations of the log "
+        f"depth effect of {model.between:g} over subjects and {model.between_scenes:g} over scenes, of one log rating "
+        f"of {model.noise:g}."
     )
     return assumed, powers
 

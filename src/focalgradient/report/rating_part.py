@@ -36,8 +36,8 @@ BLUR_CAPTION = (
 )
 
 SCENES_CAPTION = (
-    "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the rise at the "
-    "largest aperture of each scene, with its 95 % interval over subjects."
+    "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the depth effect "
+    "at the largest aperture of each scene, with its 95 % interval over subjects."
 )
 
 RESIDUALS = (

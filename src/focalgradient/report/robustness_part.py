@@ -70,7 +70,7 @@ def _sentence(variants: Sequence[Variant], analysis: Analysis) -> str:
     if not main:
         return ""
     slopes = isinstance(analysis, Slopes | Choices)
-    what = "the slope" if slopes else "the difference of mean steps" if analysis.latent else "the rise"
+    what = "the slope" if slopes else "the difference of mean steps" if analysis.latent else "the depth effect"
     estimates = sorted(each.estimate or 0.0 for each in main)
     low, high = (_shown(each, main[0]) for each in (estimates[0], estimates[-1]))
     reach = f"is {low}" if low == high else f"is {low} to {high}"

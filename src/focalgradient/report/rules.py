@@ -130,7 +130,11 @@ def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(ME
         value = getattr(rules, key)
         lines += ["", f"# {meaning}", f"{key} = {_as_text(value)}"]
     if bound is not None:
-        lines += ["", "# smallest rise at the largest aperture that would matter, as a ratio", f"bound = {bound:g}"]
+        lines += [
+            "",
+            "# smallest depth effect at the largest aperture that would matter, as a ratio",
+            f"bound = {bound:g}",
+        ]
     return "\n".join(lines) + "\n"
 
 

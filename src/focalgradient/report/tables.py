@@ -233,10 +233,19 @@ def _rises(result: DepthRatingResult) -> Sheet:
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
         for fixation, over, test in tests
     ]
-    header = ["in focus", "holds for other", "rise (ratio to pinhole)", "95 %", "test", "p", "p (Holm)", *ROBUST]
+    header = [
+        "in focus",
+        "holds for other",
+        "depth effect (ratio to pinhole)",
+        "95 %",
+        "test",
+        "p",
+        "p (Holm)",
+        *ROBUST,
+    ]
     caption = (
-        f"Rise of the ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s correction "
-        "is over the rises and their ratio"
+        f"Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s "
+        "correction is over the depth effects and their ratio"
     )
     return _sheet("depth_rating_rises.csv", caption, header, rows, digits, cells)
 
@@ -267,7 +276,7 @@ def _means(result: DepthRatingResult) -> Sheet:
     header += ["test of the ratio", "p", "p (Holm)", *ROBUST]
     caption = (
         "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over the rows between the "
-        "pinhole and the largest aperture, whose test is that of the rise"
+        "pinhole and the largest aperture, whose test is that of the depth effect"
     )
     return _sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
 
@@ -306,8 +315,8 @@ def _components(result: DepthRatingResult) -> Sheet:
             rows.append([each.fixation, *cells.missing(found, 10)])
     header = ["in focus", "model", "SD of subjects", "SD of scenes", "SD of residuals"]
     header += ["Shapiro-Wilk W", "p", "largest residual (SD)"]
-    header += ["skewness of subjects’ rises", "their Shapiro-Wilk W", "p"]
-    caption = "Model of the rise (log ratio of each subject and scene), its variance components and residuals"
+    header += ["skewness of subjects’ depth effects", "their Shapiro-Wilk W", "p"]
+    caption = "Model of the depth effect (log ratio of each subject and scene), its variance components and residuals"
     return _sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
 
 
@@ -324,12 +333,20 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
         else:
             rows.append([each.fixation, *cells.missing(test, 9)])
-    header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
+    header = [
+        "in focus",
+        "bounds",
+        "depth effect at the largest aperture",
+        "90 %",
+        "p against less",
+        "p against more",
+        "p",
+    ]
     header += ["p by t alone", "robust p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
     crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
-    caption = f"Whether the rise is equivalent to zero (two one-sided tests, {over})"
+    caption = f"Whether the depth effect is equivalent to zero (two one-sided tests, {over})"
     return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
 
 

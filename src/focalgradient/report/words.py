@@ -53,7 +53,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
     for each in result.fixations:
         subject = f"With {in_focus(each.fixation)}"
         if isinstance(each.rise, NotComputed):
-            sentences.append(f"{subject}, the rise was not tested: {each.rise.reason}")
+            sentences.append(f"{subject}, the depth effect was not tested: {each.rise.reason}")
         else:
             sentences.append(_rise_sentence(subject, each, result))
     if isinstance(result.interaction, Effect):
@@ -61,11 +61,11 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
         ratio = result.interaction.ratio
         ends = interval(ratio.low, ratio.high, 2)
         sentences.append(
-            f"The two rises {differ} (their ratio {decimals(ratio.estimate)}, 95{SPACE}% CI {ends}; "
+            f"The two depth effects {differ} (their ratio {decimals(ratio.estimate)}, 95{SPACE}% CI {ends}; "
             f"{_test(result.interaction)}{_size(result.interaction)})."
         )
     for (one, other), (test, _) in result.differences.items():
-        sentences.append(_pair(one, other, test, "rises"))
+        sentences.append(_pair(one, other, test, "depth effects"))
     if sentences and result.analysis.ratios:
         sentences[0] = f"Primary outcome. {sentences[0]}"
     return sentences
@@ -121,7 +121,7 @@ def _assumption(each: FixationResult, rise: Effect) -> str:
         f"5{SPACE}%; the p robust to skewed subjects is also given."
     )
     return (
-        f" Subjects’ rises are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
+        f" Subjects’ depth effects are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
         f"{decimals(parts.subjects_w, 3)}, p{SPACE}{_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
         f"the Q-Q plot): Student’s t assumes that they are, {advice}"
     )

@@ -255,11 +255,15 @@ FLOOR = 0.5
 model's test rejects .004 (4 subjects) and .013 (6 subjects) of data sets without an effect.
 """
 
-PEOPLE_METHOD = "subjects' own rises, penalised cumulative-link model (logit) with common thresholds, t-test over them"
+PEOPLE_METHOD = (
+    "subjects' own depth effects, penalised cumulative-link model (logit) with common thresholds, t-test over them"
+)
 
-NO_MAXIMUM = "The cumulative-link mixed model has no finite maximum: subjects' own rises were tested instead."
-SINGULAR = "The mixed model's covariance is singular: subjects' own rises were tested instead."
-AT_END = "Half of all answers or more are the lowest or the highest step: subjects' own rises were tested instead."
+NO_MAXIMUM = "The cumulative-link mixed model has no finite maximum: subjects' own depth effects were tested instead."
+SINGULAR = "The mixed model's covariance is singular: subjects' own depth effects were tested instead."
+AT_END = (
+    "Half of all answers or more are the lowest or the highest step: subjects' own depth effects were tested instead."
+)
 
 
 def _by_people(

@@ -210,7 +210,7 @@ class DepthRatingResult:
     def summary(self) -> str:
         """Return the depth effects and their difference as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
-        tests = [(f"log rise, {each.fixation} in focus", each.rise) for each in self.fixations]
+        tests = [(f"log depth effect, {each.fixation} in focus", each.rise) for each in self.fixations]
         differences = {pair: test for pair, (test, _) in self.differences.items()}
         interaction = self.interaction
         if isinstance(self.ordinal, OrdinalResult):

@@ -200,8 +200,8 @@ def _stated(p: float) -> str:
 def line(name: str, found: Effect | NotComputed) -> str:
     """Format a line of a summary: the name, and the effect or the reason why there is none.
 
-    >>> line("log rise", NotComputed("one subject only"))
-    'log rise: one subject only'
+    >>> line("log depth effect", NotComputed("one subject only"))
+    'log depth effect: one subject only'
     """
     return f"{name}: {found.reason if isinstance(found, NotComputed) else found.summary()}"
 
