@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from focalgradient.citation import bibtex
 from focalgradient.depth import DepthMap, recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.optics import Lens
+from focalgradient.optics import DualPixel, Lens
 from focalgradient.paper import paper_distance
 from focalgradient.view import View
 
@@ -59,6 +59,7 @@ __version__ = "0.1.0"
 __citation__ = bibtex(__version__)
 __all__ = [
     "DepthMap",
+    "DualPixel",
     "Eye",
     "FocalGradientWarning",
     "FocusSeries",
