@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from focalgradient.report.export import trial_files
-from focalgradient.statistics import Effect, compare_pictures, depth_rating
+from focalgradient.report.export import report_files, trial_files
+from focalgradient.statistics import Effect, compare_pictures, depth_rating, necker
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
@@ -326,6 +326,34 @@ def test_steps_without_a_test_have_no_script() -> None:
     for each in (table.assign(rating=2), table[table["participant_id"] == "01"]):
         result = depth_rating(each, equivalence_bound=1.2, scale="ordinal")
         assert "headline_ordinal.R" not in trial_files(each, each, result)
+
+
+def reports_on_the_cube() -> pd.DataFrame:
+    """Two reports in each trial of six subjects: one lacks the trials without blur, one alone has the rigid blur."""
+    rng = np.random.default_rng(5)
+    rows = []
+    for who in range(6):
+        for gradient in ("none", "nonrigid", "rigid"):
+            if (gradient == "none" and who == 0) or (gradient == "rigid" and who != 3):
+                continue
+            lasts = rng.uniform(15, 25) - 5 * (gradient == "nonrigid")
+            rows.append(
+                (f"{who:02}", f"{gradient}0", gradient, 10.0 * (gradient != "none"), 0.0, lasts, "rigid", False)
+            )
+            rows.append((*rows[-1][:4], lasts, 40.0 - lasts, "nonrigid", True))
+    names = ["participant_id", "trial", "gradient", "strength", "onset", "duration", "percept", "censored"]
+    return pd.DataFrame(rows, columns=names).assign(catch=False, trial_duration=40.0)
+
+
+@needs_r
+def test_r_finds_the_shares_where_conditions_are_empty(tmp_path: Path) -> None:
+    table = reports_on_the_cube()
+    result = necker(table, durations=False)
+    said = run(tmp_path, report_files(table, table, result), "necker_headline.R")
+    (line,) = [line for line in said.splitlines() if line.split()[0][0] in "nr"]
+    (share,) = [each.share for each in result.effects if isinstance(each.share, Effect)]
+    assert share.subjects == 5
+    assert numbers(line)[1:7] == pytest.approx(_student(share), rel=1e-4)
 
 
 def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:
