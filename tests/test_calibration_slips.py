@@ -41,6 +41,7 @@ def test_right_statements_pass(seed):
     assert likeliest_slips(camera(seed, mark=0.33 if seed % 2 else None), FOCAL, PITCH) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("slip", "named"),
     [

@@ -140,16 +140,16 @@ OVER = {
     "power necker --subjects 3 --experiments 1 --design power.csv --out .": "necker.toml",
     "simulate necker --observers 1 --seed 1 --design necker.toml --out necker.toml": "necker.toml",
     "report data --rules rules.toml --out .": "rules.toml",
-    "report report.md --out .": "rules.toml",
-    "report --preregister preregistration.md --out in/..": "necker.toml",
+    "report report.md --out .": "own.csv",
+    "report --preregister preregistration.md --out in/..": "own.csv",
     "serve necker.toml --data out --links in/../necker.toml": "necker.toml",
 }
 OTHER_NAMES = {
     "depth.png": "a.png",
     "distance.npy": "far.npy",
     "power.csv": "necker.toml",
-    "report.md": "rules.toml",
-    "preregistration.md": "necker.toml",
+    "report.md": "own.csv",
+    "preregistration.md": "own.csv",
 }
 
 
@@ -162,6 +162,7 @@ def test_an_input_is_never_an_output(args: str, given: Path) -> None:
     from focalgradient.cli import main
 
     (given / "in").mkdir()
+    (given / "own.csv").write_text("subject,scene,aperture_mm,rating\n01,a,0,1\n01,a,4,2\n")
     (given / "link").symlink_to(OVER[args])
     (given / "rules.toml").write_text("dropped_frames = 3\n")
     (given / "summary.json").write_bytes(as_toml(CALIBRATED))

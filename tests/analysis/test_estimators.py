@@ -12,7 +12,8 @@ from focalgradient.depth.recover import METHODS
 DEFAULT = estimators.ESTIMATORS[0]
 
 
-@pytest.mark.parametrize("psf", [pytest.param("gaussian", marks=pytest.mark.slow), "disc"])
+@pytest.mark.slow
+@pytest.mark.parametrize("psf", ["gaussian", "disc"])
 def test_the_default_is_within_a_quarter_of_the_limit_at_every_blur(psf: str) -> None:
     natural = replace(DEFAULT, textures=("natural (1/f)",))
     rows = estimators.measure(estimators=[natural], noises=(0.01,), psf=psf)

@@ -54,6 +54,7 @@ def test_bars_whose_blur_contradicts_everywhere_are_not_taken_for_blank_paper() 
     check("bars", *found("bars, back", MADE_WITH["bars, back"]))
 
 
+@pytest.mark.slow
 def test_a_jump_beside_a_wall_in_focus_is_found() -> None:
     near, _ = found("spheres 8, back", Case(BACK, seed=8, noise=0.005, limits=BACK_LIMIT))
     assert near["off_10_percent"] < 8  # 10 where none is looked for
@@ -65,6 +66,7 @@ def whole_frame(case: Case) -> dict[str, float]:
     return score(recovered(case, views, outlines=True)[0], vergence, np.ones(case.size, bool))
 
 
+@pytest.mark.slow
 def test_three_foci_tell_more_than_two() -> None:
     """What noise does in one comparison was counted against the others: three foci were refused."""
     _, case = drawn(3)

@@ -16,6 +16,7 @@ def test_the_first_of_many_eyes_and_walls_are_those_of_few() -> None:
     assert at_focus(drawn(everyone, 1), PUPILS[0]).focus_vergence == pytest.approx(2.0)
 
 
+@pytest.mark.slow
 def test_an_eye_reads_depth_with_its_own_optics_and_worse_with_anothers() -> None:
     everyone = population(None)
     own = drawn(everyone, 1)

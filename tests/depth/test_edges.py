@@ -70,6 +70,7 @@ def test_regression_without_noise_tells_the_widths_it_removes():
             assert np.median(edges.radius[edges.valid]) == pytest.approx(1.0, rel=5e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(
     sigma=st.floats(0.8, 5.0),

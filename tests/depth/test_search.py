@@ -9,7 +9,7 @@ from focalgradient import InputError, Lens, recover_depth
 from focalgradient.depth.search import Search
 
 
-@pytest.mark.parametrize("near", [0.1, 0.02, 1e-6])
+@pytest.mark.parametrize("near", [0.1, *(pytest.param(near, marks=pytest.mark.slow) for near in (0.02, 1e-6))])
 def test_limits_that_leave_all_open_do_no_harm(near: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blur of hundreds of pixels passes next to nothing, which any views would fit."""
     monkeypatch.setattr(blurred, "SHAPE", (96, 128))

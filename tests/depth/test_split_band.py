@@ -81,6 +81,7 @@ def test_other_methods_know_the_blend(method):
 
 
 @pytest.mark.skipif(not SHEET.exists(), reason="the photographs are not beside the repository (shared/data)")
+@pytest.mark.slow
 def test_a_photographed_sheet_is_covered(monkeypatch):
     from focalgradient.photographs import read_photographs
 
