@@ -26,6 +26,10 @@ WRONG = {
     ),
     "bound of power": ("power depth-rating --bound 20 --out out", r"--bound is 20\.0, but must be a ratio above 1 and"),
     "picture to calibrate": ("calibrate a.png", r"a\.png is a picture: give a settings file that names photographs of"),
+    "picture to collect": (
+        "collect a.png --data out",
+        r"a\.png is a picture: give a result file of a study",
+    ),
     "JPEG to calibrate": ("calibrate a.jpg --out c.toml", r"a\.jpg is a picture: give a settings file that names"),
     "table to calibrate": ("calibrate t.csv", r"t\.csv is not valid TOML: .*: give a settings file that .*\(TOML\)\."),
     "picture to eye": (

@@ -25,6 +25,7 @@ __all__ = [
     "LARGEST",
     "LARGEST_LIST",
     "check_width",
+    "decoded",
     "is_text",
     "opened",
     "parse_json",
@@ -154,14 +155,24 @@ def read_text(path: str | os.PathLike[str], what: str = "a text file", largest: 
     InputError
         As for `read_bytes`, and if the content is not UTF-8.
     """
-    data = read_bytes(path, what, largest)
+    return decoded(read_bytes(path, what, largest), printable(path), what)
+
+
+def decoded(data: bytes, name: str, what: str) -> str:
+    """Decode UTF-8 text, with or without a byte order mark; `name` and `what` are for the message.
+
+    Raises
+    ------
+    InputError
+        If it is not UTF-8.
+    """
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         if data.startswith(PICTURES):
-            raise InputError(f"{printable(path)} is a picture: give {what} instead.") from error
+            raise InputError(f"{name} is a picture: give {what} instead.") from error
         raise InputError(
-            f"{printable(path)} is not text in UTF-8 (byte {error.start + 1}): give {what}, saved as UTF-8."
+            f"{name} is not text in UTF-8 (byte {error.start + 1}): give {what}, saved as UTF-8."
         ) from error
 
 

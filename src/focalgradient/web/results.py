@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from focalgradient.dataset.journal import DECODER
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_bytes
+from focalgradient.files import decoded, printable, read_bytes
 from focalgradient.web.answers import first_problem
 from focalgradient.web.messages import Answered, Begun, Note, Resumed
 
@@ -73,7 +73,7 @@ def _texts(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the texts of a file, or of those in an archive, each with its name for messages."""
     content, name = read_bytes(path, RESULT_FILE, LARGEST), printable(path)
     if not content.startswith(b"PK"):
-        yield name, _decoded(content, name)
+        yield name, decoded(content, name, RESULT_FILE)
         return
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -84,20 +84,13 @@ def _texts(path: Path) -> Iterator[tuple[str, str]]:
                 inner = archive.read(member)
                 if RECORD_KEY.encode() in inner:
                     where = f"{name}, {printable(member.filename)[:200]}"
-                    yield where, _decoded(inner, where)
+                    yield where, decoded(inner, where, RESULT_FILE)
     except InputError:
         raise
     except MemoryError as error:
         raise InputError(f"{name} is too large for the available memory: give fewer results at once.") from error
     except Exception as error:  # damaged archives fail in many ways
         raise InputError(f"{name} is a damaged archive: download it again.") from error
-
-
-def _decoded(content: bytes, where: str) -> str:
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{where} is not text in UTF-8 (byte {error.start + 1}): give {RESULT_FILE}.") from error
 
 
 def _values(text: str, where: str) -> Iterator[Any]:
