@@ -291,12 +291,12 @@ def _placed(registered: RegisteredViews) -> list[Image]:
 
 
 def _band(image: Image) -> Image:
-    """Coarse detail."""
+    """Return the coarse detail of an image."""
     return np.asarray(ndimage.gaussian_filter(image, FINE) - ndimage.gaussian_filter(image, COARSE), np.float32)
 
 
 def _band_gain() -> float:
-    """Power that white noise of variance 1 has in the band of coarse detail."""
+    """Return the power of white noise of variance 1 in the band of coarse detail."""
     s, t = FINE**2, COARSE**2
     return float((1 / s + 1 / t - 4 / (s + t)) / (4 * np.pi))
 
@@ -318,7 +318,7 @@ def _textured(image: Image, noise: float) -> float:
 
 
 def _blockiness(image: NDArray[np.floating]) -> float:
-    """Step across the borders of blocks over that within them, the greater of the two directions' least phase."""
+    """Return the step across JPEG block borders relative to steps within blocks, in the worse direction."""
     found = []
     for lines in (image, image.T):
         second = np.abs(np.diff(lines, n=3, axis=0)).mean(axis=1)

@@ -162,7 +162,7 @@ def complete(
 
 
 def _of_others(level: FloatArray, middle: float, spread: float, searched: tuple[float, float] | None) -> FloatArray:
-    """Mean square difference of other surfaces' vergence from each node's `level` (h x w, D).
+    """Return the mean square difference in vergence (D) between other surfaces and each node's `level` (h x w).
 
     They scatter by `spread` about `middle`, or evenly over the range `searched`: the smaller of the two counts.
     """
@@ -229,11 +229,11 @@ class _Field:
         return np.asarray(by_neighbours + np.sqrt(self._anchor()) * random.standard_normal(nodes), float)
 
     def _anchor(self) -> float:
-        """Precision of each node about the mean: by it the field lies within its spread far from what is known."""
+        """Return each node's prior precision about the mean, which limits the field far from measured pixels."""
         return 1e-3 / self.spread**2
 
 
 def _to_pixels(values: FloatArray, step: int, shape: tuple[int, ...]) -> FloatArray:
-    """Values of nodes, at the middle of blocks of `step` pixels, between them."""
+    """Interpolate values at nodes, the centres of blocks of `step` pixels, to all pixels."""
     place = np.meshgrid(*((np.arange(n) + 0.5) / step - 0.5 for n in shape), indexing="ij")
     return np.asarray(ndimage.map_coordinates(values, place, order=1, mode="nearest"), float)

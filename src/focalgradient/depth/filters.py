@@ -74,7 +74,7 @@ class Frequencies:
 
     @property
     def areas(self) -> FloatArray:
-        """Share of all frequencies that each stands for, in any unit: rings f df, or cells of the plane."""
+        """Return the share of all frequencies that each represents, in any unit: rings f df, or cells of the plane."""
         if self.down is None or self.right is None:
             return self.radius
         down, right = (np.convolve(np.diff(axis), [0.5, 0.5]) for axis in (self.down, self.right))
@@ -194,7 +194,7 @@ def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequenci
 
 
 def natural_levels(power: FloatArray, occupied: NDArray[np.bool_] | None = None) -> FloatArray:
-    """Power at frequency 1 of each of n natural scenes, whose power falls as 1 / f^2, from `power` at RADII (n x F).
+    """Return the power at frequency 1 of n natural scenes (power as 1 / f^2), from `power` at RADII (n x F).
 
     The median over low frequencies; samples that are not `occupied` (F) hold no frequency of a small image.
     """

@@ -141,7 +141,7 @@ def texture_bound(
     psf: Psf | str = "auto",
     k: float | None = None,
 ) -> FloatArray:
-    """Least standard deviation of vergence, in dioptres, at every pixel of one texture, in a Gaussian window there.
+    """Return the lower bound of the sd of vergence (D) at every pixel of a texture, within a Gaussian window.
 
     As `comparison_bound`, for a texture that is known and not alike everywhere: where it is blank, depth is unknown.
 
@@ -292,7 +292,7 @@ def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
 
 
 def _picture(name: str, image: NDArray[np.floating]) -> FloatArray:
-    """`image` as numbers; refused unless it is H x W and finite."""
+    """Return `image` as numbers; raise `InputError` unless it is H x W and finite."""
     values = check_finite(name, image, "linear radiance")
     if values.ndim != 2:
         raise InputError(f"{name} has shape {values.shape}, but must be H x W: turn colour into luminance first.")

@@ -33,7 +33,7 @@ LEAST_NODES = 30
 def random_effects(
     difference: NDArray[np.floating], variance: NDArray[np.floating], unit: NDArray[np.floating]
 ) -> tuple[float, float]:
-    """Standard deviation, as a share of `unit`, of what differences have beyond their noise, and their mean share.
+    """Estimate the sd of differences in excess of their noise, as a share of `unit`, and their mean share.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ class NoiseLaw:
     by_contrast: float = 0.0
 
     def variance(self, image: Image, contrast: Image | float = 0.0) -> Image:
-        """Noise variance where the image is so bright and varies by so much, in units of that at `brightness`."""
+        """Return the noise variance at a brightness and local variation, relative to that at `brightness`."""
         even = 1 - self.share + self.share / self.brightness * np.maximum(image, 0)
         return even + self.by_contrast * contrast
 

@@ -23,7 +23,7 @@ class Growth:
 
     @property
     def first(self) -> Growth:
-        """The first windows alone."""
+        """Return the first windows only."""
         return replace(self, windows=self.windows[:2])
 
 
@@ -244,7 +244,7 @@ def _combine_levels(images, coefficients, level, first, last, value, slope):  # 
 def interpolate_nodes(
     values: NDArray[np.float64], sd: NDArray[np.float64], step: int, shape: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """Carry values from nodes, at the middles of blocks of `step` pixels, to the pixels (H x W) of `shape`.
+    """Interpolate values at nodes, the centres of blocks of `step` pixels, to the pixels (H x W) of `shape`.
 
     Linear in between where the nodes around a pixel agree; across a jump, which they do not, the nearest node's.
     """

@@ -93,7 +93,7 @@ def resample(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool
 
 
 def _turned(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_]]:
-    """As `resample`, of a view that is rotated."""
+    """Resample a rotated view; otherwise as `resample`."""
     height, width = image.shape
     row, column = np.arange(height) - (height - 1) / 2, np.arange(width) - (width - 1) / 2
     down, right = placement.of(*np.ix_(row, column))
@@ -190,7 +190,7 @@ def measure_placement(
 def _placement_step(
     reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
 ) -> tuple[Placement, NDArray[np.float64]]:
-    """Remaining error of a placement, by linear least squares, and the variances of its scale, shifts and turn."""
+    """Estimate a placement's remaining error by least squares, and the variances of scale, shifts and rotation."""
     height, width = reference.shape
     down, right = np.ogrid[-(height - 1) / 2 : height / 2, -(width - 1) / 2 : width / 2]
     moved_image, covered = resample(image, placement)
@@ -394,7 +394,7 @@ def _at_ceiling(image: Image) -> NDArray[np.bool_]:
 
 
 def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
-    """Exposure of `image` over that of `reference`: the ratio of the light in both, where the ratio is the usual one.
+    """Return the exposure of `image` relative to `reference`: the ratio of light where it has its usual value.
 
     Blur moves light but keeps its sum. Places are never weighted by the brightness of one view: the brightest of the
     sharper view are darker in the other for their blur alone.

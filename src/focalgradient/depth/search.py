@@ -61,7 +61,7 @@ class Blurs:
 
     @cached_property
     def pass_band(self) -> NDArray[Any]:
-        """Weight (amplitude) of each view at each frequency: of a disc, what lies below its second zero.
+        """Return each view's weight (amplitude) at each frequency: for a disc, a pass band up to its second zero.
 
         Beyond it the phase of the disc's transfer depends on more than real lenses' blur is known to. Where a view's
         transfer is exactly 0 its weight is 0.
@@ -182,7 +182,7 @@ class Search:
 
     @property
     def levels_per_pixel(self) -> float:
-        """Levels to a pixel of blur radius in the widest view."""
+        """Number of levels per pixel of blur radius in the widest view."""
         return 1 / (self.slope * self.spacing)
 
     def radius(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -211,7 +211,7 @@ class Search:
 
     @property
     def limited(self) -> tuple[bool, bool]:
-        """Whether depth may lie beyond the first, and the last level: nothing is beyond infinity or a shared focus."""
+        """Whether depth may lie beyond the first, and the last level: not beyond infinity or a shared focus."""
         ends = self.lowest > 0, True
         shared = one_focus(self.focus)
         return ends[0] and not (shared and self.lowest == self.focus[0]), not (shared and self.highest == self.focus[0])
@@ -278,7 +278,7 @@ class Search:
         return table
 
     def _finest(self) -> float:
-        """Cycles per pixel beyond which no two views pass anything, so that there is nothing to compare."""
+        """Return the frequency in cycles per pixel beyond which no two views pass detail that could be compared."""
         ends = []
         for one in self.own:
             if one is None:

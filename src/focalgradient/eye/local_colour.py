@@ -154,7 +154,7 @@ def _amounts(basis: SpectralBasis, slopes: NDArray[np.float64]) -> NDArray[np.fl
 
 
 def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the amounts of 0 or more that L and M cones catch 1 of."""
+    """Clip the amounts at 0 and scale them to a total catch of 1 by L and M cones."""
     positive = np.clip(amounts, 0, None)
     return positive / np.maximum(positive @ whole, 1e-9)[..., None]
 
@@ -462,7 +462,7 @@ def _parted(focus: NDArray[np.float64], power: NDArray[np.float64]) -> tuple[NDA
 
 
 def _between(image: NDArray[np.floating], fine: float, coarse: float) -> NDArray[np.float64]:
-    """Detail between two scales."""
+    """Return the detail between two scales (sd of Gaussians, in pixels)."""
     return np.asarray(ndimage.gaussian_filter(image, fine) - ndimage.gaussian_filter(image, coarse), float)
 
 

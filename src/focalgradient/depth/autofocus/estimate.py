@@ -73,7 +73,7 @@ def check(views: Sequence[View]) -> None:
 
 
 def estimate(problem: Problem) -> Estimate:
-    """Depth by the best focus, for `focalgradient.recover_depth`."""
+    """Estimate depth from the best focus, for `focalgradient.recover_depth`."""
     search, registered, settings = problem.search, problem.registered, problem.settings
     order = np.argsort(search.focus, kind="stable")
     focus = search.focus[order]
@@ -139,7 +139,7 @@ def estimate(problem: Problem) -> Estimate:
 
 
 def _stated_limits(limits: NDArray[np.int8], lowest: float, highest: float) -> dict[str, Any]:
-    """Shares of the frame at or beyond the ends of the stack, and where that is most of it, the reason to state."""
+    """Return the shares of the frame at or beyond each end of the stack, and the reason to state if they are large."""
     farther, nearer = float(np.mean(limits < 0)), float(np.mean(limits > 0))
     stated: dict[str, Any] = {"share_at_or_beyond": {"farthest": farther, "nearest": nearer}}
     if farther + nearer > OUTSIDE:
@@ -153,7 +153,7 @@ def _stated_limits(limits: NDArray[np.int8], lowest: float, highest: float) -> d
 
 
 def _noise(problem: Problem) -> FloatArray:
-    """Standard deviation of each registered view's noise: given, or from the finest detail of the least sharp view."""
+    """Return each registered view's noise sd: given, or estimated from the finest detail of the least sharp view."""
     gains = np.array(problem.registered.gains)
     given = problem.settings.given_noise(len(problem.views))
     if given is not None:
@@ -165,7 +165,7 @@ def _noise(problem: Problem) -> FloatArray:
 def _sharpness(
     images: Sequence[NDArray[np.float32]], usable: NDArray[np.bool_], step: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Usable pixels in each block of `step` pixels, h x w, and each image's squared Laplacian summed over them."""
+    """Count each block's usable pixels (h x w), and sum each image's squared Laplacian over them."""
     reach = math.ceil(4 * WIDTH)
     inside = ndimage.minimum_filter(usable, 2 * reach + 1).astype(np.float32)
     blocks = [block_sum(ndimage.gaussian_laplace(image, WIDTH) ** 2 * inside, step) for image in images]
@@ -173,7 +173,7 @@ def _sharpness(
 
 
 def _noise_passed() -> tuple[float, float]:
-    """What the measure makes of white noise of variance 1: its power, and the pixels over which it stays alike."""
+    """Return the sharpness measure of white noise of variance 1, and its correlation area in pixels."""
     impulse = np.zeros((65, 65))
     impulse[32, 32] = 1
     power = np.abs(np.fft.fft2(ndimage.gaussian_laplace(impulse, WIDTH))) ** 2
@@ -181,7 +181,7 @@ def _noise_passed() -> tuple[float, float]:
 
 
 def _across_jumps(level: FloatArray, window: float) -> FloatArray:
-    """Variance of `level` (h x w) about its plane in the window: at an outline the sharper side decides for both."""
+    """Return the variance of `level` (h x w) about its local plane: at an outline the sharper side decides for both."""
     mean, square = (ndimage.gaussian_filter(values, window, mode="nearest") for values in (level, level**2))
     down, right = np.gradient(mean)
     return np.maximum(square - mean**2 - window**2 * (down**2 + right**2), 0)

@@ -147,7 +147,7 @@ class _Parabola:
     gain: FloatArray  # h x w x 3 x n: change of the coefficients with the fitted values
 
     def focus_variance(self, offset: FloatArray, noise: FloatArray, valid: NDArray[np.bool_]) -> float:
-        """Variance of the settings' focus that the residuals show; 0 where nothing shows it.
+        """Estimate the variance of the focus settings from the residuals; 0 if the residuals are explained by noise.
 
         An error of one setting's focus displaces its sharpness at all nodes alike, as far as each parabola does not
         follow it: least squares over the `valid` nodes (h x w) that have less `noise` than most. Errors in proportion

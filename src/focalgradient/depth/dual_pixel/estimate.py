@@ -65,7 +65,7 @@ def estimate(problem: Problem) -> Estimate:
 
 
 def _local_spread(values: NDArray[np.floating], window: float) -> NDArray[np.float64]:
-    """Standard deviation of values within a Gaussian window, in blocks."""
+    """Return the standard deviation of values within a Gaussian window, in blocks."""
     from scipy.ndimage import gaussian_filter
 
     middle = np.asarray(values, float) - float(np.median(values))
@@ -74,7 +74,7 @@ def _local_spread(values: NDArray[np.floating], window: float) -> NDArray[np.flo
 
 
 def _enlarged(values: NDArray[np.floating], shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Values of blocks at every pixel, linear between the blocks' middles."""
+    """Interpolate the values of blocks linearly between their centres, to every pixel."""
     out = np.asarray(values, float)
     for axis, size in enumerate(shape):
         at = np.clip((np.arange(size) + 0.5) / POOL - 0.5, 0, out.shape[axis] - 1)

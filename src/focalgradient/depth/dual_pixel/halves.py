@@ -206,7 +206,7 @@ class _Compared:
         )
 
     def energies(self, radius: float, asymmetries: FloatArray) -> NDArray[np.float32]:
-        """Mean energy in each block of the halves' difference, at one radius and each of some asymmetries."""
+        """Return the mean energy of the halves' difference in each block, at one radius and several asymmetries."""
         from scipy.fft import irfft2
 
         height, width = self.shape
@@ -226,7 +226,7 @@ class _Compared:
 def _minimum(
     cost: NDArray[np.floating], radii: FloatArray, independent: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Locate the least mean energy: its place, standard deviation, 1 where it is unambiguous, and its value."""
+    """Locate the minimum of the mean energy: return radius, sd, whether it is unambiguous (1 or 0), and value."""
     step = radii[1] - radii[0]
     best = np.clip(cost.argmin(axis=0), 1, len(radii) - 2)
     before, here, after = (np.take_along_axis(cost, (best + way)[None], 0)[0].astype(float) for way in (-1, 0, 1))

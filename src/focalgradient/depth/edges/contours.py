@@ -111,7 +111,7 @@ def _crossing(smooth, curved, i, j, down, rim):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _way_out(curved, i, j, way_in):  # type: ignore[no-untyped-def]
-    """Side (top, right, bottom, left) at which a contour leaves the square of pixels at (i, j)."""
+    """Return the side (top, right, bottom, left) by which a contour leaves the square of pixels at (i, j)."""
     a, b = curved[i, j] > 0, curved[i, j + 1] > 0
     d, c = curved[i + 1, j] > 0, curved[i + 1, j + 1] > 0
     if a == c and b == d:  # a saddle, all four sides crossed: the middle decides which corners hang together
@@ -125,7 +125,7 @@ def _way_out(curved, i, j, way_in):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: ignore[no-untyped-def]
-    """Follow the zero-crossings from square to square: points (row, column, gradient, bend) and each chain's end."""
+    """Trace zero-crossings from square to square; return points (row, column, gradient, bend) and each chain's end."""
     height, width = smooth.shape
     points = np.empty((most, 5))
     ends = np.empty(most + 1, np.intp)
@@ -189,7 +189,7 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
-    """Chains at steps of one pixel, cut where they turn sharply; the last value of a point becomes its blur."""
+    """Resample chains at steps of one pixel and cut them at sharp turns; the last value of a point becomes its blur."""
     sampled = np.empty((2 * len(points) + len(ends), 5))
     lengths = np.empty(len(sampled), np.intp)
     count, pieces, first = 0, 0, 0

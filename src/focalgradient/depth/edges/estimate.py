@@ -123,7 +123,7 @@ def _sides(search: Search) -> FloatArray:
 
 
 def _draw(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Edges]:
-    """Flat indices of the pixels within one of a valid point, on the first view's grid, and the edges at them."""
+    """Return flat indices of the first view's pixels within one pixel of a valid point, and their edges."""
     middle_row, middle_column = (shape[0] - 1) / 2, (shape[1] - 1) / 2
     row = np.rint(middle_row + (edges.row - middle_row - placement.down) / placement.scale).astype(np.intp)
     column = np.rint(middle_column + (edges.column - middle_column - placement.right) / placement.scale).astype(np.intp)

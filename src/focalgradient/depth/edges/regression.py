@@ -59,7 +59,7 @@ def regress_edges(
     noise: float,
     weighted: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """Variance of the Gaussian blur at each of P edges, in pixels^2, and its standard deviation from the noise.
+    """Estimate the variance of Gaussian blur at each of P edges, in pixels^2, and its standard deviation due to noise.
 
     C, the Laplacian of the blurred image (Eq. 2), is the derivative of a Gaussian across a step (Eq. 3); the logarithm
     of C / x (Eq. 4) is a straight line in x^2 (Eq. 5), which is fitted by least squares (Eq. 6), weighted or not.
@@ -167,7 +167,7 @@ def _binned(curved, row, column, c, s, bend, length, scale, reach):  # type: ign
 
 @_compiled
 def _steep_bins(sums, length):  # type: ignore[no-untyped-def]
-    """Mean x and C of the bins on the steep part of the edge, half filled at least, and the mean variance of x."""
+    """Return mean x and C of the bins on the edge's slope that are at least half filled, and the mean variance of x."""
     x, value = np.empty(len(sums)), np.empty(len(sums))
     count, spread = 0, 0.0
     for b in range(len(sums)):
@@ -182,7 +182,7 @@ def _steep_bins(sums, length):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _weights(x, value, expected, variance, weighted):  # type: ignore[no-untyped-def]
-    """Weight of each bin, 0 if it is left out, and ln|C/x| there; `variance` is that of C."""
+    """Return each bin's weight (0 if excluded) and ln|C/x|; `variance` is that of C."""
     weight, y = np.zeros(len(x)), np.zeros(len(x))
     for n in range(len(x)):
         clear = expected[n] ** 2 / variance
@@ -200,7 +200,7 @@ def _weights(x, value, expected, variance, weighted):  # type: ignore[no-untyped
 
 @_compiled
 def _line_variance(x, lever, density, smooth):  # type: ignore[no-untyped-def]
-    """Variance of the sum of ln|C/x| x `lever` by noise that is correlated from bin to bin."""
+    """Return the variance of the sum of ln|C/x| x `lever`, with noise correlated between bins."""
     variance = 0.0
     for n in range(len(x)):
         for m in range(len(x)):
@@ -212,6 +212,6 @@ def _line_variance(x, lever, density, smooth):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _correlation(d, variance):  # type: ignore[no-untyped-def]
-    """Covariance, at distance d, of white noise filtered by the second derivative of a Gaussian of half `variance`."""
+    """Return the covariance at distance d of white noise filtered by g'', g a Gaussian of variance `variance` / 2."""
     q = d * d / variance
     return (3 - 6 * q + q * q) / variance**2 * math.exp(-q / 2) / math.sqrt(2 * math.pi * variance)

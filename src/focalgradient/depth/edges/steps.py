@@ -188,7 +188,7 @@ def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
 def distance_from_arc(x, t, bend):  # type: ignore[no-untyped-def]
-    """Signed distance of (x, t) from the arc of curvature `bend` that touches x = 0 at t = 0, and its slope in x."""
+    """Return the signed distance of (x, t) from an arc (curvature `bend`) tangent to x = 0 at t = 0, and its slope."""
     a = 1 - bend * x
     b = math.sqrt(a * a + (bend * t) ** 2)
     return (2 * x - bend * (x * x + t * t)) / (1 + b), a / max(b, 1e-9)
@@ -228,7 +228,7 @@ def _copy(values, to):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
-    """Solve by Cholesky with a damped diagonal, a lower triangle given; False where it is singular."""
+    """Solve by Cholesky with a damped diagonal, given the lower triangle; return False if it is singular."""
     size = len(vector)
     for k in range(size):
         for m in range(k + 1):
@@ -256,7 +256,7 @@ def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
-    """Levenberg's and Marquardt's least squares from `p` on, in place; False where it does not converge."""
+    """Fit by Levenberg-Marquardt least squares, starting at `p`, in place; return False if it does not converge."""
     vector, lower, step, trial, other = np.empty(6), np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty((6, 6))
     square = _normal_equations(p, xs, ts, values, count, edge, line, end, averaged, matrix, vector)
     trial_vector = np.empty(6)
@@ -418,7 +418,7 @@ def _fit_place(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
-    """Set the start `p`, with levels from well to either side; return False where either side is missing."""
+    """Set the initial parameters `p`, with the levels far to each side; return False if a side is missing."""
     low, lows, high, highs = 0.0, 0, 0.0, 0
     for n in range(count):
         if xs[n] < -sd:

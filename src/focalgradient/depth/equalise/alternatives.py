@@ -112,7 +112,7 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
 
 
 def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, list[Blurs]]]:
-    """Causes, and the blur that each gives the views, from weak to strong."""
+    """Return causes, and the blur of the views under each, from weak to strong."""
     found = []
     if discs:
         rings = [_annulus(own, hole) for hole in OBSTRUCTED]
@@ -137,7 +137,7 @@ def _changed(own: Blurs, number: int, gain: FloatArray) -> Blurs:
 
 
 def _annulus(own: Blurs, hole: float) -> Blurs:
-    """Blurs by annuli instead of discs, whose holes have `hole` times their diameter."""
+    """Return the blurs of annuli, instead of discs, whose holes have `hole` times their diameter."""
     ring = Annulus(hole).transfer(RADII, own.radius[:, :, None])
     return replace(own, transfer=ring.astype(own.transfer.dtype))
 

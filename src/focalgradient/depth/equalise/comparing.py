@@ -118,7 +118,7 @@ def _whitened_filters(  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _complement(column, tiny, across, along):  # type: ignore[no-untyped-def]
-    """Orthonormal rows that give 0 with `column`: each view compared with the best estimate from those before it.
+    """Return orthonormal rows orthogonal to `column`: each compares a view with the best estimate from those before it.
 
     `along` becomes how views are joined to the best estimate: first to that from those before, then from all.
     """
@@ -145,7 +145,7 @@ def _complement(column, tiny, across, along):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _carry(across, along, column, norm):  # type: ignore[no-untyped-def]
-    """Turn the rows of `across` by the least rotation that takes `along` to the direction of `column`."""
+    """Rotate the rows of `across` by the smallest rotation that takes `along` to the direction of `column`."""
     views = len(column)
     met = column[0] * 0
     for i in range(views):
@@ -167,7 +167,7 @@ def _carry(across, along, column, norm):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _whiten(row, own, level, f, conjugate):  # type: ignore[no-untyped-def]
-    """Multiply by the root of the inverse of 1 + the sum of u u^H, or of its conjugate."""
+    """Multiply by the inverse square root of 1 + the sum of u u^H, or by its conjugate."""
     for source in range(len(own)):
         size = 1e-30
         met = row[0] * 0

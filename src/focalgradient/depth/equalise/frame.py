@@ -75,7 +75,7 @@ class Frame:
         return cls(np.empty(shape, np.bool_), texture)
 
     def fill(self, tile: Tile, refined: Refined, split: SplitBand, outlines: Outlines | None) -> None:
-        """Take the results of one tile."""
+        """Store the results of one tile."""
         self.is_consistent[tile.core] = refined.inliers.is_consistent[tile.within]
         self.texture.is_present[tile.core] = refined.texture.is_present[tile.within]
         self.texture.other_surface[tile.core] = refined.texture.other_surface[tile.within]
@@ -151,7 +151,7 @@ def depth_at_pixels(
     tau: float,
     law: NoiseLaw | None,
 ) -> PixelDepth:
-    """Carry depth from nodes to pixels, take that near outlines from these, and decide what is valid.
+    """Interpolate depth from nodes to pixels, replace it near outlines, and decide which pixels are valid.
 
     `tau` is the model error as a share of the blur radius, `law` that by which noise rises.
     """
@@ -191,7 +191,7 @@ def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -
 def _coherent_error(
     equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_], by_contrast: FloatArray
 ) -> FloatArray:
-    """Standard deviation of depth by the coherent part of the model's error, in levels (h x w).
+    """Return the sd of depth due to the coherent part of the model error, in levels (h x w).
 
     Compression, for one, takes away weak fine detail, alike over whole windows. Of that only what does not look like a
     difference of depth is left of the views, as more than noise or as noise `by_contrast` (share of the variance, h x
@@ -211,7 +211,7 @@ def _coherent_error(
 
 
 def _model_sd(coherent: FloatArray, radius: FloatArray, search: Search, tau: float) -> FloatArray:
-    """Standard deviation of vergence by the model's error: `tau` of the blur, or the `coherent` error (in levels).
+    """Return the sd of vergence due to the model error: `tau` of the blur, or the `coherent` error (in levels).
 
     Both measure one error, and the larger counts.
     """
@@ -265,7 +265,7 @@ def _interpolated(
 def _near_outlines(
     ends: Outlines, coherent: FloatArray, step: int, search: Search, tau: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Vergence and its sd where outlines replace the depth of windows, and (H x W) whether it is valid.
+    """Return vergence and its sd where outlines replace the depth of windows, and (H x W) whether it is valid.
 
     A pixel's side of the outline is part of the sd, but makes no pixel invalid.
     """

@@ -93,7 +93,7 @@ class Nodes:
 
     @property
     def is_textured(self) -> NDArray[np.bool_]:
-        """Nodes with more texture than noise, whose depth is unambiguous and within the range searched."""
+        """Return the nodes with more texture than noise whose depth is unambiguous and within the searched range."""
         return self.unambiguous & self.inside & (self.texture >= 1)
 
     def part(self, rows: slice, columns: slice) -> Nodes:
@@ -197,7 +197,7 @@ class Equalised:
         return Nodes(level, sd, misfit, texture, unambiguous, inside, support, np.ones_like(inside))
 
     def noise_found(self, nodes: Nodes) -> float:
-        """Noise variance, in units of the one assumed, from the quarter of the textured nodes that fit best.
+        """Estimate the noise variance, relative to that assumed, from the best-fitting quarter of the textured nodes.
 
         Where depth jumps, or the views contradict each other, the misfit is not the noise's; chi-square gives how
         well the best quarter would fit by chance alone.
@@ -271,7 +271,7 @@ class Equalised:
         return replace(nodes, level=fitted, sd=sd, inside=inside)
 
     def _leaves_range(self, value: FloatArray, sd: FloatArray) -> NDArray[np.bool_]:
-        """Whether a `value` of the even coordinate lies beyond an end of the range where depth may lie beyond it."""
+        """Return whether a `value` of the even coordinate lies beyond an end of the range that depth may pass."""
         first, last = self.even.value[[0, -1]]
         below, above = self.limited
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
@@ -288,7 +288,7 @@ class Equalised:
         return np.maximum(SCATTER_SHARE * (self.scatter(nodes, reach) - self.scatter(nodes)), 0)
 
     def scatter(self, nodes: Nodes, reach: float = 0.0) -> FloatArray:
-        """Variance of depth about its local plane in the window asked for, in levels squared (h x w).
+        """Return the variance of depth about its local plane in the requested window, in levels squared (h x w).
 
         The window is wider by `reach` pixels.
         """
@@ -404,7 +404,7 @@ def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | Non
 def scene_power(
     images: Sequence[Image], noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies
 ) -> FloatArray:
-    """Power at the `frequencies` of the sharp scene of `images`, as `equalise` estimates it."""
+    """Estimate the power of the sharp scene of `images` at the `frequencies`, as `equalise` does."""
     return _scene_power(Spectra.of(images, 16).over(noise_sd), noise_sd, frequencies)
 
 
@@ -435,7 +435,7 @@ def comparing_filters(
 
 
 def _scene_power(spectra: Spectra, noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies) -> FloatArray:
-    """Power of the sharp scene at the `frequencies`, in the images' units, if natural.
+    """Return the power of a natural sharp scene at the `frequencies`, in the images' units.
 
     Its level is that of the view with most. `spectra` are those of the images over their noise.
     """
@@ -444,7 +444,7 @@ def _scene_power(spectra: Spectra, noise_sd: Sequence[float] | FloatArray, frequ
 
 
 def _freedom(spectrum: FloatArray, side: int) -> FloatArray:
-    """Independent samples, in a square of `side` pixels, of noise of power `spectrum` (L x F) at the radial samples.
+    """Return the number of independent samples, in a square of `side` pixels, of noise with power `spectrum` (L x F).
 
     Noise confined to few frequencies repeats itself over the square and averages out less than white noise does.
     """

@@ -53,7 +53,7 @@ def read_minima(
 
 @njit(nogil=True, cache=True)
 def _crossing(cost, start, direction, bound, level):  # type: ignore[no-untyped-def]
-    """How far from `level` the cost first rises to `bound` in one direction; infinity if it never does."""
+    """Return the distance from `level` at which the cost first rises to `bound` in one direction; infinity if never."""
     i = start
     while 0 <= i + direction < cost.size:
         if cost[i + direction] > bound:
@@ -93,7 +93,7 @@ def _read_minima(  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True)
 def _quartic_minimum(cost, best):  # type: ignore[no-untyped-def]
-    """Level, cost and curvature at the minimum near level `best`.
+    """Return level, cost and curvature at the minimum near level `best`.
 
     From a quartic through five levels: exact where blur vanishes and the cost has the form (r^2 - r0^2)^2.
     """
@@ -119,7 +119,7 @@ def _quartic_minimum(cost, best):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, cache=True)
 def _half_width(cost, best, level, least, curvature, rise):  # type: ignore[no-untyped-def]
-    """Standard deviation, in levels, of a minimum whose cost rises by `rise` at two of them."""
+    """Return the standard deviation, in levels, of a minimum whose cost rises by `rise` at two levels."""
     narrow = np.sqrt(rise / curvature) if curvature > 0 else np.inf
     if narrow < 1.0:
         return narrow / 2

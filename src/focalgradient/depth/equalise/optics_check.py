@@ -115,7 +115,7 @@ def likelier_slip(left: Mapping[str, float]) -> str | None:
 
 
 def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:
-    """Likely slips, and the optics that were meant."""
+    """Return likely slips, and the intended optics of each."""
     apertures, foci = [o.aperture_diameter for o in optics], [o.focus_vergence for o in optics]
     found: list[tuple[str, list[Optics]]] = []
 
@@ -143,5 +143,5 @@ def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:
 
 
 def _exchanged(values: Sequence[float], n: int) -> list[float]:
-    """`values` with the n-th and the next in each other's place."""
+    """Return `values` with the n-th and the next exchanged."""
     return [*values[:n], values[n + 1], values[n], *values[n + 2 :]]

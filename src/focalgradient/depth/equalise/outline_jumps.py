@@ -241,7 +241,7 @@ def _rises_little(level, information, reach, i, j, down, right, least):  # type:
 
 @njit(nogil=True, cache=True)
 def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-untyped-def]
-    """Nodes on the side of a node that has fewer, the mean weight on either, and how far their mean lies from it."""
+    """Return the smaller number of nodes, and each side's mean weight and mean difference of level."""
     rows, columns = level.shape
     far, here = SIDE_LENGTH * reach, level[i, j]
     count0 = count1 = weight0 = weight1 = off0 = off1 = 0.0

@@ -93,7 +93,7 @@ class Located:
 
     @property
     def is_unoccluded(self) -> NDArray[np.bool_]:
-        """H x W: pixels that outlines do not reach."""
+        """Return the pixels that outlines do not reach (H x W)."""
         return ~self.zone.is_inside | (self.distance > CLEAR_REACHES * self.reach)
 
 

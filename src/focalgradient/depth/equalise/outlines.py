@@ -120,14 +120,14 @@ class Outlines:
 
     @classmethod
     def none(cls, shape: tuple[int, int]) -> Outlines:
-        """No outlines in a frame of `shape`, to be filled by tiles: pages that stay untouched take no memory."""
+        """Return a frame of `shape` without outlines, to be filled by tiles; only written pages take memory."""
         return cls(
             *(np.zeros(shape, np.int8), np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)),
             *(np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)),
         )
 
     def fill(self, tile: Tile, part: Outlines) -> None:
-        """Take the outlines of a tile; depth only where it is replaced, for memory."""
+        """Store the outlines of a tile; to save memory, depth only where it is replaced."""
         for name in ("side", "is_replaced", "is_valid"):
             getattr(self, name)[tile.core] = getattr(part, name)[tile.within]
         at = part.is_replaced[tile.within]
@@ -346,7 +346,7 @@ def _sides(is_beside: NDArray[np.bool_], is_near: NDArray[np.bool_]) -> NDArray[
 
 
 def _side_sd(distance: FloatArray, place_sd: FloatArray | float, rise: FloatArray) -> Image:
-    """Standard deviation, in levels, for the side that a pixel is on; the outline's place is known to `place_sd`."""
+    """Return the sd of depth, in levels, due to the position of the outline, known to `place_sd`."""
     wrong = special.ndtr(-distance / place_sd)
     return np.asarray(np.sqrt(wrong * (1 - wrong)) * rise, np.float32)
 
@@ -380,7 +380,7 @@ def _is_supported(located: Located) -> NDArray[np.bool_]:
 def _if_few(
     is_clear: NDArray[np.bool_], is_reliable: NDArray[np.bool_], located: Located, step: int
 ) -> NDArray[np.bool_]:
-    """Of each part of a side that has few clear nodes, all that are reliable; h x w each."""
+    """Return all reliable nodes of each part of a side that has few unaffected nodes; h x w each."""
     is_inside, is_near = located.zone.is_inside, located.is_near
     found = np.zeros_like(is_reliable)
     for side in (is_near & is_inside, ~is_near & is_inside):
@@ -391,7 +391,7 @@ def _if_few(
 
 
 def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
-    """Values (H x W) at the middle of each node's block: h x w."""
+    """Return the values (H x W) at the centre of each node's block: h x w."""
     return values[np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in values.shape))]
 
 

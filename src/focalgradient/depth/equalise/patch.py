@@ -46,7 +46,7 @@ def vergence_likelihood(
     gain: float = 1.0,
     wraps: bool = False,
 ) -> FloatArray:
-    """Log likelihood of each of `vergences` for a patch that lies at one, up to a constant: 0 where it is greatest.
+    """Return the log likelihood of each of `vergences` for a patch at a single depth, relative to the maximum.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def vergence_likelihood(
 
 
 def ring_transfer(view: View, vergences: ArrayLike, *, wraps: bool = False) -> FloatArray:
-    """Transfer of a view's blur at each of `vergences` (L, in D) in the rings of frequency that are compared: L x F."""
+    """Return the transfer of a view's blur at each of `vergences` (L, in D) in the frequency rings compared: L x F."""
     radii = _rings(view.shape, wraps).radii / view.pixel_angle
     levels, one = np.asarray(vergences, dtype=float), view.optics
     stated = capabilities(one)
@@ -156,7 +156,7 @@ def _marginal(met: FloatArray, size: FloatArray, power: FloatArray, counts: Floa
 
 
 def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatArray:
-    """Power at frequency 1 of each view's scene, were it sharp, over the noise's."""
+    """Estimate each view's sharp scene power at frequency 1, relative to that of the noise."""
     low = (radii < LOW[1]) & (counts > 0)  # no moderate blur takes anything there
     if not low.any():
         raise InputError(
@@ -186,7 +186,7 @@ class _Rings:
     twice: FloatArray
 
     def mean(self, values: FloatArray) -> FloatArray:
-        """Mean over each ring of `values` at the frequencies compared."""
+        """Return the mean over each ring of `values` at the frequencies compared."""
         counts = np.bincount(self.place, self.twice)
         return np.asarray(np.bincount(self.place, self.twice * values) / counts)
 
@@ -215,7 +215,7 @@ def _rings(shape: tuple[int, int], wraps: bool) -> _Rings:
 
 
 def _powers(images: Sequence[FloatArray], noises: FloatArray, rings: _Rings) -> FloatArray:
-    """Mean cross powers of the views in each ring, over the noise's: n x n x F."""
+    """Return the mean cross powers of the views in each ring, relative to that of the noise: n x n x F."""
     taper = rings.taper
     energy = float((taper**2).sum())
     spectra = [

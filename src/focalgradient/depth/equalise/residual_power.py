@@ -63,7 +63,7 @@ class BandPower:
     gains: FloatArray  # N x n, for noise of the variance assumed
 
     def variances(self, alike: Sequence[FloatArray], most: FloatArray) -> FloatArray:
-        """Noise variance of each view, in units of the one assumed, by least squares robust to excess.
+        """Estimate each view's noise variance, relative to that assumed, by least squares robust to excess power.
 
         The variances are in the proportions of one of `alike` (n each) where these explain the power about as well as
         the views' own do: the simpler model. Each is at most that of `most` (n): more is not
@@ -83,7 +83,7 @@ class BandPower:
         return own if worse > WORSE else simple
 
     def _fitted(self, basis: FloatArray, most: FloatArray) -> tuple[FloatArray, float]:
-        """Variances as a non-negative combination, with factors about alike, of the columns of `basis`; their loss.
+        """Fit variances as a non-negative combination of `basis` columns with similar factors; also return the loss.
 
         The factors are `most` at most.
         """

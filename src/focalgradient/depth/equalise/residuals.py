@@ -153,7 +153,7 @@ def mixed_residuals(parts: Sequence[Residuals], shares: NDArray[np.floating]) ->
 
 
 def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal combinations of levels (L x L), those with most energy in `rows` first, and their energies (L).
+    """Return orthonormal combinations of levels (L x L) in order of falling energy in `rows`, and their energies (L).
 
     `rows` hold `parts` numbers for each frequency: 2 where they are the real and the imaginary part.
     """
@@ -167,7 +167,7 @@ def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tup
 
 
 def _combined(coefficients: FloatArray, parts: NDArray[Any]) -> NDArray[Any]:
-    """Combinations (L x r) of filters (r x n x F): n x L x F."""
+    """Return combinations (L x r) of filters (r x n x F): n x L x F."""
     rows = np.ascontiguousarray(parts).view(parts.real.dtype).reshape(len(parts), -1)
     combined = numerics.product(coefficients.astype(rows.dtype), rows)
     return np.ascontiguousarray(combined.view(parts.dtype).reshape(-1, *parts.shape[1:]).transpose(1, 0, 2))

@@ -177,7 +177,7 @@ def model_error(equalised: Equalised, part: Part, refined: Refined) -> SplitBand
 def refine_without(
     found: Likelihood, equalised: Equalised, tile: Tile, is_kept: NDArray[np.bool_]
 ) -> tuple[Nodes, NDArray[np.bool_]]:
-    """Depth at a tile's nodes from its pixels of `is_kept` (H x W) alone, and the nodes where it rests on signal."""
+    """Re-estimate depth at nodes from the pixels `is_kept` (H x W); return also the nodes that rest on signal."""
     is_used, scale = found.is_summed[tile.outer] & is_kept, found.scale
     energy = found.energy[:, *tile.outer_nodes(equalised.step)].copy()
     nodes = Likelihood(energy, found.is_summed[tile.outer], scale, found.nodes).over(equalised, is_used).nodes

@@ -307,7 +307,7 @@ Place = tuple[NDArray[np.intp], ...]
 
 
 def _places(shape: tuple[int, ...], step: int) -> FloatArray:
-    """Row and column of each pixel in nodes: 2 x H x W."""
+    """Return the row and column of each pixel in the grid of nodes: 2 x H x W."""
     return (np.indices(shape) + 0.5) / step - 0.5
 
 

@@ -57,7 +57,7 @@ class Tile:
 
     @property
     def within(self) -> tuple[slice, slice]:
-        """The core's pixels among those of the tile with its overlap."""
+        """Return the pixels of the core within the tile with its overlap."""
         return tuple(  # type: ignore[return-value]
             slice(core.start - outer.start, core.stop - outer.start)
             for core, outer in zip(self.core, self.outer, strict=True)

@@ -196,7 +196,7 @@ def estimate_band_gains(
 
 
 def _noise_by_source(equalised: Equalised, level: Image, taper: Image, views: int) -> FloatArray:
-    """Noise variance of the views (one factor for all), and of each waveband's independent texture, over those assumed.
+    """Estimate the noise variance of all views, and of each waveband's independent texture, relative to those assumed.
 
     It is estimated from the spectrum of what equalising leaves at each pixel's `level`, weighted by a `taper` (H x W).
     Where a view is much blurred the residual's fine detail is that view's own noise, its coarse detail all views'.
@@ -223,7 +223,7 @@ def _noise_by_source(equalised: Equalised, level: Image, taper: Image, views: in
 
 
 def _contrast_at(blurs: Blurs, nodes: Nodes, view: int) -> float:
-    """Contrast in a view that the blurs state for the depth of the nodes: their geometric mean; 1 where none does."""
+    """Return the contrast stated for a view at the depth of the nodes: geometric mean; 1 if not stated."""
     if blurs.contrast is None:
         return 1.0
     at = np.interp(nodes.level, np.arange(blurs.contrast.shape[1]), np.log(blurs.contrast[view]))
@@ -256,7 +256,7 @@ def _gain_change(
     weight: Image,
     shares: NDArray[np.floating] | None,
 ) -> tuple[float, float, float]:
-    """Change of the logarithm of the gain of waveband `number` that fits best, with depth free at every node.
+    """Estimate the change of the log gain of waveband `number`, with depth free at every node.
 
     Also its standard deviation, and that of the change from place to place. The gains are as they are `now`.
     """
@@ -303,7 +303,7 @@ def _gain_change(
 def _by_gain(
     over_noise: Spectra, now: BandGains, number: int, blurs: Blurs, shares: NDArray[np.floating] | None
 ) -> list[Residuals]:
-    """Derivative of each comparison's residual by the logarithm of the gain of waveband `number`."""
+    """Return the derivative of each comparison's residual by the log gain of waveband `number`."""
     if shares is not None and blurs.parts:
         parts = [_by_gain(over_noise, now, number, one, None) for one in blurs.parts]
         return [mixed_residuals(same, shares) for same in zip(*parts, strict=True)]
@@ -322,7 +322,7 @@ def _raised(shared: SharedPower, number: int) -> SharedPower:
 
 
 def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
-    """Standard deviation of depth due to the gains' uncertainty and difference by place, in levels, at each level.
+    """Return the sd of depth due to uncertain and locally varying gains, in levels, at each level.
 
     For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
     """

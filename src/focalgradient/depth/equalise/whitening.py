@@ -162,7 +162,7 @@ class Whitening:
 
 
 def _brightness(views: RegisteredViews) -> Image:
-    """Brightness of registered views, without their noise (H x W)."""
+    """Return the brightness of registered views, smoothed to remove noise (H x W)."""
     mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
     return np.asarray(ndimage.gaussian_filter(mean, BRIGHTNESS_SD), np.float32)
 
@@ -174,7 +174,7 @@ def _brightness_of_noise(registered: RegisteredViews) -> float:
 
 
 def _local_contrast(views: RegisteredViews) -> Image:
-    """Variance of registered views about each pixel, without white noise's part; their mean (H x W)."""
+    """Return the local variance of registered views, averaged over views (H x W)."""
     total = np.zeros(views.shape, np.float32)
     for image in views.images:
         mean = ndimage.gaussian_filter(image, CONTRAST_SD)
@@ -183,14 +183,14 @@ def _local_contrast(views: RegisteredViews) -> Image:
 
 
 def uneven_noise(law: NoiseLaw, views: RegisteredViews) -> Image:
-    """Noise of each pixel (H x W), over that which is estimated for the views."""
+    """Return the noise of each pixel (H x W), relative to that estimated for the views."""
     return np.sqrt(law.variance(_brightness(views), _local_contrast(views))).astype(np.float32)
 
 
 def _even_out(
     equalised: Equalised, part: Part, at: float | None, one_waveband: bool
 ) -> tuple[NoiseLaw | None, Nodes, Image]:
-    """Make noise even, in place, where it rises with brightness or contrast; return the law, depth and the energy.
+    """Equalise noise that rises with brightness or contrast, in place; return the law, depth and energy.
 
     At brightness `at` noise is as assumed. None: noise is given, and alike in bright and in dark places. Photons of
     different wavebands, with textures of their own, are not compared.

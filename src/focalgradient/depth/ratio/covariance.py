@@ -176,7 +176,7 @@ def _moments(table: DisparityTable, window: float) -> tuple[FloatArray, ...]:
 
 
 def _sd(expected: FloatArray, weights: FloatArray, defocus: FloatArray) -> FloatArray:
-    """How far defocus may move until the misfit grows by 1, the mean of both ways, or the one that does not end."""
+    """Return the change of defocus that raises the misfit by 1: mean of both directions, or the one that is finite."""
     steps, levels = expected.shape[:2]
     sd = np.empty((steps, levels))
     for step in range(steps):

@@ -190,7 +190,7 @@ def read_depth(
 
 
 def _beyond_chance(misfit: Plane, freedom: int) -> np.float32:
-    """By how much the bands differ more than texture makes them, over the frame: 1 where they do not."""
+    """Return the excess of the bands' differences over that expected of texture, over the frame: 1 if none."""
     if not misfit.size:
         return np.float32(1)
     by_chance = USUAL * 2 * gammaincinv(freedom / 2, 0.5)  # the median of chi-square
@@ -251,12 +251,12 @@ def _content(
 
 
 def _weight(usable: NDArray[np.bool_], coarsest: int, grid: int) -> Plane:
-    """1 for squares of `grid` pixels that are clear of unusable ones, by as far as differences reach; 0 for others."""
+    """Return 1 for squares of `grid` pixels away from unusable pixels by the reach of differences; 0 for others."""
     return np.asarray(minimum_filter(_squares(usable, grid), 1 + 2 * math.ceil(2 * coarsest / grid)), np.float32)
 
 
 def _squares(usable: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
-    """Which squares of `side` pixels hold usable pixels only."""
+    """Return whether each square of `side` pixels has only usable pixels."""
     rows, columns = (n // BLOCK // (side // BLOCK) for n in usable.shape)
     by_rows = usable[: side * rows, : side * columns].reshape(rows, side, side * columns).all(axis=1)
     return np.asarray(by_rows.reshape(rows, columns, side).all(axis=2))
@@ -272,7 +272,7 @@ def _gathered(planes: Plane, sd: float, grid: int, weight: Plane | None) -> Plan
 
 
 def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
-    """`planes` on a grid of `shape` from one twice as fine, or twice as coarse, or of that shape."""
+    """Resample `planes` to a grid of `shape` that is twice as coarse, twice as fine, or equal."""
     if planes.shape[1] > shape[0]:
         return np.stack(energies.binned(planes, None))
     return planes if planes.shape[1:] == shape else on_grid(planes, shape, 2)

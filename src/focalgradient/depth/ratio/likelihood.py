@@ -30,7 +30,7 @@ def likeliest_defocus(
     covariance: EnergyCovariance,
     least: float,
 ) -> tuple[Plane, Plane, Plane]:
-    """Size of the defocus, and its standard deviation, that fit the bands' energies, all bands weighted together.
+    """Estimate the magnitude of defocus, and its standard deviation, from the energies of all bands.
 
     Parameters
     ----------

@@ -167,13 +167,13 @@ class Bands:
 
     @cached_property
     def _some(self) -> slice:
-        """As many of RADII as the window resolves, nearly."""
+        """Return about as many of RADII as the window resolves."""
         blur = 1 / (2 * np.sqrt(2) * np.pi * self.window)
         return slice(None, None, max(1, int(0.4 * blur / RADII[1])))
 
     @cached_property
     def _blend(self) -> FloatArray:
-        """Overlap of two frequencies as the window resolves them."""
+        """Return the overlap of two frequencies at the window's resolution."""
         some, wide = RADII[self._some], 4 * np.pi**2 * self.window**2
         blend = np.exp(-wide * (some[:, None] - some) ** 2) * special.i0e(2 * wide * np.outer(some, some))
         return np.asarray(blend * self._some.step**2)
@@ -183,7 +183,7 @@ class Bands:
         return (power * MEASURE) @ (self.shapes**2).T
 
     def covariance(self, one: FloatArray, other: FloatArray) -> FloatArray:
-        """Covariance, from band to band (K x K), of what is gathered of the product of two independent fields.
+        """Return the covariance between bands (K x K) of the products of two independent fields.
 
         `one` and `other` are their spectral densities (RADIAL), or the cross densities of two versions of either.
         """
@@ -293,7 +293,7 @@ class Compared:
 
     @cached_property
     def variance(self) -> FloatArray:
-        """Variance of the slope (h x w); huge where the patch is uninformative."""
+        """Variance of the slope (h x w); very large where the patch is uninformative."""
         variance = self._variance(self.weight)
         return np.where((self.support > 0.01) & (variance > 0), variance, NOTHING)
 
@@ -441,7 +441,7 @@ def scene_level(images: Sequence[Image]) -> float:
 
 
 def _sampled(usable: NDArray[np.bool_], skip: int) -> Image:
-    """Which blocks of `skip` pixels are usable."""
+    """Return which blocks of `skip` pixels are usable."""
     around = [(0, -n % skip) for n in usable.shape]
     return np.pad(usable, around)[skip // 2 :: skip, skip // 2 :: skip].astype(np.float32)
 

@@ -201,7 +201,7 @@ class Differences:
     def _unambiguous(
         self, cost: Floats, fine: FloatArray, place: FloatArray, vergence: FloatArray, sd: FloatArray
     ) -> NDArray[np.bool_]:
-        """Where no secondary minimum of the `cost` fits about as well as the one at `place`."""
+        """Return where no secondary minimum of `cost` fits about as well as that at `place`."""
         around = np.pad(cost, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
         minimum = (cost < around[:-2]) & (cost <= around[2:])
         vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)
@@ -241,7 +241,7 @@ class Differences:
         return tau, tau * unit
 
     def _information(self, level: NDArray[np.intp]) -> FloatArray:
-        """Inverse covariance (h x w x P x P) of the pairs' differences, noise that pairs share taken into account."""
+        """Return the inverse covariance (h x w x P x P) of the pairs' differences, including noise that pairs share."""
         count = len(self.pairs)
         covariance = np.zeros((*level.shape, count, count))
         for here in np.unique(level):
@@ -283,7 +283,7 @@ class Differences:
 
 
 def _hypotheses(search: Search) -> FloatArray:
-    """Vergences a quarter of a pixel of blur apart, or a tenth of the blur where that is more."""
+    """Return vergences spaced by a quarter of a pixel of blur, or by a tenth of the blur if that is larger."""
     vergences = [search.lowest]
     while vergences[-1] < search.highest:
         radius = float(search.radius(np.array(vergences[-1])))
@@ -316,7 +316,7 @@ def _offs_at(offs: Floats, place: FloatArray) -> Floats:
 
 
 def _joint_root(offs: Floats, inverse: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The fractional level at which all pairs' differences `offs` vanish best (Gauss-Newton), and their slope there."""
+    """Find the level at which all pairs' differences `offs` are closest to 0 (Gauss-Newton), and their slope there."""
     levels = offs.shape[1]
     for _ in range(4):
         here = _offs_at(offs, place)
@@ -332,5 +332,5 @@ def _quadratic(left: Floats, matrix: FloatArray, right: Floats) -> FloatArray:
 
 
 def _reach(steep: FloatArray, bend: FloatArray | float) -> FloatArray:
-    """Distance over which a function of that slope and bend changes by 1: where the slope vanishes, the bend counts."""
+    """Return the distance over which a function of this slope and curvature changes by 1."""
     return 2 / (steep + np.sqrt(steep**2 + 4 * bend) + 1e-12)
