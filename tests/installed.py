@@ -2,7 +2,7 @@
 
 Builds the wheel and the source archive with the pinned build requirements, and installs the wheel into empty
 environments of each Python that is named (else of this one): with no extra and with each, or with those that are named
-(`none` is no extra). There README's example from Python is run, and the command line is tried. With the extra `eye`,
+(`none`: without extras). README's example from Python and the command line are tried there. With the extra `eye`,
 which README asks for, its blocks run from an empty folder, and the source archive is tried in the same way. Needs the
 network, and uv or pip.
 """

@@ -11,6 +11,7 @@ from focalgradient.cli import main
 
 TASKS = "depth-rating, necker, blur-threshold, published"
 OTHERS = r"(?:, [\w-]+)*"  # tasks that other tests have registered
+LENS = "--focal-length 25 --focus 0.8 --field 6 --out out"
 WRONG = {
     "task": ("power foo", rf"TASK is 'foo', but must be one of {TASKS}{OTHERS}\."),
     "misspelt task": ("power depth-ratng --out out", rf"must be one of {TASKS}{OTHERS}: did you mean depth-rating\?"),
@@ -62,10 +63,6 @@ WRONG = {
     ),
     "no argument": ("validate", r"Missing argument 'DIR', as in 'focalgradient validate data'"),
     "no option, nor the file": ("blur b.png c.npy", r"b\.png does not exist \(missing option '--out'\): see"),
-}
-
-LENS = "--focal-length 25 --focus 0.8 --field 6 --out out"
-WRONG |= {
     "f/ in a number": (f"blur a.png d.npy --f-number f/5.6 {LENS}", r"'f/5\.6' is not a number \(write 5\.6\): see"),
     "unit in a number": (
         f"blur a.png d.npy --f-number 5.6mm {LENS}",
@@ -112,7 +109,7 @@ WRONG |= {
 
 
 @pytest.mark.parametrize(("call", "said"), WRONG.values(), ids=WRONG)
-def test_a_wrong_call_is_told_what_is_right(tmp_path, monkeypatch, call, said):
+def test_the_message_on_a_wrong_call_names_the_remedy(tmp_path, monkeypatch, call, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(99))
     (tmp_path / "a.jpg").write_bytes(b"\xff\xd8\xff\xe0" + bytes(99))

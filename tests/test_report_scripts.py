@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from focalgradient.report.export import report_files, trial_files
-from focalgradient.statistics import Effect, compare_pictures, depth_rating, necker
+from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
@@ -183,6 +183,16 @@ def _rows(block: str) -> list[str]:
     return [line.replace("nearest less farthest", "difference") for line in lines]
 
 
+def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute: float) -> None:
+    """Compare what the script prints with the report: slopes and answers at the largest aperture, twice each."""
+    here = result.these_scenes
+    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
+    tests += [result.against_reference, here.against_reference]
+    for rows, wanted in zip(_shown(said), tests, strict=True):
+        done = [test for test in wanted if isinstance(test, Effect)]
+        assert rows == [pytest.approx([*_student(test), test.p_holm], rel=rel, abs=absolute) for test in done]
+
+
 @needs_r
 @pytest.mark.parametrize("kept", [1.0, 0.7])
 @pytest.mark.parametrize("kind", ["bipolar", "choice"])
@@ -193,13 +203,7 @@ def test_r_finds_comparisons(kind: str, kept: float, tmp_path: Path) -> None:
     table = table[empty.isin(pd.unique(empty)[np.random.default_rng(2).random(empty.nunique()) < kept])]
     result = compare_pictures(table, kind)
     said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R")
-    here = result.these_scenes
-    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
-    tests += [result.against_reference, here.against_reference]
-    for rows, wanted in zip(_shown(said), tests, strict=True):
-        done = [test for test in wanted if isinstance(test, Effect)]
-        close = {"rel": 1e-5, "abs": 1e-6} if kept == 1 else {"rel": 5e-3, "abs": 1e-4}  # lmerTest’s own df
-        assert rows == [pytest.approx([*_student(test), test.p_holm], **close) for test in done]
+    _finds_comparisons(said, result, *((1e-5, 1e-6) if kept == 1 else (5e-3, 1e-4)))  # lmerTest’s own df
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     own = table[(table["fixation"] == "farthest") & (table["aperture"] == "f/11")]
     assert wide["farthest f/11"].to_numpy() == pytest.approx(own.groupby("participant_id")["rating"].mean().to_numpy())
@@ -231,16 +235,11 @@ def test_r_repeats_comparisons_where_conditions_are_empty(tmp_path: Path, missin
     table = table.drop(table.query(missing).index)
     result = compare_pictures(table, "bipolar")
     said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R")
-    here = result.these_scenes
-    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
-    tests += [result.against_reference, here.against_reference]
-    for rows, wanted in zip(_shown(said), tests, strict=True):
-        done = [test for test in wanted if isinstance(test, Effect)]
-        assert rows == [pytest.approx([*_student(test), test.p_holm], rel=5e-3, abs=1e-4) for test in done]
+    _finds_comparisons(said, result, rel=5e-3, absolute=1e-4)
 
 
 def test_a_subject_without_answers_at_an_aperture_has_no_slope_of_means_over_scenes() -> None:
-    """Its missing mean is no answer of 0."""
+    """A missing mean does not count as an answer of 0."""
     table = eight_scenes("bipolar")
     table = table.drop(table.query(OF_ONE_SCENE).index).assign(rating=lambda rows: 3 - (rows["aperture_mm"] > 4))
     lacking = table.drop(table.query("participant_id == '00' and aperture == 'f/11'").index)

@@ -30,6 +30,7 @@ __all__ = [
     "is_number",
     "nearest",
     "one_line",
+    "suggestion",
 ]
 
 
@@ -210,14 +211,23 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
     return array
 
 
-def nearest(given: Any, known: Iterable[str]) -> str:
-    """Return the end of a message on an unknown name: the most similar known one, if any is similar.
+def nearest(given: Any, known: Iterable[str]) -> str | None:
+    """Return the known name most similar to an unknown one, or None if none is similar.
 
     >>> nearest("depth-ratng", ["depth-rating", "necker"]), nearest(3, ["necker"])
+    ('depth-rating', None)
+    """
+    return next(iter(difflib.get_close_matches(str(given).lower(), list(known), 1)), None)
+
+
+def suggestion(given: Any, known: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name, which suggests the `nearest` known one.
+
+    >>> suggestion("depth-ratng", ["depth-rating", "necker"]), suggestion(3, ["necker"])
     (': did you mean depth-rating?', '.')
     """
-    found = difflib.get_close_matches(str(given).lower(), list(known), 1)
-    return f": did you mean {found[0]}?" if found else "."
+    found = nearest(given, known)
+    return "." if found is None else f": did you mean {found}?"
 
 
 def check_one_of(name: str, value: Any, known: Iterable[str]) -> None:
@@ -229,7 +239,9 @@ def check_one_of(name: str, value: Any, known: Iterable[str]) -> None:
     """
     names = list(known)
     if not (isinstance(value, str) and value in names):
-        raise InputError(f"{name} is {described(value)}, but must be one of {', '.join(names)}{nearest(value, names)}")
+        raise InputError(
+            f"{name} is {described(value)}, but must be one of {', '.join(names)}{suggestion(value, names)}"
+        )
 
 
 def check_installed(what: str, extra: str, *modules: str) -> None:

@@ -55,7 +55,7 @@ LEAST_INFORMED = 0.5
 
 
 def _readable(_: click.Context, __: click.Parameter, given: Path | None) -> Path | None:
-    """Raise `InputError` for files that are no settings, such as pictures: an argument's callback."""
+    """Raise `InputError` for files other than settings, such as pictures: an argument's callback."""
     if given is not None:
         read_toml(given, "a settings file that names photographs of a target")
     return given

@@ -238,7 +238,7 @@ def _usage(message: str) -> str:
     clause = re.sub(r"not in the range x>=([0-9.]+)$", r"not \1 or more", clause)
     if found := re.search(r"'([^']*)' is not one of ('.*')$", clause):
         like = nearest(found[1], found[2].strip("'").split("', '"))
-        return clause if like == "." else f"{clause} ({like.removeprefix(': ')})"
+        return clause if like is None else f"{clause} (did you mean {like}?)"
     if found := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
         return f"{clause} (write {found[2]})" if found[1] else f"{clause} (write it without its unit)"
     return clause

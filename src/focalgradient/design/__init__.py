@@ -21,7 +21,7 @@ from focalgradient.design.order import Place, check_label
 from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
 from focalgradient.design.plan import Phase, Plan, Trial
 from focalgradient.design.procedure import Procedure
-from focalgradient.errors import InputError, nearest
+from focalgradient.errors import InputError, suggestion
 from focalgradient.files import read_toml
 from focalgradient.tables import check_table, shown
 from focalgradient.tasks import is_task, task_named, task_names
@@ -148,7 +148,7 @@ def check_design(name: str, data: Mapping[str, Any]) -> Design:
     if not is_task(task):
         known = ", ".join(map(repr, task_names()))
         given = f"task is {shown(task)}, but must be" if "task" in data else "task is missing: give"
-        raise InputError(f"{name}: {given} one of {known}{nearest(task, task_names())}")
+        raise InputError(f"{name}: {given} one of {known}{suggestion(task, task_names())}")
     made: Design = check_table(name, dict(data), task_named(str(task)).design)
     return made
 

@@ -233,16 +233,8 @@ def _rises(result: DepthRatingResult) -> Sheet:
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
         for fixation, over, test in tests
     ]
-    header = [
-        "in focus",
-        "holds for other",
-        "depth effect (ratio to pinhole)",
-        "95 %",
-        "test",
-        "p",
-        "p (Holm)",
-        *ROBUST,
-    ]
+    header = ["in focus", "holds for other", "depth effect (ratio to pinhole)", "95 %"]
+    header += ["test", "p", "p (Holm)", *ROBUST]
     caption = (
         f"Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s "
         "correction is over the depth effects and their ratio"
@@ -333,16 +325,8 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
         else:
             rows.append([each.fixation, *cells.missing(test, 9)])
-    header = [
-        "in focus",
-        "bounds",
-        "depth effect at the largest aperture",
-        "90 %",
-        "p against less",
-        "p against more",
-        "p",
-    ]
-    header += ["p by t alone", "robust p"]
+    header = ["in focus", "bounds", "depth effect at the largest aperture", "90 %"]
+    header += ["p against less", "p against more", "p", "p by t alone", "robust p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
     crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"

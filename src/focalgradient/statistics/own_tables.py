@@ -61,7 +61,7 @@ LISTED = 12
 
 
 TABLES = (".csv", ".tsv", ".xlsx")
-"""Extensions of tables; under other names, text without the form of a table is reported as no table."""
+"""Extensions of tables; a file with another extension is a table only if its text has the form of one."""
 
 TABLE_OR_DATA_SET = "a CSV, TSV or XLSX file, or the folder of a data set (with dataset_description.json)"
 """Remedy for a file that is not a table."""
