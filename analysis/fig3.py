@@ -23,9 +23,9 @@ from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, Int
 __all__ = ["ASSUMED", "main", "make", "shown"]
 
 ASSUMED = (
-    "Of simulated observers: no finding about people. With the near object in focus the rise depends on their "
-    "prior (blurred is farther), which the layout does not reverse. With the far object there is no rise because they "
-    "discount blur that contradicts the layout. The layout itself is the scene’s true one."
+    "Of simulated observers: no finding about people. With the near object in focus the depth effect depends on "
+    "their prior (blurred is farther), which the layout does not reverse. With the far object there is none because "
+    "they discount blur that contradicts the layout. The layout itself is the scene’s true one."
 )
 """Assumptions on which Fig. 3 of the simulated observers depends: see `observers_sensitivity`."""
 
@@ -82,8 +82,8 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
             "for growing apertures: with the nearest object in focus, so that farther ones are blurred, and with the "
             "farthest in focus, so that nearer ones are. Every subject thin; bold the geometric mean over subjects "
             f"with its 95 % interval by t on the logarithm, {_generality(result)}.",
-            "The rise from the pinhole to the largest aperture was tested likewise, its equivalence to zero by two "
-            f"one-sided tests against a factor of {bound:g}.",
+            "The depth effect, from the pinhole to the largest aperture, was tested likewise, its equivalence to zero "
+            f"by two one-sided tests against a factor of {bound:g}.",
             *((ASSUMED,) if part.simulated else ()),
         ),
         figure=depth_rating_figure(result, simulated=part.simulated),

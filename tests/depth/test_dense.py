@@ -55,6 +55,18 @@ def test_an_edge_of_the_picture_parts_surfaces():
         assert dense.evidence[right].mean() == 0 or not edge
 
 
+@pytest.mark.parametrize("unit", (0.3, 5.0))
+def test_a_plane_is_continued(unit):
+    """The vergence of a plane is linear in the picture: two measured stripes show it on both of their sides."""
+    valid = np.zeros(SHAPE, bool)
+    valid[:, 50:65] = valid[:, 95:110] = True
+    plane = unit * (1 + 0.002 * (np.arange(SHAPE[1]) - 80) * np.ones(SHAPE))
+    dense = complete(plane, np.full(SHAPE, 0.005 * unit), valid, np.ones(SHAPE), window=8.0)
+    for beyond in (30, 130):
+        assert np.abs(dense.vergence / plane - 1)[:, beyond].max() < 0.03
+        assert np.abs(np.median(plane) / plane - 1)[:, beyond].min() > 0.08
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_surface_that_shows_no_depth_is_covered(seed):
     """Textured things before or behind a blank wall, of which nothing is measured."""

@@ -220,16 +220,11 @@ def _shares(found: Iterable[tuple[float, float, Power]]) -> str:
 
 def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> AnyStudy:
     """Return the power study of a task, given its design and options."""
-    from focalgradient.design import load_design
+    from focalgradient.design import design_of
     from focalgradient.tasks import task_named
 
     task = task_named(name)
-    shown = task.design() if design is None else load_design(design)
-    if shown.task != task.name:
-        raise InputError(
-            f"{design} is a design of {task_named(shown.task).called}, but must be one of {task.called}: give another "
-            "--design."
-        )
+    shown = design_of(task.name, design)
     options = {name: f"--{name.replace('_', '-')}" for name in given}
     with options_named({f"{name} {verb}": f"{options[name]} {verb}" for name in given for verb in ("cannot", "is")}):
         study: AnyStudy = task.study(shown, given, seed)

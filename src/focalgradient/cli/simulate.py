@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -12,10 +12,7 @@ from focalgradient.cli.options import shared_options, shared_work
 from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.tasks import Task, task_named
-
-if TYPE_CHECKING:
-    from focalgradient.observers.experiment import Simulated
+from focalgradient.tasks import task_named
 
 __all__ = ["simulate"]
 
@@ -88,11 +85,12 @@ def simulate(
     task = task_named(experiment)
     if task.no_pictures and stimuli is not None:
         raise InputError(f"--stimuli cannot go with {experiment}, {task.no_pictures}: leave it out.")
+    from focalgradient.design import design_of
     from focalgradient.observers import observer_named
     from focalgradient.observers import simulate as simulated
 
     observer_named(observer)
-    chosen = with_trials(_design(task, design), trials)
+    chosen = with_trials(design_of(task.name, design), trials)
     seconds = task.observer_s * observers
     with resumable(LEFT) as say, warnings_given(), shared_work(workers, scheduler, seconds) as executor:
         # The pictures are in a folder of this machine, which a scheduler's workers may not see.
@@ -105,15 +103,3 @@ def simulate(
         f"Simulated observers ({observer}): {new}{kept}.",
         f"Written: {printable(out)}",
     )
-
-
-def _design(task: Task, path: Path | None) -> Simulated:
-    from focalgradient.design import load_design
-
-    found: Any = task.design() if path is None else load_design(path)
-    if found.task != task.name:
-        raise InputError(
-            f"{path} is a design of {task_named(found.task).called}, but must be one of {task.called}: give another "
-            "--design."
-        )
-    return found

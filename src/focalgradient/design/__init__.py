@@ -57,6 +57,7 @@ __all__ = [
     "balanced_latin_square",
     "check_design",
     "check_label",
+    "design_of",
     "design_text",
     "load_design",
     "recorded_design",
@@ -113,6 +114,31 @@ def load_design(path: str | os.PathLike[str]) -> Design:
             "'focalgradient run TASK --print-design'."
         )
     return check_design(str(path), read_toml(Path(path)))
+
+
+def design_of(task: str, path: str | os.PathLike[str] | None) -> Design:
+    """Read a design of one task from its TOML file; without a file, return the paper's design of that task.
+
+    Raises
+    ------
+    InputError
+        As for `load_design`, and if the file is a design of another task.
+
+    Examples
+    --------
+    >>> design_of("necker", None).task
+    'necker'
+    """
+    if path is None:
+        default: Design = task_named(task).design()
+        return default
+    found = load_design(path)
+    if found.task != task:
+        raise InputError(
+            f"{path} is a design of {task_named(found.task).called}, but must be one of {task_named(task).called}: "
+            "give another --design."
+        )
+    return found
 
 
 def recorded_design(name: str, data: Mapping[str, Any]) -> Design:

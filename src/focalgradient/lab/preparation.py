@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from focalgradient.dataset import Session
-from focalgradient.design import Design, check_label, design_text, load_design
+from focalgradient.design import Design, check_label, design_of, design_text
 from focalgradient.design.consent import Consent, read_consent
 from focalgradient.design.given_list import read_trials
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
@@ -111,12 +111,7 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     """
     options = _arguments(experiment, given, program)
     _psychopy()
-    design = task_named(experiment.task).design() if options.design is None else load_design(options.design)
-    if design.task != experiment.task:
-        raise InputError(
-            f"{options.design} is a design of {task_named(design.task).called}, but must be one of "
-            f"{task_named(experiment.task).called}: give another --design."
-        )
+    design = design_of(experiment.task, options.design)
     if options.trials is not None:
         if options.resume:
             raise InputError("--trials is given, but a resumed session continues with its own list: leave it out.")
