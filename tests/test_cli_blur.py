@@ -306,7 +306,11 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
         (METRES, {"baseline": 0.2}, "baseline and offset are for disparity, but"),
         (METRES + 1j, {}, "depth must be real numbers"),
         (METRES > 1, {}, "depth must be real numbers"),
-        ((1e3 * METRES).astype(np.int32), {}, "contains integers of type int32, whose unit is unknown: give the scale"),
+        (
+            (1e3 * METRES).astype(np.int32),
+            {},
+            "contains integers of type int32, but not what one step is: give the scale",
+        ),
         (METRES, {"unit": "mm", "offset": 3.0}, "baseline and offset are for disparity, but"),
         (1e-300 * METRES, {}, "they must be 1e-06 m or more: check the unit and the scale"),
     ],
@@ -331,6 +335,20 @@ def test_what_is_missing_of_depth_is_named_by_its_option(tmp_path: Path) -> None
     found = CliRunner().invoke(main, ["blur", str(light), str(depth), *lens])
     assert found.exit_code == 2
     assert "give the --depth-scale, such as 0.001" in found.stderr
+
+
+@pytest.mark.parametrize("channels", [(), (3,)])
+def test_a_picture_given_as_depth_is_named(tmp_path: Path, channels: tuple[int, ...]) -> None:
+    light, depth = tmp_path / "light.png", tmp_path / "depth.npy"
+    noise = np.random.default_rng(1).integers(0, 256, (*METRES.shape, *channels), np.uint8)
+    Image.fromarray(noise).save(light)
+    np.save(depth, METRES)
+    lens = ["--f-number", "4", "--focal-length", "25", "--focus", "1", "--field", "3", "--out", str(tmp_path / "out")]
+    found = CliRunner().invoke(main, ["blur", str(depth), str(light), *lens])
+    assert found.exit_code == 2
+    assert "light.png" in found.stderr
+    assert "give the picture first, then its depth" in found.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_exr_files_hold_pictures_and_depth(tmp_path: Path) -> None:

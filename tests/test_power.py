@@ -12,6 +12,7 @@ from focalgradient.design import BlurThresholdDesign, DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.power import AnyStudy, Model, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, _reports
+from focalgradient.power.latent import SIZES, _by_size
 from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.meta_analysis import random_effects
@@ -152,3 +153,12 @@ def test_pooling_covers_and_agrees_with_statsmodels() -> None:
     other = combine_effects(estimates, errors**2, method_re="iterated", use_t=True)
     assert found.tau**2 == pytest.approx(other.tau2, abs=1e-5)
     assert found.estimate == pytest.approx(other.mean_effect_re, abs=1e-6)
+
+
+def test_the_variance_at_any_size_has_a_part_that_more_subjects_do_not_reduce() -> None:
+    own, shared = np.array([3.0, 0.0, 2.0]), np.array([0.1, 0.2, 0.0])
+    at = _by_size([own / size + shared for size in SIZES])
+    for subjects in (4, *SIZES, 500):
+        np.testing.assert_allclose(at(subjects), own / subjects + shared, atol=1e-12)
+    growing = _by_size([np.array([0.1]), np.array([0.3])])  # by chance: no variance is negative
+    assert growing(3) == growing(500) == 0.3

@@ -55,7 +55,7 @@ def test_an_edge_of_the_picture_parts_surfaces():
         assert dense.evidence[right].mean() == 0 or not edge
 
 
-@pytest.mark.parametrize("unit", (0.3, 5.0))
+@pytest.mark.parametrize("unit", [0.3, 5.0])
 def test_a_plane_is_continued(unit):
     """The vergence of a plane is linear in the picture: two measured stripes show it on both of their sides."""
     valid = np.zeros(SHAPE, bool)

@@ -238,12 +238,20 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     if values.ndim == 3 and (values[..., :1] == values).all():
         values = values[..., 0]
     if values.ndim != 2:
-        raise InputError(f"{printable(path)} has shape {values.shape}, but a depth map must be H x W.")
+        raise InputError(
+            f"{printable(path)} has shape {values.shape}, but a depth map must be H x W, one number a pixel: give the "
+            "picture first, then its depth."
+        )
     if values.dtype.kind not in "fiu":
         raise InputError(f"{printable(path)} contains values of type {values.dtype}, but depth must be real numbers.")
+    if values.dtype == np.uint8 and scale is None:
+        raise InputError(
+            f"{printable(path)} contains 8-bit integers, as a picture does: give the picture first, then its depth; or "
+            "for a depth map of 8 bits the scale, such as 0.01 for centimetres read as metres."
+        )
     if values.dtype.kind in "iu" and scale is None:
         raise InputError(
-            f"{printable(path)} contains integers of type {values.dtype}, whose unit is unknown: "
+            f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: "
             "give the scale, such as 0.001 for millimetres read as metres, or a file of floating-point numbers."
         )
     return values
