@@ -9,6 +9,7 @@ import pytest
 from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.calibration import calibrate_dual_pixel
 from focalgradient.optics import DualPixel, check_optics
+from focalgradient.optics.dual_pixel import half_transfer
 from focalgradient.photographs import read_views
 
 LENS = Lens(0.05, 4.0, 0.95, focus_tolerance=0.02, aperture_tolerance=0.03)
@@ -50,6 +51,14 @@ def test_transfer_is_that_of_a_weighted_disc() -> None:
         assert complex(optics.optical_transfer(fy, fx, vergence)) == pytest.approx(direct, abs=0.004)
     assert (weight * x).sum() > 0  # the centroid lies to the right
     check_optics(optics, vergences=[0.5, 1.6], frequency=0.5 / ANGLE)
+
+
+def test_halves_are_alike_and_sharp_in_focus() -> None:
+    y, x = np.meshgrid(np.linspace(-400, 400, 5), np.linspace(-400, 400, 5), indexing="ij")
+    for radius in (0.0, 1e-12):
+        even, odd = half_transfer(y, x, radius)
+        np.testing.assert_allclose(even, 1, atol=1e-9)
+        np.testing.assert_allclose(odd, 0, atol=1e-9)
 
 
 @pytest.mark.parametrize("vergence", [0.3, 0.9, 1.2, 1.7])

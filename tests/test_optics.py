@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, recover_depth
 from focalgradient.optics import capabilities, check_optics
+from focalgradient.optics.protocol import Mixture
 
 FOCAL = st.floats(0.004, 0.2)
 NUMBER = st.floats(0.95, 45)
@@ -226,11 +227,42 @@ def made(**changed) -> Round:
             },
             "at -f is not the conjugate of that at f",
         ),
+        (
+            {
+                "isotropic": False,
+                "through_focus": lambda self, y, x, vs: np.stack([Round().optical_transfer(2 * y, x, v) for v in vs]),
+            },
+            "`.*` of Own differs from its `.*` by",
+        ),
     ],
 )
 def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) -> None:
     with pytest.raises(InputError, match=said):
         check_optics(made(**changed), vergences=[0.6, 1.5], frequency=800.0)
+
+
+def test_a_transfer_for_all_directions_is_a_mean_where_blur_differs_between_them() -> None:
+    own = made(isotropic=False, optical_transfer=lambda self, y, x, v: Round().optical_transfer(2 * y, x, v))
+    check_optics(own, vergences=[0.6, 1.5], frequency=800.0)
+
+
+@pytest.mark.parametrize(
+    ("shares", "focus_sd", "said"),
+    [
+        (np.full((2, 4, 5), 0.5), np.zeros((4, 5)), None),
+        (np.full((2, 4, 5), 0.6), np.zeros((4, 5)), "shares do not sum to 1"),
+        (np.full((3, 4, 5), 1 / 3), np.zeros((4, 5)), "C x H x W for the 2 optics"),
+        (np.full((2, 4, 5), 0.5), np.zeros((5, 4)), "focus_sd \\(5, 4\\)"),
+        (np.full((2, 20), 0.5), np.zeros(20), "shares has shape \\(2, 20\\)"),
+    ],
+)
+def test_shares_of_a_mixture_sum_to_one_at_each_pixel(shares, focus_sd, said) -> None:
+    lenses = (Lens(0.05, 2, 1.0), Lens(0.05, 2, 1.5))
+    if said is None:
+        assert Mixture(lenses, shares, focus_sd).gain == 1.0
+        return
+    with pytest.raises(InputError, match=said):
+        Mixture(lenses, shares, focus_sd)
 
 
 def test_what_optics_state_is_read_once() -> None:

@@ -10,10 +10,11 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, rise_power, sequential_power, spending_bounds
+from focalgradient.power import AnyStudy, Model, latent, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, _reports
-from focalgradient.power.latent import SIZES, _by_size
+from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.thresholds import ThresholdStudy
+from focalgradient.statistics import Effect
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.meta_analysis import random_effects
 from focalgradient.statistics.skewness import Scatter, robust_factor
@@ -162,3 +163,47 @@ def test_the_variance_at_any_size_has_a_part_that_more_subjects_do_not_reduce() 
         np.testing.assert_allclose(at(subjects), own / subjects + shared, atol=1e-12)
     growing = _by_size([np.array([0.1]), np.array([0.3])])  # by chance: no variance is negative
     assert growing(3) == growing(500) == 0.3
+
+
+OWN, SHARED = 4.0, 0.03
+"""Variance of an estimate: a part over the number of subjects, and a part that all share."""
+
+
+def of_known_variance(means, monkeypatch):
+    """Replace simulated experiments by tests whose estimates, errors and degrees of freedom are known exactly."""
+
+    def tests(study, subjects, number):
+        runs = study.design.response_scale.analysis.experiments
+        variance = OWN / subjects + SHARED
+        off = (1 - 2 * (number % 2)) * math.sqrt(variance * (runs - 1) / runs)  # has this sample variance
+        found = [(mean + off, math.sqrt(variance)) for mean in means]
+        nothing = {"low": 0.0, "high": 0.0, "statistic": 0.0, "p": 0.0, "dz": None, "method": "", "subjects": subjects}
+        return [Effect(estimate=one, standard_error=sd, df=subjects - 1.0, **nothing) for one, sd in found]
+
+    monkeypatch.setattr(latent, "_tests", tests)
+
+
+def noncentral(mean: float, subjects: int, level: float = 0.05) -> float:
+    """Power, upwards, of a two-sided t-test at `level`."""
+    df = subjects - 1
+    return float(stats.nct.sf(stats.t.isf(level / 2, df), df, mean / math.sqrt(OWN / subjects + SHARED)))
+
+
+@pytest.mark.parametrize("scale", ["steps", "choice"])
+def test_power_of_answers_in_steps_and_choices_is_that_of_the_noncentral_t(scale, monkeypatch) -> None:
+    mean = math.log(3.0)  # of steps it is the model's own, whatever was simulated
+    of_known_variance([mean + (0.0 if scale == "choice" else 5.0)], monkeypatch)
+    study = LatentStudy(LatentModel(effect=3.0), DepthRatingDesign(scale=scale, fixations=("nearest",)))
+    for subjects, power in latent.latent_power(study, (6, *SIZES, 60)).items():
+        assert power["near_rise"] == pytest.approx(noncentral(mean, subjects), abs=0.015)
+        assert "interaction" not in power
+
+
+def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypatch) -> None:
+    near, far = math.log(90.0), math.log(3.0)
+    of_known_variance([0.0, 0.0, 0.0], monkeypatch)  # of steps the means are the model's own
+    study = LatentStudy(LatentModel(effect=90.0, far_effect=3.0), DepthRatingDesign(scale="steps"))
+    found, apart = latent.latent_power(study, SIZES), near - far
+    for subjects, power in found.items():
+        assert noncentral(apart, subjects, 0.05 / 2) - 0.01 < power["interaction"] < noncentral(apart, subjects) + 0.01
+        assert power["near_rise"] >= power["interaction"]
