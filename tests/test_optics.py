@@ -244,6 +244,8 @@ def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) 
 def test_a_transfer_for_all_directions_is_a_mean_where_blur_differs_between_them() -> None:
     own = made(isotropic=False, optical_transfer=lambda self, y, x, v: Round().optical_transfer(2 * y, x, v))
     check_optics(own, vergences=[0.6, 1.5], frequency=800.0)
+    with pytest.raises(InputError, match="the blur of Own is not isotropic"):
+        capabilities(own).blur.transfer([100.0], [1.2])
 
 
 @pytest.mark.parametrize(

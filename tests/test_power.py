@@ -8,11 +8,12 @@ import pytest
 from scipy import stats
 from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
-from focalgradient.design import BlurThresholdDesign, DepthRatingDesign
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
 from focalgradient.power import AnyStudy, Model, latent, rise_power, sequential_power, spending_bounds
-from focalgradient.power.cube import CubeModel, _reports
+from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
+from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics import Effect
 from focalgradient.statistics.means import paired_effect
@@ -207,3 +208,26 @@ def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypa
     for subjects, power in found.items():
         assert noncentral(apart, subjects, 0.05 / 2) - 0.01 < power["interaction"] < noncentral(apart, subjects) + 0.01
         assert power["near_rise"] >= power["interaction"]
+
+
+@pytest.mark.parametrize(("effect", "least", "most"), [(4.0, 0.9, 1.0), (0.25, 0.0, 0.01)])
+def test_only_effects_in_the_stated_direction_count_as_found(effect, least, most) -> None:
+    design = NeckerDesign(strengths_mm=(4.0,), repetitions=1)
+    found = quick_cube_power(CubeStudy(CubeModel(effect=effect, between=0.1), design), [12], 200, 60)[12]
+    assert set(found) == {"nonrigid_longer", "nonrigid_shorter"}
+    assert all(least <= share <= most for share in found.values())
+
+
+def test_power_falls_as_people_differ_more() -> None:
+    study = CubeStudy(CubeModel(effect=3.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
+    found = sensitivity(study, [6, 6], 8)
+    assert len(found) == 3 * 2 * 3  # spreads, factors, and tests with that of both together
+    assert set(found["factor"]) == {0.5, 2.0}
+    levels = found[found["assumed"] == "between_levels"].groupby("factor")["power"].mean()
+    assert levels[0.5] > levels[2.0] + 0.1
+
+
+def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
+    study = LatentStudy(LatentModel(), DepthRatingDesign(scale="choice"))
+    few, many = (np.mean([study.experiment(subjects, number)["width"] for number in range(8)]) for subjects in (6, 24))
+    assert 0.3 < many / few < 0.7  # 1/2, and less freedom with few
