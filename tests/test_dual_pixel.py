@@ -61,6 +61,11 @@ def test_halves_are_alike_and_sharp_in_focus() -> None:
         np.testing.assert_allclose(odd, 0, atol=1e-9)
 
 
+def test_only_an_asymmetry_that_varies_makes_blur_vary_over_the_field() -> None:
+    assert DualPixel(LENS, 0.3).uniform
+    assert not DualPixel(LENS, 0.3, field=(0.0, 0.0, 0.0, 0.1, 0.0)).uniform
+
+
 @pytest.mark.parametrize("vergence", [0.3, 0.9, 1.2, 1.7])
 def test_depth_and_its_side_come_from_one_shot(vergence: float) -> None:
     depth = recover_depth(views(halves(vergence), DualPixel.pair(LENS, 0.35)))

@@ -189,6 +189,15 @@ def test_the_blur_of_infinity_gives_back_infinity() -> None:
             assert lens.distance_from_blur(lens.blur_radius(np.inf), "beyond") == np.inf, (f_number, focus)
 
 
+def test_a_lens_is_refocused_to_infinity_and_no_farther() -> None:
+    lens = Lens(0.05, 2, 1.0)
+    assert lens.refocused(0.0).focus_distance == math.inf
+    assert lens.refocused(0.5).aperture_diameter == lens.aperture_diameter
+    for beyond in (-0.01, math.nan):
+        with pytest.raises(InputError, match=r"must be 0 D \(infinity\) or more"):
+            lens.refocused(beyond)
+
+
 # --- optics of a user's own -------------------------------------------------------------------------------------------
 
 
