@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, recover_depth
-from focalgradient.optics import capabilities, check_optics
+from focalgradient.optics import DualPixel, capabilities, check_optics
 from focalgradient.optics.protocol import Mixture
 
 FOCAL = st.floats(0.004, 0.2)
@@ -213,6 +213,13 @@ class Round:
         return Round.transfer(self, np.hypot(frequency_y, frequency_x), vergence)
 
 
+class OneTransfer:
+    """The same blur, stated for all directions at once."""
+
+    aperture_diameter, focus_vergence, isotropic = 0.006, 1.0, True
+    transfer = Round.transfer
+
+
 def made(**changed) -> Round:
     return type("Own", (Round,), changed)()
 
@@ -248,6 +255,26 @@ def made(**changed) -> Round:
 def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) -> None:
     with pytest.raises(InputError, match=said):
         check_optics(made(**changed), vergences=[0.6, 1.5], frequency=800.0)
+
+
+@pytest.mark.parametrize(
+    "optics",
+    [DualPixel(Lens(0.05, 4, 1.0), 0.3), OneTransfer()],
+    ids=["dual pixel", "transfer only"],
+)
+def test_blur_at_several_vergences_is_that_at_each(optics) -> None:
+    y, x = np.meshgrid(np.linspace(-300, 300, 3), np.linspace(-200, 400, 4), indexing="ij")
+    blur, levels = capabilities(optics).blur, [0.5, 1.0, 1.7]
+    together = blur.through_focus(y, x, levels)
+    assert together.shape == (3, *y.shape)
+    for one, level in zip(together, levels, strict=True):
+        np.testing.assert_allclose(one, blur.optical_transfer(y, x, level), atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -0.001, (0.001, 0.002)])
+def test_an_aperture_is_one_finite_number_of_zero_or_more(wrong) -> None:
+    with pytest.raises(InputError, match="must be finite and the aperture 0 or more"):
+        check_optics(made(aperture_diameter=wrong))
 
 
 def test_a_transfer_for_all_directions_is_a_mean_where_blur_differs_between_them() -> None:

@@ -13,6 +13,7 @@ from focalgradient.errors import InputError
 from focalgradient.power import AnyStudy, Model, latent, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
+from focalgradient.power.running import power
 from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics import Effect
@@ -195,9 +196,9 @@ def test_power_of_answers_in_steps_and_choices_is_that_of_the_noncentral_t(scale
     mean = math.log(3.0)  # of steps it is the model's own, whatever was simulated
     of_known_variance([mean + (0.0 if scale == "choice" else 5.0)], monkeypatch)
     study = LatentStudy(LatentModel(effect=3.0), DepthRatingDesign(scale=scale, fixations=("nearest",)))
-    for subjects, power in latent.latent_power(study, (6, *SIZES, 60)).items():
-        assert power["near_rise"] == pytest.approx(noncentral(mean, subjects), abs=0.015)
-        assert "interaction" not in power
+    for subjects, shares in latent.latent_power(study, (6, *SIZES, 60)).items():
+        assert shares["near_rise"] == pytest.approx(noncentral(mean, subjects), abs=0.015)
+        assert "interaction" not in shares
 
 
 def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypatch) -> None:
@@ -205,9 +206,9 @@ def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypa
     of_known_variance([0.0, 0.0, 0.0], monkeypatch)  # of steps the means are the model's own
     study = LatentStudy(LatentModel(effect=90.0, far_effect=3.0), DepthRatingDesign(scale="steps"))
     found, apart = latent.latent_power(study, SIZES), near - far
-    for subjects, power in found.items():
-        assert noncentral(apart, subjects, 0.05 / 2) - 0.01 < power["interaction"] < noncentral(apart, subjects) + 0.01
-        assert power["near_rise"] >= power["interaction"]
+    for subjects, shares in found.items():
+        assert noncentral(apart, subjects, 0.05 / 2) - 0.01 < shares["interaction"] < noncentral(apart, subjects) + 0.01
+        assert shares["near_rise"] >= shares["interaction"]
 
 
 @pytest.mark.parametrize(("effect", "least", "most"), [(4.0, 0.9, 1.0), (0.25, 0.0, 0.01)])
@@ -231,3 +232,29 @@ def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
     study = LatentStudy(LatentModel(), DepthRatingDesign(scale="choice"))
     few, many = (np.mean([study.experiment(subjects, number)["width"] for number in range(8)]) for subjects in (6, 24))
     assert 0.3 < many / few < 0.7  # 1/2, and less freedom with few
+
+
+@pytest.mark.parametrize(("far_effect", "least", "most"), [(1.0, 5, 6), (20.0, 0, 2)])
+def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) -> None:
+    model = LatentModel(effect=20.0, far_effect=far_effect, between=0.5)
+    study = LatentStudy(model, DepthRatingDesign(scale="visual-analogue"))
+    outcomes = [study.experiment(12, number) for number in range(6)]
+    assert least <= sum(one["interaction"] for one in outcomes) <= most
+    assert sum(one["near_rise"] for one in outcomes) == 6
+
+
+def test_a_sequential_design_has_two_looks_or_more() -> None:
+    assert [one.subjects for one in sequential_power(Drawn(0.8), [10, 20], 20, "pocock")] == [10, 20]
+    with pytest.raises(InputError, match="looks has one number of subjects"):
+        sequential_power(Drawn(0.8), [10, 10], 20, "pocock")
+    with pytest.raises(InputError, match=r"factor is 1\.0, but must be a Bayes factor above 1"):
+        sequential_power(Drawn(0.8), [10, 20], 20, "bayes-factor", factor=1.0)
+
+
+def test_shares_of_experiments_have_binomial_errors() -> None:
+    found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 1, 0] * 4})
+    [one] = power(found.assign(width=2.0, far_width=3.0, left_out=0.5), logs=False)
+    assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.75, 0.25)
+    for error in (one.standard_error["a"], one.standard_error["b"], one.joint_error):
+        assert error == pytest.approx(math.sqrt(3 / 16 / 16))
+    assert (one.experiments, one.left_out) == (16, 0.5)
