@@ -136,7 +136,7 @@ def design_of(task: str, path: str | os.PathLike[str] | None) -> Design:
     if found.task != task:
         raise InputError(
             f"{path} is a design of {task_named(found.task).called}, but must be one of {task_named(task).called}: "
-            "give another --design."
+            "give another design."
         )
     return found
 
