@@ -258,3 +258,22 @@ def test_shares_of_experiments_have_binomial_errors() -> None:
     for error in (one.standard_error["a"], one.standard_error["b"], one.joint_error):
         assert error == pytest.approx(math.sqrt(3 / 16 / 16))
     assert (one.experiments, one.left_out) == (16, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [
+        ("effect", 0.01, 100.0),
+        ("nonrigid", 0.001, 0.999),
+        ("dominance", 0.5, 100.0),
+        ("duration_spread", 0.05, 3.0),
+        ("serial", -0.9, 0.9),
+        ("first_ratio", 0.1, 10.0),
+    ],
+)
+def test_what_is_assumed_of_people_at_the_cube_has_a_range(name, least, most) -> None:
+    for value in (least, most):
+        assert getattr(CubeModel(**{name: value}), name) == value
+    for value in (np.nextafter(least, -np.inf), np.nextafter(most, np.inf), math.nan):
+        with pytest.raises(InputError, match=f"{name} is"):
+            CubeModel(**{name: float(value)})
