@@ -214,9 +214,8 @@ class _Field:
     """The field before anything is known: rows over standard deviations of its two parts."""
 
     differences: sparse.csr_matrix  # of neighbouring departures
-    bends: sparse.csr_matrix  # of the layout: second differences, its level and its slopes
-    layout: sparse.csr_matrix  # from the layout's grid to the nodes
-    anchor: float  # of each departure, for the two parts to be told apart
+    prior: sparse.csr_matrix  # of both parts: differences and size of the departures, then bends of the layout
+    to_nodes: sparse.csr_matrix  # from both parts to the field's values
 
     @classmethod
     def over(cls, picture: FloatArray, step: int, scale: float) -> _Field:
@@ -241,22 +240,17 @@ class _Field:
         high, wide = picture.shape
         cells = [max(3, round(count / max(picture.shape) * CELLS) + 1) for count in picture.shape]
         layout = sparse.csr_matrix(sparse.kron(_between(high, cells[0]), _between(wide, cells[1])))
-        bends = _bends(cells, high / wide, scale)
-        return cls(differences, bends, layout, np.sqrt(1e-3) / (SPREAD * scale))
+        own = sparse.eye_array(picture.size, format="csr")
+        anchor = np.sqrt(1e-3) / (SPREAD * scale)  # without which a constant could belong to either part
+        departures = sparse.vstack([differences, anchor * own])
+        prior = sparse.csr_matrix(sparse.block_diag([departures, _bends(cells, high / wide, scale)]))
+        return cls(differences, prior, sparse.hstack([own, layout], format="csr"))
 
     def given(self, weight: FloatArray) -> _Given:
         """Return the field, given nodes measured with `weight` (h x w, 1 / variance)."""
-        own = sparse.eye_array(weight.size, format="csr")
-        to_nodes = sparse.hstack([own, self.layout], format="csr")
         root = np.sqrt(weight)
-        rows = sparse.vstack(
-            [
-                sparse.block_diag([sparse.vstack([self.differences, self.anchor * own]), self.bends]),
-                sparse.diags_array(root.ravel()) @ to_nodes,
-            ],
-            format="csr",
-        )
-        return _Given(rows, root, to_nodes, _solver(rows.T @ rows))
+        rows = sparse.vstack([self.prior, sparse.diags_array(root.ravel()) @ self.to_nodes], format="csr")
+        return _Given(rows, root, self.to_nodes, _solver(rows.T @ rows))
 
     def reach(self, share: FloatArray, step: int) -> FloatArray:
         """Return the probability (h x w) that a walk from a node comes to measured depth before its surface ends.
