@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
-from focalgradient.eye import CORRECTIONS, Cones, Eye, ZonedLens, image_quality, off_axis, typical_aberrations
+from focalgradient.eye import Cones, Eye, ZonedLens, image_quality, off_axis, typical_aberrations
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 PUPIL = 0.004
@@ -33,7 +33,7 @@ SIDE, MINUTES = 128, 0.25
 GAP = 0.02
 """Distance in dioptres of the two vergences at which an eye's quality is computed: the first is the one that counts."""
 
-person = partial(Eye.of_person, pupil_diameter=PUPIL)
+person = partial(Eye, PUPIL)
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Subject:
 
 
 def _worn(vergence: float) -> Eye:
-    return person("-2.00", age=YOUNG, looking_at=vergence, correction=CORRECTIONS["spectacles"])
+    return person(refraction="-2.00", age=YOUNG, looking_at=vergence, correction="spectacles")
 
 
 def _bifocal(vergence: float) -> Eye:
     lens = ZonedLens((0.002, 0.008), (2.5, 0.0))
-    return replace(person(age=OLD, looking_at=vergence), lens=lens)
+    return person(age=OLD, looking_at=vergence, lens=lens)
 
 
 def _typical(vergence: float) -> Eye:
@@ -60,9 +60,11 @@ def _typical(vergence: float) -> Eye:
 SUBJECTS = (
     Subject("emmetrope, 25 years", lambda vergence: person(age=YOUNG, looking_at=vergence)),
     Subject("typical aberrations", _typical),
-    Subject("myope, −2 D, uncorrected", lambda vergence: person("-2.00", age=YOUNG, looking_at=vergence)),
+    Subject("myope, −2 D, uncorrected", lambda vergence: person(refraction="-2.00", age=YOUNG, looking_at=vergence)),
     Subject("myope, in spectacles", _worn),
-    Subject("astigmat, −1.50 × 30", lambda vergence: person("plano -1.50 x 30", age=YOUNG, looking_at=vergence)),
+    Subject(
+        "astigmat, −1.50 × 30", lambda vergence: person(refraction="plano -1.50 x 30", age=YOUNG, looking_at=vergence)
+    ),
     Subject("presbyope, 60 years", lambda vergence: person(age=OLD, looking_at=vergence)),
     Subject("60 years, bifocal +2.5 D", _bifocal),
     Subject(

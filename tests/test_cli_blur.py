@@ -415,7 +415,7 @@ def test_what_a_display_must_show_for_the_image_of_real_depth(folder: Path) -> N
     found = chromatic_stimulus(
         picture,
         np.full((48, 64), 2.0),
-        Eye.of_person("plano", age=75, looking_at=1.0, pupil_diameter=0.004),
+        Eye(0.004, age=75, looking_at=1.0),
         screen=1.0,
         pixel_angle=angle,
         basis=basis,

@@ -181,7 +181,7 @@ def test_people_off_axis_are_refracted_as_measured(people, angle, m, j0) -> None
 def test_an_eye_is_myopic_off_axis_by_default_and_the_schematic_eye_hyperopic(side, degrees) -> None:
     """Measured of emmetropes at 20 and 30 degrees: M of -0.08 and -0.48 (temporal), -0.65 and -1.04 D (nasal field)."""
     measured = {("temporal", 20): -0.08, ("temporal", 30): -0.48, ("nasal", 20): -0.65, ("nasal", 30): -1.04}
-    eye = Eye.of_person("plano", age=30, pupil_diameter=0.004)
+    eye = Eye(0.004, age=30)
     nearer = off_axis(eye, degrees, side).focus_vergence - eye.focus_vergence
     assert nearer == pytest.approx(-measured[side, int(degrees)], abs=0.14)
     assert nearer > 0 > off_axis(eye, degrees, side, foci=SCHEMATIC).focus_vergence - eye.focus_vergence

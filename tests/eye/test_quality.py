@@ -38,7 +38,7 @@ def test_colour_lowers_quality_and_deepens_focus():
 def test_an_astigmatic_eye_is_best_between_its_foci_and_alike_to_either_side():
     """Prescribed -1.00 and -2.00 D at 12 mm are 0.988 and 1.953 D at the cornea."""
     ends = 1 / 1.012, 2 / 1.024
-    eye = Eye.of_person("-1.00 -1.00 x 90", age=30, pupil_diameter=0.004)
+    eye = Eye(0.004, refraction="-1.00 -1.00 x 90", age=30)
     levels = np.mean(ends) + np.linspace(-1.5, 1.5, 61)
     found = image_quality(one_light(eye), levels)
     assert ends[0] < found.best < ends[1]

@@ -76,9 +76,7 @@ def test_full_corrections_focus_far_and_a_contact_lens_leaves_accommodation_as_i
 
 def test_an_astigmatic_eye_focuses_each_meridian_where_its_prescription_says():
     """-1.00 -2.00 x 180: the vertical meridian's far point is near 3 D, and detail along y is sharp there."""
-    eye = Eye.of_person(
-        Refraction(-1.0, -2.0, 180.0), age=30, pupil_diameter=0.003, correction=Correction(Refraction(), 0.0)
-    )
+    eye = Eye(0.003, refraction=Refraction(-1.0, -2.0, 180.0), age=30, correction=Correction(Refraction(), 0.0))
     far_point = {axis: -focus for axis, focus in (("x", -1 / 1.012), ("y", -3 / 1.036))}
     fine = np.degrees(6.0)
     for axis, vergence in far_point.items():
@@ -93,7 +91,7 @@ def test_an_astigmatic_eye_focuses_each_meridian_where_its_prescription_says():
 
 def test_an_oblique_axis_is_that_of_the_examiner():
     """Axis 45, counter-clockwise for the examiner, as the OSA's x and y: c(2, -2) is -J45 r^2 / (2 sqrt 6)."""
-    eye = Eye.of_person("-1.00 -1.00 x 45", age=30, pupil_diameter=0.004)
+    eye = Eye(0.004, refraction="-1.00 -1.00 x 45", age=30)
     terms = {(n, m): c for n, m, c in eye.aberrations}
     ocular = [power / (1 - 0.012 * power) for power in (-1.0, -2.0)]
     assert terms[2, -2] == pytest.approx(-(ocular[0] - ocular[1]) / 2 * 4 / (2 * 6**0.5))
@@ -101,7 +99,7 @@ def test_an_oblique_axis_is_that_of_the_examiner():
 
 
 def test_presbyopes_do_not_reach_what_is_near():
-    near = [Eye.of_person(age=age, looking_at=4.0).focus_vergence for age in (25, 45, 65)]
+    near = [Eye(age=age, looking_at=4.0).focus_vergence for age in (25, 45, 65)]
     assert near[0] == pytest.approx(4.0)
     assert near[1] == pytest.approx(float(accommodation_amplitude(45)))
     assert near[2] < 0.1
@@ -140,7 +138,7 @@ def test_old_lenses_take_blue():
         (lambda: natural_pupil(10.0, eyes=3), "eyes is 3"),
         (lambda: Correction(vertex=12.0), "vertex is 12"),
         (lambda: Refraction(0.0, 1.0, 181.0), "axis is 181"),
-        (lambda: Eye.of_person("abc", age=30), "refraction is 'abc'"),
+        (lambda: Eye(refraction="abc", age=30), "refraction is 'abc'"),
         (lambda: lens_density(450.0, -1), "age is -1"),
     ],
 )

@@ -101,7 +101,7 @@ def _lens(zones: str) -> ZonedLens:
 
 def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
     """Return the eye of the options with a pupil (mm; None: its natural one) that looks at a `vergence` (D)."""
-    from focalgradient.eye import CORRECTIONS, Eye, typical_aberrations
+    from focalgradient.eye import Eye, typical_aberrations
     from focalgradient.eye.ranges import check_pupil, warn_if_artificial
     from focalgradient.eye.typical import MEASURED as LARGEST_TYPICAL
 
@@ -115,16 +115,15 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
     if not is_person(options) and pupil_mm is not None:
         return Eye(1e-3 * pupil_mm, vergence)
     with options_named({"refraction is": "--refraction is"}):
-        eye = Eye.of_person(
-            "plano" if options["refraction"] is None else options["refraction"],
+        eye = Eye(
+            None if pupil_mm is None else 1e-3 * pupil_mm,
+            lens=None if options["zones"] is None else _lens(options["zones"]),
+            refraction="plano" if options["refraction"] is None else options["refraction"],
             age=options["age"],
             looking_at=vergence,
-            correction=CORRECTIONS[options["correction"] or "none"],
-            pupil_diameter=None if pupil_mm is None else 1e-3 * pupil_mm,
-            **({} if options["luminance"] is None else {"luminance": options["luminance"]}),
+            correction=options["correction"],
+            luminance=options["luminance"],
         )
-    if options["zones"] is not None:
-        eye = replace(eye, lens=_lens(options["zones"]))
     if options["aberrations"] is not None:
         if eye.pupil_diameter > LARGEST_TYPICAL:
             raise InputError(

@@ -7,7 +7,6 @@ for any lens: a disc of angular radius (pupil / 2) x |defocus|. An eye at two mo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
@@ -38,23 +37,32 @@ class TimeCourse(Protocol):
         """Return the change of accommodation in dioptres at `times` (s)."""
 
 
-@dataclass(frozen=True, slots=True)
+PERSONAL = ("looking_at", "response", "correction", "luminance", "field_deg")
+"""Arguments of `Eye` that only an eye with a refraction or an age has."""
+
+
+@dataclass(frozen=True, slots=True, init=False)
 class Eye:
     """Optics of an eye in light of one wavelength at one moment.
+
+    An eye is given by its pupil and focus, ``Eye(0.004, 1.0)``, or by what is known about a person,
+    ``Eye(refraction="-2.00 -0.75 x 180", age=30, looking_at=2.5)``, from which pupil, focus and astigmatism follow.
 
     Parameters
     ----------
     pupil_diameter
-        Diameter in metres, from 0.1 to 9 mm.
+        Diameter in metres, from 0.1 to 9 mm. Without it, a person's pupil is the natural one (`natural_pupil`).
     accommodation
-        Vergence in dioptres of the plane in focus at the reference wavelength, 580 nm: 0 at infinity.
+        Vergence in dioptres of the plane in focus at the reference wavelength, 580 nm: 0 at infinity. A person's
+        follows from `refraction`, `correction` and `looking_at` or `response`.
     wavelength_nm
         Wavelength of the light, 380 to 780 nm.
     chromatic_scale
         An individual's chromatic aberration as a multiple of the mean eye's: 0 is an eye without it.
     aberrations
         Further aberrations, as Zernike terms ``(n, m, micrometres)`` over this pupil (OSA standard), x to the right and
-        y down as in the image; included by `focalgradient.eye.blur_transfer`, but not by discs and Gaussians.
+        y down as in the image; included by `focalgradient.eye.blur_transfer`, but not by discs and Gaussians. A
+        person's astigmatism is added to them.
     stiles_crawford
         Stiles-Crawford coefficient rho in 10^(-rho r^2), in 1/mm^2: about 0.05 in the fovea.
     pupil_offset
@@ -63,11 +71,27 @@ class Eye:
         and it is below 0.5 mm in most eyes (Rynders, Lidkea, Chisholm & Thibos 1995).
     lens
         A multifocal lens or one of extended depth of focus, in zones (`ZonedLens`), which waves show and discs do not.
+    refraction
+        Prescription 12 mm before the cornea: `Refraction`, or text such as "-2.00 -0.75 x 180" or "plano". Plano, if
+        only `age` is given.
+    age
+        Years, from which follow the amplitude of accommodation (`accommodation_amplitude`) and the natural pupil;
+        without it, accommodation has no limit, and the natural pupil is of 28.58 years.
+    looking_at
+        Vergence in dioptres that the eye accommodates to, 0 by default: in the mean of all meridians, without lag, and
+        no further than its age allows, nor beyond its relaxed state.
+    response
+        Instead of `looking_at`: dioptres by which the eye accommodates beyond its relaxed state.
+    correction
+        Worn before the eye: `Correction`, or the name of one of `CORRECTIONS`, "none" by default, "spectacles" or
+        "contact-lens", which correct fully.
+    luminance, field_deg
+        Adapting field of the natural pupil: cd/m^2 (100 by default), and diameter in degrees (20).
 
     Raises
     ------
     InputError
-        If a number is out of its range.
+        If a number is out of its range, something is missing, or two arguments contradict each other.
 
     Examples
     --------
@@ -79,6 +103,15 @@ class Eye:
     (1.0, 1.954)
     >>> round(float(eye.blur_radius(0.5) - blue.blur_radius(0.5)), 6)  # an object at 0.5 m is sharper in blue
     0.001908
+
+    The relaxed eye of a myope is focused at 43 cm; a myope of 60 years in spectacles looks at 40 cm in vain.
+
+    >>> myope = Eye(refraction="-2.00 -0.75 x 180", age=30, pupil_diameter=0.004)
+    >>> round(myope.focus_vergence, 2), [(n, m, round(c, 3)) for n, m, c in myope.aberrations]
+    (2.31, [(2, 2, -0.289)])
+    >>> old = Eye(refraction="-2.00", age=60, looking_at=2.5, correction="spectacles")
+    >>> round(old.focus_vergence, 2), round(1e3 * old.pupil_diameter, 2)
+    (0.11, 3.33)
     """
 
     pupil_diameter: float
@@ -90,7 +123,62 @@ class Eye:
     pupil_offset: tuple[float, float] = (0.0, 0.0)
     lens: ZonedLens | None = None
 
-    def __post_init__(self) -> None:
+    # Not the dataclass's own constructor, as a person's arguments are no fields: what is derived from them is kept.
+    def __init__(
+        self,
+        pupil_diameter: float | None = None,
+        accommodation: float | None = None,
+        wavelength_nm: float = REFERENCE_NM,
+        chromatic_scale: float = 1.0,
+        aberrations: Aberrations = (),
+        stiles_crawford: float = 0.0,
+        pupil_offset: tuple[float, float] = (0.0, 0.0),
+        lens: ZonedLens | None = None,
+        *,
+        refraction: Refraction | str | None = None,
+        age: float | None = None,
+        looking_at: float | None = None,
+        response: float | None = None,
+        correction: Correction | str | None = None,
+        luminance: float | None = None,
+        field_deg: float | None = None,
+    ) -> None:
+        if refraction is None and age is None:
+            is_impersonal = correction is None and looking_at is response is luminance is field_deg is None
+            if pupil_diameter is None or accommodation is None or not is_impersonal:
+                _refuse_unprescribed(pupil_diameter, (looking_at, response, correction, luminance, field_deg))
+        else:
+            if accommodation is not None:
+                name = "age" if refraction is None else "refraction"
+                raise InputError(
+                    f"accommodation and {name} are both given, but accommodation is the vergence in focus of an eye "
+                    "that has neither a refraction nor an age: give looking_at or response instead."
+                )
+            from focalgradient.eye.prescription import prescribed  # needed by a person's eye only
+
+            pupil_diameter, accommodation, aberrations = prescribed(
+                refraction=refraction,
+                age=age,
+                looking_at=looking_at,
+                response=response,
+                correction=correction,
+                pupil_diameter=pupil_diameter,
+                luminance=luminance,
+                field_deg=field_deg,
+                aberrations=aberrations,
+            )
+        kept = object.__setattr__
+        kept(self, "pupil_diameter", pupil_diameter)
+        kept(self, "accommodation", accommodation)
+        kept(self, "wavelength_nm", wavelength_nm)
+        kept(self, "chromatic_scale", chromatic_scale)
+        kept(self, "aberrations", aberrations)
+        kept(self, "stiles_crawford", stiles_crawford)
+        kept(self, "pupil_offset", pupil_offset)
+        kept(self, "lens", lens)
+        self._check()
+
+    def _check(self) -> None:
         check_pupil(self.pupil_diameter)
         check_number("accommodation", self.accommodation, "dioptres")
         check_number("wavelength_nm", self.wavelength_nm, "nanometres")
@@ -173,81 +261,6 @@ class Eye:
             tuple((n, m, -c if n % 2 else c) for n, m, c in terms if n > 1 and (n, m) != (2, 0)),
             stiles_crawford,
         )
-
-    @classmethod
-    def of_person(
-        cls,
-        refraction: Refraction | str = "plano",
-        *,
-        age: float | None = None,
-        looking_at: float = 0.0,
-        response: float | None = None,
-        correction: Correction | None = None,
-        pupil_diameter: float | None = None,
-        luminance: float = 100.0,
-        field_deg: float = 20.0,
-        chromatic_scale: float = 1.0,
-        aberrations: Aberrations = (),
-    ) -> Eye:
-        """Return the eye of a prescription and an age.
-
-        Parameters
-        ----------
-        refraction
-            As prescribed 12 mm before the cornea, such as "-2.00 -0.75 x 180".
-        age
-            Years, from which follow the amplitude of accommodation (`accommodation_amplitude`) and the natural pupil;
-            None: accommodation has no limit, and the pupil is of 28.58 years.
-        looking_at
-            Vergence in dioptres that the eye accommodates to: in the mean of all meridians, without lag, and no further
-            than its age allows, nor beyond its relaxed state.
-        response
-            Dioptres by which it accommodates, instead of by `looking_at`.
-        correction
-            Correction worn: None, or one of `CORRECTIONS`.
-        pupil_diameter
-            Metres; None is the natural pupil.
-        luminance, field_deg
-            Adapting field of the natural pupil (`natural_pupil`): cd/m^2, and diameter in degrees.
-        chromatic_scale, aberrations
-            As for `Eye`, the latter over this pupil.
-
-        Raises
-        ------
-        InputError
-            If the refraction cannot be read, or a number is out of its range.
-
-        Examples
-        --------
-        The relaxed eye of a myope is focused at 43 cm; a myope of 60 years in spectacles looks at 40 cm in vain.
-
-        >>> myope = Eye.of_person("-2.00 -0.75 x 180", age=30, pupil_diameter=0.004)
-        >>> round(myope.focus_vergence, 2), [(n, m, round(c, 3)) for n, m, c in myope.aberrations]
-        (2.31, [(2, 2, -0.289)])
-        >>> from focalgradient.eye import CORRECTIONS
-        >>> old = Eye.of_person("-2.00", age=60, looking_at=2.5, correction=CORRECTIONS["spectacles"])
-        >>> round(old.focus_vergence, 2), round(1e3 * old.pupil_diameter, 2)
-        (0.11, 3.33)
-        """
-        from focalgradient.eye.age import REFERENCE_AGE, natural_pupil
-        from focalgradient.eye.refraction import Refraction, focus_of, worn_of
-
-        written = refraction if isinstance(refraction, Refraction) else Refraction.parse(refraction)
-        worn = worn_of(correction)
-        given = worn.response(written, looking_at, age) if response is None else response
-        check_number("response", given, "dioptres", least=0)
-        focus = focus_of(written, given, worn)
-        pupil = pupil_diameter
-        if pupil is None:
-            pupil = float(natural_pupil(luminance, age=REFERENCE_AGE if age is None else age, field_deg=field_deg))
-        check_pupil(pupil)
-        # As the defocus term is V r^2 / (4 sqrt 3), those of astigmatism are J r^2 / (2 sqrt 6); r in mm.
-        um = (1e3 * pupil / 2) ** 2 / (2 * math.sqrt(6))
-        own = {(2, 2): um * float(focus[0, 0] - focus[1, 1]) / 2, (2, -2): um * float(focus[0, 1])}
-        for n, m, c in aberrations:
-            own[n, m] = own.get((n, m), 0.0) + c
-        terms = tuple((n, m, c) for (n, m), c in sorted(own.items()) if abs(c) > 1e-12)
-        return cls(pupil, float(np.trace(focus)) / 2, chromatic_scale=chromatic_scale, aberrations=terms)
 
     @property
     def aperture_diameter(self) -> float:
@@ -379,3 +392,18 @@ class Eye:
         [1.0, 0.3333333333333333]
         """
         return distance_of_blur(radius, side, self.pupil_diameter, self.focus_vergence)
+
+
+def _refuse_unprescribed(pupil_diameter: float | None, personal: tuple[object, ...]) -> None:
+    """Raise `InputError` for an eye with neither a refraction nor an age that lacks something or has too much."""
+    for name, value in zip(PERSONAL, personal, strict=True):
+        if value is not None:
+            raise InputError(
+                f"{name} is given without a refraction or an age, from which the eye's optics would follow: give one "
+                'of them (refraction="plano" for an eye without refractive error).'
+            )
+    name = "pupil_diameter" if pupil_diameter is None else "accommodation"
+    raise InputError(
+        f"{name} is missing: give pupil_diameter (m) and accommodation (D), as Eye(0.004, 1.0), or a person's "
+        'refraction or age, as Eye(refraction="-2.00 -0.75 x 180", age=30).'
+    )

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from focalgradient.errors import InputError, check_number, described
+from focalgradient.errors import InputError, check_number, check_one_of, described
 from focalgradient.eye.age import accommodation_amplitude
 from focalgradient.eye.ranges import check_kind
 
@@ -181,11 +181,15 @@ CORRECTIONS = {
 """Corrections by name: none, and those that correct fully."""
 
 
-def worn_of(correction: Correction | None) -> Correction:
-    """Return the correction worn; None becomes no lens."""
-    worn = CORRECTIONS["none"] if correction is None else correction
-    check_kind("correction", worn, Correction, 'give CORRECTIONS["spectacles"]')
-    return worn
+def worn_of(correction: Correction | str | None) -> Correction:
+    """Return the correction worn, of `CORRECTIONS` if given by its name; None becomes no lens."""
+    if correction is None:
+        return CORRECTIONS["none"]
+    if isinstance(correction, str):
+        check_one_of("correction", correction, CORRECTIONS)
+        return CORRECTIONS[correction]
+    check_kind("correction", correction, Correction, 'give "spectacles", "contact-lens", "none" or Correction(...)')
+    return correction
 
 
 def focus_of(

@@ -75,7 +75,7 @@ class TwoEyes:
         *,
         looking_at: float = 0.0,
         age: float | None = None,
-        correction: Correction | None = None,
+        correction: Correction | str | None = None,
         pupil_diameter: float | None = None,
         interocular: float = INTEROCULAR,
     ) -> TwoEyes:
@@ -88,7 +88,7 @@ class TwoEyes:
         looking_at
             Vergence in dioptres of the point fixated.
         age, correction, pupil_diameter
-            As of `Eye.of_person`, of both.
+            As of `Eye`, of both.
         interocular
             Metres.
 
@@ -105,7 +105,7 @@ class TwoEyes:
         response = min(worn.response(one, looking_at, age) for one in (first, second))
 
         def eye(one: Refraction) -> Eye:
-            return Eye.of_person(one, age=age, response=response, correction=worn, pupil_diameter=pupil_diameter)
+            return Eye(pupil_diameter, refraction=one, age=age, response=response, correction=worn)
 
         return cls(eye(first), eye(second), interocular)
 
