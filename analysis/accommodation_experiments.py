@@ -197,7 +197,6 @@ def right_way(eye: Accommodation, flicker: str, trial: int) -> float:
 
 
 SHOWN = {
-    "real": Stimulus(),
     "defocus": Stimulus(rendering="defocus"),
     "chromatic": Stimulus(rendering="chromatic"),
 }
@@ -223,7 +222,8 @@ def courses(job: Job) -> Made:
         for cpd in (1.0, 5.6, math.inf)
     }
     found["empty"] = {f"from {start:g} D": _empty(eye, start, seed) for start in (0.5, 4.0)}
-    found["rendered"] = {name: share(eye, shown, 3.0, seed) for name, shown in SHOWN.items()}
+    found["rendered"] = {"real": found["low-pass"]["sharp"]}  # the same stimulus
+    found["rendered"] |= {name: share(eye, shown, 3.0, seed) for name, shown in SHOWN.items()}
     return found
 
 

@@ -363,12 +363,17 @@ class _Formed(_AtFocus):
     light_nm: float | None
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
-        shares = dict(zip(self.cones.wavelengths_nm, self.cones.shares.tolist(), strict=True))
+        cones = self.cones
+        if self.light_nm is not None:
+            cones = replace(cones, wavelengths_nm=(self.light_nm,), weights=())
+        if self.chromatic_scale >= 0:
+            eye = replace(cones.eye, accommodation=self.focus, chromatic_scale=self.chromatic_scale)
+            return replace(cones, eye=eye).transfer(frequency, vergence)
         total: Any = 0.0
-        for nm, share in (shares if self.light_nm is None else {self.light_nm: 1.0}).items():
-            # An eye whose own aberration is 1 focuses where one of another scale does if it accommodates otherwise.
+        for nm, share in zip(cones.wavelengths_nm, cones.shares.tolist(), strict=True):
+            # No eye has a negative scale: each wavelength is focused where it would be by accommodating otherwise.
             changed = self.focus + (1 - self.chromatic_scale) * float(chromatic_difference(nm))
-            one = replace(self.cones.accommodated(changed), wavelengths_nm=(nm,), weights=())
+            one = replace(cones.accommodated(changed), wavelengths_nm=(nm,), weights=())
             total = total + share * one.transfer(frequency, vergence)
         return np.asarray(total)
 

@@ -113,17 +113,18 @@ class Target:
             Filters applied to the displayed picture, one for each of the cones, on the grid of `frequency`.
         """
         size = self.contrast * contrast
+        radii, place = _radii(self.shape)
+        passed = self._filter()
         views = []
         for number, one in enumerate(cones):
             shares = (1.0, 0.0)
             if one.light != cones[0].light:
                 shares = (self.correlation, math.sqrt(1 - self.correlation**2))
-            field = sum(
-                share * _field(self.shape, texture, part) for part, share in enumerate(shares) if share
-            ) * one.transfer(self.frequency, vergence)
+            blur = one.transfer(radii / self.pixel_angle, vergence)[place]
+            field = blur * sum(share * _field(self.shape, texture, part) for part, share in enumerate(shares) if share)
             if shown is not None:
                 field = field * shown[number]
-            image = 1 + size * np.fft.irfft2(field * self._filter(), self.shape)
+            image = 1 + size * np.fft.irfft2(field * passed, self.shape)
             image = image + noise * random.standard_normal(self.shape)
             views.append(View(image, (seen_as or cones)[number], self.pixel_angle))
         return views
@@ -131,13 +132,22 @@ class Target:
     @property
     def frequency(self) -> NDArray[np.float64]:
         """Frequencies in cycles per radian of the patch's half spectrum."""
-        down, right = np.fft.fftfreq(self.shape[0])[:, None], np.fft.rfftfreq(self.shape[1])
-        return np.asarray(np.hypot(down, right) / self.pixel_angle)
+        radii, place = _radii(self.shape)
+        return np.asarray(radii[place] / self.pixel_angle)
 
     def _filter(self) -> NDArray[np.float64]:
         down, right = np.fft.fftfreq(self.shape[0])[:, None], np.fft.rfftfreq(self.shape[1])
         cpd = np.radians(self.frequency)
         return np.asarray(pixel_transfer(down, right) * (cpd <= self.finest_cpd))
+
+
+@lru_cache(maxsize=8)
+def _radii(shape: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Return the distinct frequencies (cycles per pixel) of a half spectrum, and which of them each place has."""
+    radial = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
+    # Equal frequencies differ by rounding where their parts are exchanged.
+    radii, place = np.unique(radial.round(12), return_inverse=True)
+    return radii, place.reshape(radial.shape)
 
 
 @lru_cache(maxsize=64)
