@@ -227,7 +227,7 @@ def _difference(before: str, after: str) -> tuple[str, str]:
     return one, other
 
 
-def change(file: Path, index: int) -> tuple[Mutant, str]:
+def change(root: Path, file: Path, index: int) -> tuple[Mutant, str]:
     """The mutant at the place of that index in a file, and the file's new source."""
     tree, found = sites(file.read_text(encoding="utf-8"))
     node, around, apply = found[index]
@@ -235,30 +235,32 @@ def change(file: Path, index: int) -> tuple[Mutant, str]:
     apply()
     after = ast.unparse(tree)
     was, becomes = _difference(before, after)
-    place = file.relative_to(ROOT / PACKAGE)
+    place = file.relative_to(root / PACKAGE)
     return Mutant(place.parts[0], place.as_posix(), node.lineno, ".".join(around), was, becomes), after  # type: ignore[attr-defined]
 
 
-def files(room: str) -> list[Path]:
-    return sorted((ROOT / PACKAGE / room).rglob("*.py"))
+def files(root: Path, room: str) -> list[Path]:
+    return sorted((root / PACKAGE / room).rglob("*.py"))
 
 
-def draw(room: str, number: int, seed: int) -> Iterator[tuple[Mutant, str]]:
+def draw(root: Path, room: str, number: int, seed: int) -> Iterator[tuple[Mutant, str]]:
     """Mutants of a room, as many as asked for, with the new source of each; a larger number begins with the same."""
-    places = [(file, index) for file in files(room) for index in range(len(sites(file.read_text(encoding="utf-8"))[1]))]
+    places = [
+        (file, index) for file in files(root, room) for index in range(len(sites(file.read_text(encoding="utf-8"))[1]))
+    ]
     random.Random(seed).shuffle(places)
     print(f"{room}: {len(places)} mutants, {min(number, len(places))} drawn", flush=True)
     for file, index in places[:number]:
-        yield change(file, index)
+        yield change(root, file, index)
 
 
-def chosen(mutant: Mutant) -> tuple[list[str], list[str]]:
+def chosen(root: Path, mutant: Mutant) -> tuple[list[str], list[str]]:
     """Tests that name the changed module or its functions, the changed function first, and the room's others."""
     module = (PACKAGE / mutant.file).as_posix()
-    tree = ast.parse((ROOT / module).read_text(encoding="utf-8"))
+    tree = ast.parse((root / module).read_text(encoding="utf-8"))
     defined = [part.name for part in tree.body if isinstance(part, ast.FunctionDef | ast.ClassDef)]
     dotted = mutant.file.removesuffix(".py").replace("/", ".")
-    places = [path for pattern in TESTS[mutant.room] for path in sorted(ROOT.glob(pattern))]
+    places = [path for pattern in TESTS[mutant.room] for path in sorted(root.glob(pattern))]
 
     def weight(path: Path) -> int:
         text, own = path.read_text(encoding="utf-8"), Path(mutant.file).stem
@@ -266,11 +268,11 @@ def chosen(mutant: Mutant) -> tuple[list[str], list[str]]:
         enclosing = any(name in mutant.function.split(".") for name in named)
         return 100 * enclosing + 50 * (own in path.stem) + 10 * (dotted in text) + len(named)
 
-    weights = {path.relative_to(ROOT).as_posix(): weight(path) for path in dict.fromkeys(places)}
+    weights = {path.relative_to(root).as_posix(): weight(path) for path in dict.fromkeys(places)}
     ordered = sorted(weights, key=lambda path: -weights[path])
     return [module, *(path for path in ordered if weights[path])], [
         *(path for path in ordered if not weights[path]),
-        *(other.relative_to(ROOT).as_posix() for other in files(mutant.room) if other != ROOT / module),
+        *(other.relative_to(root).as_posix() for other in files(root, mutant.room) if other != root / module),
     ]
 
 
@@ -332,11 +334,11 @@ class Copy:
     def judge(self, mutant: Mutant, source: str) -> Result:
         """Run the tests on a mutant until one fails."""
         began = time.monotonic()
-        unchanged = (ROOT / PACKAGE / mutant.file).read_text(encoding="utf-8")
+        unchanged = (self.folder / PACKAGE / mutant.file).read_text(encoding="utf-8")
         outcome, by = "passed", ""
         self.write(mutant.file, source)
         try:
-            for tests in chosen(mutant):
+            for tests in chosen(self.folder, mutant):
                 outcome, by = self.run(tests, self.limit - (time.monotonic() - began))
                 if outcome != "passed":
                     break
@@ -381,7 +383,7 @@ def main() -> None:
     drawn: list[Mutant] = []
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder), given.slow, given.limit)
-        for mutant, source in draw(given.room, given.number, given.seed):
+        for mutant, source in draw(copy.folder, given.room, given.number, given.seed):
             drawn.append(mutant)
             before = results.get(mutant)
             if before is None or (given.again and before.outcome != "caught"):

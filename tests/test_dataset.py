@@ -275,6 +275,10 @@ SPOILT = {
     ),
     "missing answer": (lambda root: edit(rating_file(root), 7, "rating", "n/a"), "row 7: rating is 'n/a'"),
     "half a frame": (lambda root: edit(rating_file(root), 2, "dropped_frames", "0.5"), "row 2: .* a whole number of 0"),
+    "more than 63 bits": (
+        lambda root: edit(rating_file(root), 2, "dropped_frames", "9223372036854775808"),
+        "row 2: dropped_frames is '9223372036854775808', but must be a whole number",
+    ),
     "unknown level": (
         lambda root: edit(rating_file(root), 3, "fixation", "near"),
         "'near', .* one of nearest, farthest",

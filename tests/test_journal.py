@@ -132,9 +132,10 @@ def test_damage_that_no_kill_explains_is_told(tmp_path):
     path.write_bytes(b"\n".join([lines[0], lines[1][:50], *lines[2:]]))
     with pytest.raises(InputError, match="line 2 is damaged, which a crash of the program does not explain: restore"):
         read_journal(path)
-    path.write_bytes(b"\n".join(lines[1:]))
-    with pytest.raises(InputError, match="does not start with the first line of a journal"):
-        resumed(tmp_path / "data")
+    for beginning in ([], [lines[0][:50], lines[0]]):
+        path.write_bytes(b"\n".join([*beginning, *lines[1:]]))
+        with pytest.raises(InputError, match="does not start with the first line of a journal"):
+            resumed(tmp_path / "data")
     path.write_bytes(b"\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
     with pytest.raises(InputError, match="lines before line 2 are missing, or were changed or moved: restore"):
         resumed(tmp_path / "data")
