@@ -1,6 +1,7 @@
 """Whether a room's tests notice a wrong line: single changes of its code, drawn at random, and the tests run on each.
 
-    python benchmarks/mutants.py ROOM [--number 20] [--seed 0] [--results mutants.csv] [--limit 900] [--slow] [--again]
+    python benchmarks/mutants.py ROOM [--number 20] [--seed 0] [--results mutants.csv] [--limit 900] [--slow] [--near]
+        [--again]
 
 A mutant is one change of one expression in ``src/focalgradient/ROOM``: a comparison (< to <=, == to !=), an operator
 (+ to -, * to /, & to |, and to or), a sign, ``not`` or ``~`` dropped, a number (a float times 1.5, a small integer plus
@@ -9,8 +10,9 @@ A mutant is one change of one expression in ``src/focalgradient/ROOM``: a compar
 
 The tests that `TESTS` lists for the room run on a temporary copy of the repository with the change, without those
 marked slow (``--slow`` runs them as well): first those whose text names the changed module or its functions, then the
-others. A mutant is caught if a test fails that passes on the unchanged copy. A run that reaches ``--limit`` seconds
-counts as neither. The tests of other rooms and of the commands are not run, so the shares are lower bounds.
+others (not with ``--near``, which is for a first look). A mutant is caught if a test fails that passes on the unchanged
+copy. A run that reaches ``--limit`` seconds counts as neither. The tests of other rooms and of the commands are not
+run, so the shares are lower bounds.
 
 Each result is a row of the CSV file ``--results``; mutants with a row there are not run again, so that a run continues
 where it was stopped. ``--again`` runs those that survived again, after tests were added.
@@ -279,8 +281,8 @@ def chosen(root: Path, mutant: Mutant) -> tuple[list[str], list[str]]:
 class Copy:
     """A copy of the repository in which one file at a time is changed, and tests run."""
 
-    def __init__(self, folder: Path, slow: bool, limit: float):
-        self.folder, self.slow, self.limit = folder / "copy", slow, limit
+    def __init__(self, folder: Path, *, slow: bool, near: bool, limit: float):
+        self.folder, self.slow, self.near, self.limit = folder / "copy", slow, near, limit
         left = shutil.ignore_patterns(".*", "__pycache__", "_build", "results", "node_modules")
         shutil.copytree(ROOT, self.folder, symlinks=True, ignore=left)
         self.passing: dict[str, bool] = {}
@@ -338,7 +340,7 @@ class Copy:
         outcome, by = "passed", ""
         self.write(mutant.file, source)
         try:
-            for tests in chosen(self.folder, mutant):
+            for tests in chosen(self.folder, mutant)[: 1 if self.near else 2]:
                 outcome, by = self.run(tests, self.limit - (time.monotonic() - began))
                 if outcome != "passed":
                     break
@@ -377,12 +379,13 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=Path("mutants.csv"))
     parser.add_argument("--limit", type=float, default=900, help="seconds a mutant")
     parser.add_argument("--slow", action="store_true", help="also the tests marked slow")
+    parser.add_argument("--near", action="store_true", help="only the tests that name the module or its functions")
     parser.add_argument("--again", action="store_true", help="run those that survived again")
     given = parser.parse_args()
     results = {Mutant(*list(asdict(row).values())[:6]): row for row in kept(given.results)}
     drawn: list[Mutant] = []
     with tempfile.TemporaryDirectory() as folder:
-        copy = Copy(Path(folder), given.slow, given.limit)
+        copy = Copy(Path(folder), slow=given.slow, near=given.near, limit=given.limit)
         for mutant, source in draw(copy.folder, given.room, given.number, given.seed):
             drawn.append(mutant)
             before = results.get(mutant)
