@@ -46,6 +46,29 @@ def test_unequal_variances_are_recovered_from_expected_counts():
     assert found.equal_p < 1e-6
 
 
+def test_standard_errors_of_ratings_are_those_of_repeated_experiments():
+    """The half-widths of the intervals, over the standard deviation of the estimates in 300 drawn experiments."""
+    rng = np.random.default_rng(5)
+    shares = [counted(mean, sd, [0.2, 1.0], 1.0) for mean, sd in ((2.0, 1.5), (0.0, 1.0))]
+    drawn = [rating_roc(*(rng.multinomial(400, share) for share in shares)) for _ in range(300)]
+    stated = rating_roc(*(400 * share for share in shares))
+    z = stats.norm.ppf(0.975)
+    assert (stated.d_a.high - stated.d_a.estimate) / z == pytest.approx(
+        np.std([one.d_a.estimate for one in drawn]), rel=0.12
+    )
+    assert np.log(stated.sd_ratio.high / stated.sd_ratio.estimate) / z == pytest.approx(
+        np.std([np.log(one.sd_ratio.estimate) for one in drawn]), rel=0.12
+    )
+
+
+def test_half_an_answer_of_each_kind_is_shared_among_its_ratings():
+    """With K = 2 a quarter is added to each of the 4 counts: 10.5 of 11 answers are right."""
+    found = meta_sensitivity([0, 0, 4, 6], [6, 4, 0, 0])
+    assert isinstance(found, MetaSensitivity)
+    assert found.d_prime == pytest.approx(2 * stats.norm.ppf(10.5 / 11), rel=1e-12)
+    assert found.criterion == pytest.approx(0, abs=1e-12)
+
+
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_meta_d_is_d_where_confidence_is_of_the_same_evidence_and_less_with_noise(noise):
     rng = np.random.default_rng(2)

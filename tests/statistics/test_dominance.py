@@ -82,7 +82,8 @@ def test_the_true_model_predicts_new_people_better_than_one_without_serial_corre
 
 def test_what_cannot_be_fitted_says_why_and_wrong_data_are_refused():
     few = simulated(TRUE, 2, seed=1)
-    assert isinstance(fit_dominance(few), NotComputed)
+    assert fit_dominance(few) == NotComputed("How people differ needs 3 of them, and there are 2.")
+    assert isinstance(fit_dominance(simulated(TRUE, 3, seed=1)), DominanceModel)
     with pytest.raises(InputError, match="differ in length"):
         PerceptDurations([1.0], [0, 0], [1], [0.5], [1], [1])
     with pytest.raises(InputError, match="positive"):

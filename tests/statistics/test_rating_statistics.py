@@ -179,6 +179,33 @@ def test_without_pinhole_there_is_a_slope_but_no_ratio() -> None:
     assert result.fixations[0].slope.p < 0.05
     assert all("fixated in no pinhole trial" in mean.ratio.reason for mean in result.means)
     assert all(mean.ratio is None for mean in result.subject_means)
+    assert result.scene_means == ()
+
+
+def test_scenes_have_the_mean_ratio_to_the_pinhole_with_its_t_interval() -> None:
+    table = ratings(7, 0.6, 0.1)
+    table.loc[table["scene"] == "room", "rating"] **= 1.5
+    found = {(mean.scene, mean.fixation, mean.aperture_mm): mean.ratio for mean in analyse(table).scene_means}
+    logs = np.log(table["rating"]).groupby([table[name] for name in ("scene", "fixation", "aperture_mm")])
+    assert set(found) == set(logs.groups)
+    for (scene, fixation, mm), ratio in found.items():
+        own = table.query("scene == @scene and fixation == @fixation")
+        each = np.log(own["rating"]).groupby([own["participant_id"], own["aperture_mm"]]).mean().unstack()
+        changes = each[mm] - each[0.0]
+        assert ratio.estimate == pytest.approx(np.exp(changes.mean()))
+        if mm:
+            ends = stats.ttest_1samp(changes, 0.0).confidence_interval()
+            assert (ratio.low, ratio.high) == pytest.approx((np.exp(ends.low), np.exp(ends.high)))
+
+
+def test_two_apertures_suffice_for_a_ratio() -> None:
+    """The pinhole and one other; a line through two points is their difference."""
+    result = analyse(ratings(8, 0.6, 0.0).query("aperture in ('pinhole', 'f/5.6')"))
+    for each in result.fixations:
+        assert each.rise.estimate == pytest.approx(8 * each.slope.estimate)
+        assert isinstance(each.curvature, NotComputed)
+    alone = analyse(ratings(8, 0.6, 0.0).query("aperture == 'pinhole'"))
+    assert all(each.rise.reason == "The pinhole is the only aperture." for each in alone.fixations)
 
 
 def test_equal_answers_have_no_test() -> None:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.durations import covariance_at
+from focalgradient.statistics.hessian import covariance_at
 from focalgradient.statistics.records import NotComputed
 
 __all__ = [

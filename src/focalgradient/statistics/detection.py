@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.hessian import hessian
 from focalgradient.statistics.means import paired_effect, t_interval
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
@@ -269,7 +270,7 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     bounds = [(-LARGEST, 2 * LARGEST), (-2.0, 2.0), (-LARGEST, LARGEST), *[(-6.0, 3.0)] * (len(start) - 3)]
     found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
     equal = optimize.minimize(cost, found.x, args=(1.0,), method="L-BFGS-B", bounds=bounds)
-    covariance = _inverse(_second(cost, found.x))
+    covariance = _inverse(hessian(cost, found.x))
     mean, log_sd = found.x[:2]
     sd = math.exp(log_sd)
     root = math.sqrt((1 + sd**2) / 2)
@@ -371,22 +372,9 @@ def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | N
     start = np.concatenate([[d], np.full(2 * (k - 1), math.log(0.5))])
     bounds = [(-LARGEST, LARGEST), *[(-6.0, 2.0)] * (2 * (k - 1))]
     found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
-    error = math.sqrt(_inverse(_second(cost, found.x))[0, 0])
+    error = math.sqrt(_inverse(hessian(cost, found.x))[0, 0])
     meta = float(found.x[0])
     return MetaSensitivity(d, c, _normal(meta, error), meta / d, area)
-
-
-def _second(cost: object, at: FloatArray, step: float = 1e-3) -> FloatArray:
-    """Return second derivatives by finite differences."""
-    assert callable(cost)
-    size = len(at)
-    second = np.empty((size, size))
-    steps = np.eye(size) * step
-    for j in range(size):
-        for k in range(j + 1):
-            ends = [cost(at + a * steps[j] + b * steps[k]) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
-            second[j, k] = second[k, j] = (ends[0] - ends[1] - ends[2] + ends[3]) / (4 * step**2)
-    return second
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:

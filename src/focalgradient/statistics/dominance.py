@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.durations import FEWEST, covariance_at
+from focalgradient.statistics.durations import FEWEST
+from focalgradient.statistics.hessian import covariance_at
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["DominanceModel", "PerceptDurations", "fit_dominance", "log_likelihood_of_people"]

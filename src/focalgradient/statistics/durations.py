@@ -7,7 +7,6 @@ A percept cut off by the end of its trial lasted longer than recorded; excluding
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.hessian import covariance_at
 from focalgradient.statistics.records import NotComputed
 
 __all__ = [
@@ -24,7 +24,6 @@ __all__ = [
     "DurationsOfPeople",
     "DurationsOfPerson",
     "Family",
-    "covariance_at",
     "fit_durations",
     "fit_durations_of_people",
 ]
@@ -275,19 +274,6 @@ class _PeopleCost:
         grid = centre[:, None] + sd[:, None] * NODES
         density = joint(grid)
         return -float((special.logsumexp(density, axis=1) + np.log(sd * (NODES[1] - NODES[0]))).sum())
-
-
-def covariance_at(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArray | None:
-    """Invert the Hessian of a negative log likelihood; return None if it is not positive definite."""
-    n, step = len(at), 1e-3 * np.eye(len(at))
-    second = np.empty((n, n))
-    for i in range(n):
-        for j in range(n):
-            corners = ((1, 1), (1, -1), (-1, 1), (-1, -1))
-            second[i, j] = sum(a * b * cost(at + a * step[i] + b * step[j]) for a, b in corners) / 4e-6
-    if not (np.isfinite(second).all() and np.linalg.eigvalsh(second)[0] > 0):
-        return None
-    return np.asarray(np.linalg.inv(second))
 
 
 def _gamma_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:

@@ -159,12 +159,12 @@ def _known(name: str, rate: Any) -> float | None:
     """Return a fixed rate; None if it is estimated."""
     if isinstance(rate, str) and rate in ("common", "people"):
         return None
-    if isinstance(rate, int | float) and not isinstance(rate, bool) and 0 <= rate < (1 if name == "guess" else 0.5):
+    limit = 1.0 if name == "guess" else LARGEST_RATE
+    if isinstance(rate, int | float) and not isinstance(rate, bool) and 0 <= rate < limit:
         return float(rate)
-    most = "1" if name == "guess" else f"{LARGEST_RATE:g}"
     raise InputError(
-        f"{name} is {described(rate)}, but must be a rate from 0 to below {most}, 'common' (estimated, one for all) or "
-        "'people' (estimated for each)."
+        f"{name} is {described(rate)}, but must be a rate from 0 to below {limit:g}, 'common' (estimated, one for all) "
+        "or 'people' (estimated for each)."
     )
 
 

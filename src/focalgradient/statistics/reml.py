@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
+from focalgradient.statistics.hessian import hessian
+
 __all__ = ["Fit", "fit"]
 
 FloatArray = NDArray[np.float64]
@@ -186,13 +188,14 @@ def _satterthwaite(table: _Table, point: FloatArray, free: NDArray[np.bool_]) ->
     used = np.flatnonzero(free)
     sizes = STEP * np.array([*np.maximum(point[:2], 1.0), point[2]])
     steps = np.diag(sizes)[used]
-    gradient = np.array([(variance(point + h) - variance(point - h)) / (2 * np.abs(h).sum()) for h in steps])
-    hessian = np.empty((len(used), len(used)))
-    for i, h in enumerate(steps):
-        for j, k in enumerate(steps):
-            ends = [table.deviance(*(point + a * h + b * k)) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
-            hessian[i, j] = (ends[0] - ends[1] - ends[2] + ends[3]) / (4 * np.abs(h).sum() * np.abs(k).sum())
-    values, vectors = np.linalg.eigh((hessian + hessian.T) / 2)
+    gradient = np.array([(variance(point + h) - variance(point - h)) / (2 * h.sum()) for h in steps])
+
+    def deviance(some: FloatArray) -> float:
+        at = point.copy()
+        at[used] = some
+        return table.deviance(*at)
+
+    values, vectors = np.linalg.eigh(hessian(deviance, point[used], sizes[used]))
     kept = values > 1e-8 * max(values.max(), 1.0)  # directions without curvature are ignored, as in lmerTest
     along = vectors[:, kept].T @ gradient
     uncertainty = float((2 * along**2 / values[kept]).sum())
