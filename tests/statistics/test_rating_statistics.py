@@ -189,7 +189,7 @@ def test_scenes_have_the_mean_ratio_to_the_pinhole_with_its_t_interval() -> None
     logs = np.log(table["rating"]).groupby([table[name] for name in ("scene", "fixation", "aperture_mm")])
     assert set(found) == set(logs.groups)
     for (scene, fixation, mm), ratio in found.items():
-        own = table.query("scene == @scene and fixation == @fixation")
+        own = table[(table["scene"] == scene) & (table["fixation"] == fixation)]
         each = np.log(own["rating"]).groupby([own["participant_id"], own["aperture_mm"]]).mean().unstack()
         changes = each[mm] - each[0.0]
         assert ratio.estimate == pytest.approx(np.exp(changes.mean()))
