@@ -191,4 +191,5 @@ def test_people_were_measured_along_the_horizontal_meridian_only() -> None:
     with pytest.raises(InputError, match="temporal and nasal field"):
         off_axis(Eye(0.004, 1.0), 10.0, "superior", foci=EMMETROPES)
     with pytest.raises(InputError, match="measured to 40"):
-        MYOPES.at(45.0)
+        MYOPES.at(40.001)
+    assert MYOPES.at(40.0)[0] == pytest.approx(MYOPES.at(39.99)[0], abs=0.01)

@@ -54,10 +54,15 @@ def test_many_zones_deepen_focus():
 
 @pytest.mark.parametrize(
     ("diameters", "additions"),
-    [((0.002,), (1.0, 2.0)), ((0.004, 0.002), (1.0, 0.0)), ((4.0,), (1.0,)), ((0.004,), (30.0,)), (0.004, 1.0)],
+    [
+        *[((0.002,), (1.0, 2.0)), ((), ()), (0.004, 1.0), ([0.004], (1.0,)), ((0.004,), [1.0])],
+        *[((0.004, 0.002), (1.0, 0.0)), ((0.004, 0.004), (1.0, 0.0)), ((4.0,), (1.0,)), ((0.0201,), (1.0,))],
+        *[((0.004,), (30.0,)), ((0.004,), (-10.1,))],
+    ],
 )
 def test_bad_input(diameters, additions):
     with pytest.raises(InputError, match="diameters"):
         ZonedLens(diameters, additions)
+    assert ZonedLens((0.02,), (-10.0,)).power(0.0) == -10.0
     with pytest.raises(InputError, match="lens"):
         Eye(0.004, 0.0, lens="bifocal")

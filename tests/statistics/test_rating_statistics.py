@@ -472,3 +472,14 @@ def test_answers_at_the_floor_always_have_a_test(rise: float) -> None:
     assert isinstance(test, Effect)
     assert "own depth effects" in test.remarks[0]
     assert (test.low > 0) == (rise > 0)
+
+
+def test_two_fixations_at_the_floor_differ_by_one_test() -> None:
+    """The interaction is the pair; only three and more fixations have a table of pairs."""
+    table = ratings(6, np.log(2.5), 0.0)
+    found = ordinal_rating(table.assign(rating=1 + (table["rating"] > 1.3)), [])
+    assert found.by_people
+    assert found.differences == {}
+    near, far = found.rises
+    assert found.interaction.estimate == pytest.approx(near.estimate - far.estimate)
+    assert found.these_scenes == (near, far, found.interaction)
