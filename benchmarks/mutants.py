@@ -59,7 +59,10 @@ TESTS: dict[str, Sequence[str]] = {
     ),
     "power": ("tests/test_power.py", "tests/test_cli_power.py"),
     "psf": ("tests/test_psf.py", "tests/test_field.py", "tests/depth/test_shapes.py", "tests/render/test_shaped.py"),
-    "report": ("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
+    "report": (
+        *("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
+        *("tests/test_response_scales.py", "tests/test_blur_threshold.py"),
+    ),
     "statistics": ("tests/statistics/test_*.py", "tests/test_scales.py", "tests/test_power.py"),
 }
 """The tests of a room, besides its doctests: those most likely to fail first."""

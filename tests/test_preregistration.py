@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from recorded import record_necker
@@ -115,6 +117,7 @@ def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str)
             assert word not in text
     text = files["preregistration.md"].decode()
     assert "1 scene," in text
+    assert "with the first object in focus and of 1 with the other objects in focus" in text
     assert not re.search(r"\b1 (scenes|repetitions|trials|subjects)\b", text)
     assert ("logarithm and are reported as ratios" in text) == (scale == "ratio")
     assert ("bound = " in files["rules.toml"].decode()) == (scale == "ratio")
@@ -127,8 +130,21 @@ def test_an_effect_of_one_s_own_changes_the_number_of_subjects(tmp_path: Path) -
         for effect in (small, large):
             text = preregistration(path, stated=Stated(Rules()), effect=effect)["preregistration.md"].decode()
             assert f"{effect:g}" in section(text, "Number of subjects")[0]
+            assert "with the other objects in focus" not in text
             found.append(int(re.findall(r"^\| 12 \| (\d+)%", text, re.MULTILINE)[0]))
         assert found[0] < 60 < found[1]
+
+
+@pytest.mark.parametrize(("fixations", "judged"), [(NEAR, False), (BOTH, True)])
+def test_where_markers_stood_is_judged_from_eight_trials(
+    tmp_path: Path, fixations: tuple[str, ...], judged: bool
+) -> None:
+    """One scene at four apertures, with one object in focus or two."""
+    path = design_of(tmp_path, "ratio", 1, fixations, 1)
+    path.write_text(path.read_text() + "catch_trials = 3\n")
+    text = preregistration(path, stated=Stated(Rules()), effect=1.5)["preregistration.md"].decode()
+    assert ("where the marker first stood was recorded in too few trials" not in text) == judged
+    assert ("| first_press |" in text) == judged
 
 
 def test_student_s_t_decides_where_the_rules_state_it(tmp_path: Path) -> None:
@@ -189,6 +205,22 @@ def test_power_of_ratios_refuses_other_scales(tmp_path: Path) -> None:
         Study(Model(), design)
 
 
+def assert_robustness_is_of(variants: pd.DataFrame, sentence: str) -> None:
+    """The range of the ratios, the numbers of variants, and the subject without whom the ratio changes most."""
+    logs = variants[variants["transformation"] == "logarithm"]
+    whole, ratios = variants[variants["distinct"] & variants["without"].isna()], np.exp(logs["estimate"])
+    own = ratios[logs.index.intersection(whole.index)]
+    numbers = re.findall(r"is ([\d.]+)(?: to ([\d.]+))? over (\d+) .*? of all (\d+) .*? test (\d+) are", sentence)[0]
+    low, high, some, every, reliable = map(float, [one or numbers[0] for one in numbers])
+    assert (low, high) == pytest.approx((own.min(), own.max()), rel=5e-3)
+    assert low < high  # the rules matter in these data
+    assert (some, every, reliable) == (len(own), len(whole), (whole["p"] < 0.05).sum())
+    change = np.log(ratios / ratios[logs["main"]].item())[logs["without"].notna()].abs()
+    who, ratio = re.findall(r"Leaving out (\S+) changes it most, to ([\d.]+) ", sentence)[0]
+    assert who == logs.loc[change.idxmax(), "without"]
+    assert float(ratio) == pytest.approx(ratios[change.idxmax()], rel=5e-3)
+
+
 def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
     """Three of eight guess: left out, they leave a rise that is reliable; with them it is not."""
 
@@ -212,6 +244,10 @@ def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
         decisive = "depth effect at the largest aperture (ratio to the pinhole), nearest in focus"
         assert f"Exclusions decide: {decisive}" in text
     assert made.files["depth_rating_exclusions_effect.csv"].count(b"without exclusions") == 3
+    variants = pd.read_csv(io.BytesIO(made.files["robustness.csv"]))
+    said = made.files["report.md"].decode().split("Robustness. ")[1].split("\n\n")[0]
+    for focus, sentence in zip(("nearest", "farthest"), said.split("With the ")[1:], strict=True):
+        assert_robustness_is_of(variants[variants["fixation"] == focus], sentence)
 
 
 def test_results_are_in_json(tmp_path: Path) -> None:

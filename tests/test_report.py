@@ -23,6 +23,7 @@ from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.document import Heading, Table, as_html, as_markdown
 from focalgradient.report.words import rating_findings
+from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
 
 
@@ -222,6 +223,45 @@ def test_equal_answers_are_said_to_be_so(tmp_path):
     told = " ".join(rating_findings(result))
     assert told.count("the depth effect was not tested: All 3 subjects have the same value") == 2
     depth_rating_figure(result, simulated=True)
+
+
+def rated(near: float, far: float, power: float) -> DepthRatingResult:
+    """Twelve people whose log rating grows to `near` or `far` by a power of the aperture, alike to a few per cent."""
+    rng = np.random.default_rng(4)
+    rows = [
+        (f"sub-{who:02}", fixation, f"f/{16 / mm:g}" if mm else "pinhole", mm, scene, own * (mm / 8) ** power)
+        for who in range(12)
+        for fixation, rise in (("nearest", near), ("farthest", far))
+        for own in [rise + 0.02 * rng.standard_normal()]
+        for mm in (0.0, 2.0, 4.0, 8.0)
+        for scene in ("a", "b")
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
+    table["rating"] = np.exp(table["rating"] + 0.02 * rng.standard_normal(len(table)))
+    return depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=1.2)
+
+
+@pytest.mark.parametrize(
+    ("near", "power", "said"),
+    [
+        (0.7, 1.0, "ratings rose from the pinhole"),
+        (-0.7, 1.0, "ratings fell from the pinhole"),
+        (0.0, 1.0, "ratings did not change reliably from the pinhole"),
+        (0.7, 1.0, "The change is not shown to be equivalent to zero within a factor of 1.20"),
+        (0.0, 1.0, "The change is equivalent to zero within a factor of 1.20"),
+        (0.08, 1.0, "Ratings rose, and the change is equivalent to zero within a factor of 1.20: it is reliable, but"),
+        (0.7, 0.5, "it flattens towards the largest aperture"),
+        (-0.7, 0.5, "it flattens towards the largest aperture"),
+        (0.7, 2.0, "it steepens towards the largest aperture"),
+        (-0.7, 2.0, "it steepens towards the largest aperture"),
+    ],
+)
+def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float, said: str) -> None:
+    first, second, difference = rating_findings(rated(near, 0.0, power))
+    assert said in first
+    assert ("not straight" in first) == (power != 1)
+    assert "did not change reliably" in second
+    assert ("did not differ reliably" in difference) == (near == 0)
 
 
 def test_ordinal_answers_have_their_own_tables(tmp_path):
