@@ -3,7 +3,7 @@
     python benchmarks/coloured_walls.py [--kinds bands moments both] [--pupils MM ...] [--foci D ...]
         [--vergences D ...] [--textures NAME ...] [--files PICTURE ...] [--lights NAME ...] [--people SCALE ...]
         [--knowledge exact learnt people none] [--shapes wall step sphere] [--side PIXELS] [--seed N]
-        [--fraction ROWS] [--out FILE.csv]
+        [--fraction ROWS [--beside-grey]] [--out FILE.csv]
 
 A surface stands before an eye; its reflectance at each pixel is a spectrum (grey; linear sRGB by the basis of Mallett
 and Yuksel 2019), in the light of an illuminant. Its views have the photon noise of 200 cd/m^2. Bands: what the L and M,
@@ -14,8 +14,9 @@ a black body such as "3000 K", or "display": the texture is shown on a display.
 
 --fraction measures a fraction of the grid instead of the whole: ROWS surfaces, among which each level of each factor
 occurs equally often, independently of the others. Each stands up to 2 D from the focus, and has a texture and noise of
-its own seed (--seed and more). It prints a table by each factor. With --out each row is written when it is measured;
-rows that the file has already are not measured again.
+its own seed (--seed and more). It prints a table by each factor. --beside-grey measures a grey texture in the place of
+each surface as well, and prints the tables again of those where it is valid in 70 % or more. With --out each row is
+written when it is measured; rows that the file has already are not measured again.
 
 What the estimator knows of the eye: "exact", its chromatic aberration; "learnt", what three fixations of a grey surface
 by both cues show of it; "people", that of people in general (SD 25 %), marginalised; "none": the mean eye before white
@@ -99,6 +100,9 @@ FARTHEST = 2.0
 """Dioptres from the focus to the farthest surface of a fraction."""
 FIXATIONS = (0.6, -0.5, 1.0)
 """Dioptres of the grey surfaces that a person's aberration is learnt from, nearer than the focus."""
+
+GREY = 0.7
+"""Share of valid pixels of a grey surface from which a coloured one in its place is compared with it."""
 
 CLAIMED = 0.05
 """Share of valid pixels from which a surface counts as claimed."""
@@ -260,6 +264,12 @@ def fraction(given: argparse.Namespace) -> list[tuple[Any, ...]]:
     return rows
 
 
+def in_grey(arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Arguments of `measured` of a grey surface in the place of another."""
+    kind, _, *rest = arguments
+    return kind, "grey", *rest
+
+
 def key(row: Row) -> tuple[str, ...]:
     """What a row is of, as its file has it."""
     return tuple(str(row[name]) for name in COLUMNS)
@@ -339,12 +349,19 @@ def main() -> None:
     parser.add_argument("--side", type=int, default=160)
     parser.add_argument("--seed", type=int, default=0, help="of simulated textures and noise; the first of a fraction")
     parser.add_argument("--fraction", type=int, metavar="ROWS", help="number of surfaces, instead of the grid")
+    parser.add_argument("--beside-grey", action="store_true", help="of a fraction: a grey surface in each place, too")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     done = read(given.out)
     if given.fraction is not None:
-        rows = [once(done, given.out, arguments) for arguments in fraction(given)]
+        drawn = fraction(given)
+        rows = [once(done, given.out, arguments) for arguments in drawn]
         print("\n".join(by_factor(rows)))
+        if given.beside_grey:
+            greys = [once(done, given.out, in_grey(arguments)) for arguments in drawn]
+            some = [row for row, grey in zip(rows, greys, strict=True) if float(grey["valid"]) >= GREY]
+            print(f"Where grey is valid in {GREY:.0%} or more:")
+            print("\n".join(by_factor(some)))
         return
     whole = itertools.product(given.kinds, given.knowledge, (*given.textures, *given.files), given.lights, given.people)
     print(f"{'kind':8} {'knows':7} {'texture':9} {'light':7} person  {HEADER}", flush=True)

@@ -48,6 +48,11 @@ COMPRESSED = 0.3
 """`COHERENT` for noise that increases with contrast: in five rooms in JPEG of quality 75, 92 % of depth lies within two
 sd with it, 79 % with 0.1; 89 % in ten held-out rooms (`benchmarks/rooms.py`)."""
 
+KNOWN_IN_BANDS = 0.2
+"""Maximum standard deviation of the blur radius, relative to it, for valid depth from different wavebands. It is mostly
+that of the wavebands' gain, an error which the frame has in common: on 60 coloured walls 57 % of the pixels are valid
+with it, 52 % with 0.1, and 99 % of either within two sd (`benchmarks/coloured_walls.py`)."""
+
 TENTH, BLUR_BESIDE = 0.1, 0.15
 """Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of
 its blur radius in pixels, whichever is larger. Between boundaries closer than a window, surfaces are less certain."""
@@ -254,9 +259,11 @@ def _interpolated(
         band = slice(top, top + rows)
         vergence[band] = search.lowest + level * search.spacing
         radius = search.radius(vergence[band].astype(float))
-        is_known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
-        if one_waveband:  # of others coarse and fine detail may differ
-            is_known[band] &= _model_holds(radius, tau)
+        blur_sd = sd * search.spacing * search.slope
+        if one_waveband:
+            is_known[band] = blur_is_known(blur_sd, radius) & _model_holds(radius, tau)
+        else:  # coarse and fine detail may differ
+            is_known[band] = blur_is_known(blur_sd, radius, KNOWN_IN_BANDS)
         sd = np.sqrt(sd**2 + more)
         vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, tau))
     return vergence, vergence_sd, is_known

@@ -38,11 +38,6 @@ EXPLAINED = 0.5
 counted instead of power, because in nearly noiseless views the strongest contrasts contradict every model, first of all
 at occlusion boundaries."""
 
-EXPLAINED_COLOURED = 0.75
-"""`EXPLAINED` for textures in several colours, whose wavebands differ: 0.57 and 0.60 for a photograph and random
-colours on walls whose depth is in error by a dioptre, or by 1.5 sd; mostly above 0.85 for correct ones
-(`benchmarks/coloured_walls.py`)."""
-
 AROUND = 4.0
 """Size in windows of the neighbourhood in which it is tested whether depth lies outside the search range (our choice).
 """
@@ -107,15 +102,13 @@ class Signal:
         """Judge a frame by its `nodes`, `step` pixels apart, and by what wavebands share (None: all are in one)."""
         one_waveband, settings = gains is None, problem.settings
         is_informative = informative_nodes(nodes, one_waveband)
-        if one_waveband:
-            is_informative &= ~among_outside(nodes, AROUND * settings.window / step)
+        is_informative &= ~among_outside(nodes, AROUND * settings.window / step)
         is_textured = (nodes.texture >= 1) & (nodes.support > 0.5)
         explained = float(is_informative[is_textured].mean()) if is_textured.any() else 0.0
         # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves
         # nothing. Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may
         # differ.
-        least = EXPLAINED if gains is None or not gains.coloured else EXPLAINED_COLOURED
-        is_explained = gains is None or (gains.comparable and explained >= least)
+        is_explained = gains is None or (gains.comparable and explained >= EXPLAINED)
         # What a user gives as noise may be more than there is.
         images = [view.image for view in problem.views]
         blank = left_on_blank(nodes, is_informative, images) if one_waveband and settings.noise is None else None
