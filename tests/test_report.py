@@ -139,6 +139,11 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
         "against a factor of 1.25",
         "statsmodels",
         "seed of depthrating",
+        "once with the nearest and once with the farthest object in focus and fixated, twice in random order",
+        "Each condition was shown for 20.0 s, twice",
+        "2 catch trials checked attention",
+        "Blur that agrees with the rigid reading (4 mm) lowered the nonrigid share of the time (−",
+        "Blur that agrees with the nonrigid reading (4 mm) raised the nonrigid share of the time (",
     ):
         assert part in text, part
     assert hashlib.sha256(rating_file(data, "03").read_bytes()).hexdigest() in text
