@@ -14,7 +14,7 @@ from PIL import Image, ImageCms
 from focalgradient import Lens
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.eye import Eye, SpectralBasis, chromatic_stimulus
+from focalgradient.eye import Eye, SpectralBasis, chromatic_stimulus, natural_pupil
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
 from focalgradient.video import write_frames
@@ -126,6 +126,16 @@ def test_an_eye_of_a_prescription_and_an_age(folder: Path) -> None:
     refused = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "lens", *lens)
     assert refused.exit_code == 2
     assert "describe an eye: give its --pupil" in refused.stderr
+
+
+def test_without_a_diameter_the_pupil_of_a_person_is_the_natural_one(folder: Path) -> None:
+    np.save(folder / "wall.npy", np.full((48, 64), 2.0))
+    given = ["--refraction", "plano", "--age", 60, "--focus", "inf", "--field", 1]
+    result = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "natural", *given)
+    assert result.exit_code == 0, result.output
+    facts = json.loads((folder / "natural" / "summary.json").read_text())["pictures"][0]
+    radius = float(natural_pupil(100.0, age=60)) / 2 * 0.5  # half a dioptre
+    assert max(facts["largest_blur_px"]) * np.radians(facts["pixel_arcmin"] / 60) == pytest.approx(radius, rel=0.01)
 
 
 def test_an_eye_from_a_table_of_zernike_coefficients(folder: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.eye import Eye, cone_images, retinal_image
+from focalgradient.eye import Cones, Eye, SpectralBasis, cone_images, parts_needed, retinal_image
 
 PIXEL = np.radians(1 / 60)
 
@@ -78,3 +78,20 @@ def test_the_number_of_wavelengths_follows_from_pupil_and_distance(pupil: float,
     many = retinal_image(picture, distance, eye, pixel_angle=PIXEL, wavelengths=61)
     assert np.abs(retinal_image(picture, distance, eye, pixel_angle=PIXEL) - many).max() < 0.01
     assert np.abs(retinal_image(picture, distance, eye, pixel_angle=PIXEL, wavelengths=1) - many).max() > 0.02
+
+
+def test_the_parts_of_a_clear_pupil_suffice_for_an_astigmatic_eye() -> None:
+    """What each cone class resolves (S cones 10 cycles per degree) of white on a display, by these parts and by 21."""
+    eye, frequency = Eye(0.004, refraction="-1.00 -0.75 x 180"), np.degrees([2.0, 4.0, 8.0, 16.0])
+    display = SpectralBasis.of_display()
+    count = parts_needed([0.5, 1.0], eye, pixel_angle=np.radians(1 / 60))
+
+    def seen(band: str, parts: int, vergence: float) -> np.ndarray:
+        cones = [Cones.in_light(eye, band, display.light(band, one), wavelengths=parts) for one in range(3)]
+        each = [one.optical_transfer(0.0, frequency, vergence) for one in cones]
+        return display.catch(band) @ np.array(each)
+
+    for band in ("L", "M", "S"):
+        for vergence in (1.0, 2.0):
+            off = np.abs(seen(band, count, vergence) - seen(band, 21, vergence))
+            assert off[: 3 if band == "S" else 4].max() < 0.01

@@ -17,8 +17,8 @@ __all__ = ["eye_of", "eye_of_file", "spectra_of"]
 
 
 def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
-    """Return the eye of ``--pupil``, ``--luminance`` or ``--eye``, accommodated to `accommodation` (D)."""
-    if options["pupil"] is not None or options["luminance"] is not None:
+    """Return the eye of ``--eye``, or of ``--pupil`` and a person's options, accommodated to `accommodation` (D)."""
+    if options["eye_file"] is None:
         return person_eye(options, options["pupil"], accommodation)
     return eye_of_file(options["eye_file"], accommodation)
 

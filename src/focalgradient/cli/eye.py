@@ -17,7 +17,7 @@ import numpy as np
 
 from focalgradient.cli.blur_eye import eye_of_file
 from focalgradient.cli.options import positive, shared_options, shared_work
-from focalgradient.cli.person import is_person, person_eye, person_options
+from focalgradient.cli.person import has_natural_pupil, is_person, person_eye, person_options
 from focalgradient.cli.program import (
     force_option,
     json_option,
@@ -112,7 +112,7 @@ def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | No
 @click.argument("scene", metavar="[SCENE]", required=False, callback=_known)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
-    "--pupil", type=float, metavar="MM", callback=_pupil, help="Diameter of the pupil, in millimetres.  [default: 4]"
+    "--pupil", type=float, metavar="MM", callback=_pupil, help="Pupil diameter (mm).  [default: 4, or natural by age]"
 )
 @person_options
 @click.option(
@@ -154,7 +154,7 @@ def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | No
     show_default=True,
     metavar="D",
     callback=_accommodation,
-    help="Accommodation, in dioptres: 1 / distance in metres.",
+    help="Vergence in dioptres (1 / distance in m) that the eye focuses, as far as --refraction and --age allow.",
 )
 @click.option(
     "--views",
@@ -238,7 +238,7 @@ def eye(
       focalgradient eye --accommodate step:1,3 --views both --out results
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
-    if pupil is None and person["luminance"] is None and eye_file is None:
+    if pupil is None and not has_natural_pupil(person) and eye_file is None:
         pupil = PUPIL_MM
     given_place = _Place.of(eccentricity, meridian)
     if accommodate is not None:

@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 if TYPE_CHECKING:
     from focalgradient.eye import Eye, ZonedLens
 
-__all__ = ["is_person", "person_eye", "person_options"]
+__all__ = ["has_natural_pupil", "is_person", "person_eye", "person_options"]
 
 CORRECTIONS = ("none", "spectacles", "contact-lens")
 """Names of `focalgradient.eye.CORRECTIONS`, without importing it."""
@@ -38,14 +38,15 @@ _PERSON = [
         type=float,
         metavar="YEARS",
         callback=positive(" of years", least=1, most=OLDEST),
-        help="Age: sets the amplitude of accommodation, the density of the lens and, with --luminance, the pupil.",
+        help="Age: sets the amplitude of accommodation, the density of the lens and, without --pupil, the pupil.",
     ),
     click.option(
         "--luminance",
         type=float,
         metavar="CD",
         callback=positive(" of cd/m^2"),
-        help="Instead of --pupil: luminance (cd/m^2) of a field of 20 degrees, which with --age sets the pupil.",
+        help="Instead of --pupil: luminance (cd/m^2) of a field of 20 degrees, which with --age sets the pupil.  "
+        "[default with --refraction or --age: 100]",
     ),
     click.option(
         "--aberrations",
@@ -71,6 +72,11 @@ def is_person(options: dict[str, Any]) -> bool:
     """Return whether any of these options is given."""
     names = ("refraction", "correction", "age", "luminance", "aberrations", "zones")
     return any(options[name] is not None for name in names)
+
+
+def has_natural_pupil(options: dict[str, Any]) -> bool:
+    """Return whether these options give the pupil of an eye without ``--pupil``."""
+    return any(options[name] is not None for name in ("refraction", "age", "luminance"))
 
 
 def _zones(given: str | None) -> str | None:

@@ -12,7 +12,7 @@ import click
 
 from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.options import DIAMETER, OPENEST, added, positive, read_depth_file
-from focalgradient.cli.person import is_person, person_options
+from focalgradient.cli.person import has_natural_pupil, is_person, person_options
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable
 from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch
@@ -96,15 +96,16 @@ def optics_of(options: dict[str, Any], vergence: float) -> Optics:
     from focalgradient.optics import Lens
 
     camera = options["f_number"] is not None or options["focal_length"] is not None
-    pupil = options["pupil"] is not None or options["luminance"] is not None
+    pupil = options["pupil"] is not None or has_natural_pupil(options)
+    if is_person(options) and (camera or options["eye_file"] is not None or not pupil):
+        raise InputError(
+            "--refraction, --correction, --age, --luminance, --aberrations and --zones describe an eye: give its "
+            "--pupil, or --luminance, --refraction or --age for its natural pupil, and no other optics."
+        )
     if camera + pupil + (options["eye_file"] is not None) != 1:
         raise InputError(
-            "the optics must be --f-number and --focal-length, or --pupil, or --eye: give exactly one of the three."
-        )
-    if is_person(options) and not pupil:
-        raise InputError(
-            "--refraction, --correction, --age, --aberrations and --zones describe an eye: give its --pupil, or "
-            "--luminance."
+            "the optics must be --f-number and --focal-length, or --pupil (or --refraction, --age), or --eye: give "
+            "exactly one of the three."
         )
     if not camera:
         return eye_of(options, vergence)
