@@ -203,10 +203,12 @@ def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, dat
     """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
     kept, found = quality(table, rules)
     shortest = found.rules.shortest_both
-    result, everyone = (
-        _nobody(found) if rows["catch"].all() else necker(rows, shortest_both=shortest)
-        for rows in (kept, table if found.exclusions else kept)
-    )
+
+    def analysed(rows: pd.DataFrame) -> NeckerResult | NotComputed:
+        return _nobody(found) if rows["catch"].all() else necker(rows, shortest_both=shortest)
+
+    result = analysed(kept)
+    everyone = analysed(table) if found.exclusions else result
     return Reports(data, table, kept, found, result, _simulated(table), shortest, everyone)
 
 
