@@ -61,7 +61,7 @@ TESTS: dict[str, Sequence[str]] = {
     "psf": ("tests/test_psf.py", "tests/test_field.py", "tests/depth/test_shapes.py", "tests/render/test_shaped.py"),
     "report": (
         *("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
-        *("tests/test_response_scales.py", "tests/test_blur_threshold.py"),
+        *("tests/test_response_scales.py", "tests/test_blur_threshold.py", "tests/test_tasks.py"),
     ),
     "statistics": ("tests/statistics/test_*.py", "tests/test_scales.py", "tests/test_power.py"),
 }

@@ -12,15 +12,17 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.text import Text
-from recorded import edit, rating_file, record_necker, record_ratings
+from recorded import RATING, edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
+from focalgradient.dataset import DataSet, Files
 from focalgradient.design import DepthRatingDesign
 from focalgradient.files import plain_name
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
+from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Table, as_html, as_markdown
 from focalgradient.report.words import rating_findings
 from focalgradient.statistics import DepthRatingResult, depth_rating
@@ -281,6 +283,43 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
     assert "odds ratio of a higher answer at the largest aperture" in page(made)
     assert {"depth_rating_ordinal.csv", "depth_rating_thresholds.csv", "depth_rating_shares.csv"} <= set(made.files)
     assert "depth_rating_means.csv" not in made.files
+    conditions = [f"{focus} {aperture}" for focus in ("nearest", "farthest") for aperture in RATING.apertures]
+    wide, rows = table(made, "depth_rating_wide.csv"), table(made, "depth_rating_trials.csv")
+    assert list(wide) == ["participant_id", *conditions]
+    first = rows.query("participant_id == 'sub-01' and fixation == 'farthest' and aperture == 'f/11' and not catch")
+    assert wide.set_index("participant_id").loc["sub-01", "farthest f/11"] == pytest.approx(first["rating"].mean())
+
+
+def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() -> None:
+    """A pixel of 0.25 mm at 0.5 m; the card's error of 1 % cancels from the distance's of 4 %."""
+    apparatus = {"screen_px": [1920, 1080], "screen_m": [0.48, 0.27], "viewing_distance_m": 0.5}
+    errors = {"screen_sd_m": [0.0048, 0.0027], "viewing_distance_sd_m": 0.02, "gamma_seen": [2.1, 0.1]}
+    sittings = {
+        "01": {"Sittings": [{"Versions": {"psychopy": "1"}, "Apparatus": apparatus | {"gamma": 2.2}}]},
+        "02": {"Sittings": [{"Versions": {"browser": "1"}, "Apparatus": apparatus | errors}]},
+        "03": {"Sittings": [{"Versions": {"browser": "1"}, "Apparatus": apparatus}], "Simulated": True},
+        "04": {"Sittings": [{"Versions": {}, "Apparatus": {}}]},
+    }
+    sidecars = {Files(Path(), "depthrating", participant): each for participant, each in sittings.items()}
+    seen = screens(DataSet(Path(), pd.DataFrame(), {}, sidecars, ()))
+    found = screens_sheet(seen, "own").digits.set_index("participant_id")
+    assert list(found["place"]) == ["laboratory", "browser", "laboratory"]
+    arcmin = 60 * np.degrees(np.arctan(0.00025 / 0.5))
+    relative = np.sqrt(0.04**2 - 0.01**2)
+    expected = {
+        "distance_cm": (50.0, 50.0),
+        "distance_sd_cm": (0.0, 2.0),
+        "pixels_per_degree": (60 / arcmin,) * 2,
+        "pixels_per_degree_sd": (0.0, 60 / arcmin * relative),
+        "pixel_arcmin": (arcmin,) * 2,
+        "pixel_arcmin_sd": (0.0, arcmin * relative),
+        "gamma": (2.2, 2.1),
+        "gamma_sd": (0.0, 0.1),
+    }
+    for name, values in expected.items():
+        assert tuple(found.loc[["sub-01", "sub-02"], name]) == pytest.approx(values), name
+    assert found.loc["sub-04", ["distance_cm", "pixel_arcmin", "gamma"]].isna().all()
+    assert screens_sheet(seen[2:], "own") is None
 
 
 BAD = {

@@ -38,6 +38,10 @@ def test_the_command_writes_the_comparison_and_repeats_it_in_the_page(tmp_path):
     assert guessing["held out"] == pytest.approx(400 * np.log(0.5), abs=1e-6)
     people = pd.read_csv(tmp_path / "out" / "threshold_observer_people.csv")
     assert people["guessing"].sum() == pytest.approx(guessing["held out"])
+    for row in found.to_dict("records"):
+        each = people[found["observer"].iloc[0]] - people[row["observer"]]
+        assert row["behind best"] == pytest.approx(each.sum())
+        assert row["SE"] == pytest.approx(2 * each.std())  # a sum over 4 people
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "predicts the answers of people held out best" in page
     assert "Observers were fitted by maximum likelihood" in page
