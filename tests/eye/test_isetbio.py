@@ -5,7 +5,19 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from focalgradient import InputError
-from focalgradient.eye import SpectralImage, read_isetbio, read_zernike, save_isetbio
+from focalgradient.eye import (
+    Eye,
+    SpectralImage,
+    SpectralPicture,
+    illuminant,
+    lens_density,
+    luminosity,
+    read_isetbio,
+    read_zernike,
+    retinal_spectra,
+    save_isetbio,
+    scene_spectra,
+)
 
 
 def image(**changes) -> SpectralImage:
@@ -84,3 +96,52 @@ def test_coefficients_of_matlab_files(tmp_path):
     savemat(tmp_path / "none.mat", {"x": 1.0})
     with pytest.raises(InputError, match="no vector zcoeffs"):
         read_zernike(tmp_path / "none.mat")
+
+
+def test_a_scene_has_the_spectra_of_its_surfaces_in_its_light():
+    """Red over white at each wavelength is the reflectance, and the luminance of white that of the argument."""
+    picture = SpectralPicture.of_srgb([[[1.0, 1.0, 1.0], [0.8, 0.1, 0.1]]], "A")
+    scene = scene_spectra(picture, pixel_angle=np.radians(0.1), distance=0.57, luminance=40.0)
+    assert scene.wavelength_nm.tolist() == list(range(400, 701, 10))
+    assert scene.energy[0, 0] / scene.energy[0, 0, 16] == pytest.approx(
+        illuminant(scene.wavelength_nm, "A") / illuminant(560, "A"), rel=1e-3
+    )
+    red = scene.energy[0, 1] / scene.energy[0, 0]
+    assert red[22] > 0.75 > 0.2 > red[5]  # at 620 and at 450 nm
+    fine = scene_spectra(picture, pixel_angle=1e-3, luminance=40.0, wavelength_nm=np.arange(390, 781, 1.0))
+    assert 683 * luminosity(fine.wavelength_nm) @ fine.energy[0, 0] == pytest.approx(40.0, rel=1e-3)
+    assert (scene.field_deg, scene.distance, scene.is_retinal) == (pytest.approx(0.2, rel=1e-4), 0.57, False)
+
+
+def test_a_retinal_image_is_blurred_in_the_focus_of_each_wavelength(tmp_path):
+    """A grating at 1 m, in focus at 580 nm: each wavelength keeps the contrast of the eye's transfer; and the file."""
+    angle, eye = np.radians(0.5 / 60), Eye(0.003, 1.0)
+    wave = np.tile(0.5 + 0.4 * np.cos(2 * np.pi * np.arange(96) / 12), (48, 1))  # 10 cycles per degree
+    picture, nm = SpectralPicture.of(wave, "E"), [450.0, 580.0, 650.0]
+    seen = retinal_spectra(picture, np.ones(wave.shape), eye, pixel_angle=angle, wavelength_nm=nm)
+    line = seen.energy[24, 36:60]
+    contrast = 2 * abs(np.exp(2j * np.pi * np.arange(24) / 12) @ line) / line.sum(axis=0) / 0.8
+    expected = [float(abs(eye.in_light(one).optical_transfer(0.0, np.degrees(10.0), 1.0))) for one in nm]
+    assert contrast == pytest.approx(expected, abs=0.02)
+    assert expected[0] < 0.5 < expected[1]
+    old = retinal_spectra(picture, np.ones(wave.shape), eye, pixel_angle=angle, wavelength_nm=nm, age=70)
+    ratio = 10 ** (lens_density(nm, 32) - lens_density(nm, 70))
+    assert old.energy.sum(axis=(0, 1)) / seen.energy.sum(axis=(0, 1)) == pytest.approx(ratio)
+    save_isetbio(tmp_path / "oi.mat", seen)
+    back = read_isetbio(tmp_path / "oi.mat")
+    assert back.is_retinal
+    assert back.energy == pytest.approx(seen.energy)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda: scene_spectra(np.ones((4, 4)), pixel_angle=1e-3), "picture is.*SpectralPicture.of"),
+        (lambda: scene_spectra(SpectralPicture.of(np.ones((4, 4))), pixel_angle=0.0), "pixel_angle is 0"),
+        (lambda: scene_spectra(SpectralPicture.of(-np.ones((4, 4))), pixel_angle=1e-3), "negative"),
+        (lambda: retinal_spectra(SpectralPicture.of(np.ones((4, 4))), 1.0, "eye", pixel_angle=1e-3), "eye is 'eye'"),
+    ],
+)
+def test_wrong_pictures_are_refused(wrong, said):
+    with pytest.raises(InputError, match=said):
+        wrong()

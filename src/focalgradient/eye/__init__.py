@@ -52,6 +52,7 @@ from focalgradient.eye.retinal_image import parts_needed, retinal_image
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.score import score
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
+from focalgradient.eye.spectral_image import retinal_spectra, scene_spectra
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
@@ -159,7 +160,9 @@ __all__ = [
     "resized_zernike",
     "resolved_cpd",
     "retinal_image",
+    "retinal_spectra",
     "save_isetbio",
+    "scene_spectra",
     "score",
     "target_course",
     "track",
