@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import tomllib
 from dataclasses import dataclass, field
@@ -12,11 +13,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from extended import build, command
+from scipy import stats
+from statsmodels.stats.multitest import multipletests
 
 from focalgradient.dataset import Apparatus, Session, validate
 from focalgradient.design import Plan, Trial, check_design, design_text
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS
+from focalgradient.report import make_report
 from focalgradient.tasks import Column, Response, Task, is_task, register, task_named, task_names
 from focalgradient.tasks.registry import FILES
 
@@ -121,6 +125,37 @@ def test_a_session_of_an_own_task_is_recorded_and_checked(tmp_path: Path) -> Non
     assert text.splitlines()[1].split("\t")[-3:-1] == ["0", "1"]  # before the date
     table.write_text(text.replace("\tyes\t", "\tno\t", 1))
     assert any("it differs from its journal" in problem for problem in validate(tmp_path / "data").problems)
+
+
+def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_path: Path) -> None:
+    """Five people count one too many each, and 3 too many on the right."""
+    for who in range(1, 6):
+        chance = np.random.default_rng(who)
+        with Session.begin(tmp_path / "data", DotDesign(), f"{who:02}", apparatus=Apparatus("seconds")) as session:
+            for number, trial in enumerate(session.remaining()):
+                guess = int(trial.dots + who + 3 * (trial.side == "right") + chance.integers(0, 3))
+                session.record(trial, DotAnswer(onset=5.0 * number, response_time=1.0, guess=guess, sure=False))
+    files = make_report(tmp_path / "data").files
+    assert {"dots.png", "dots.pdf", "dots_dots.png", "dots_dots.pdf"} <= set(files)
+    assert "dots_side.png" not in files
+    tests, means = (pd.read_csv(io.BytesIO(files[f"dots_{name}.csv"])) for name in ("tests", "means"))
+    trials = pd.read_csv(io.BytesIO(files["dots_trials.csv"]))
+    assert len(trials) == 5 * 12
+    assert list(tests["effect"][:2]) == ["guess, side right less left", "guess, dots 7 less 3"]
+    levels = (("side", "right", "left"), ("dots", 7, 3))
+    for row, (name, high, low) in zip(tests[:2].to_dict("records"), levels, strict=True):
+        each = trials.groupby([name, "participant_id"])["guess"].mean()
+        expected = stats.ttest_rel(each[high], each[low])
+        assert row["estimate"] == pytest.approx((each[high] - each[low]).mean())
+        assert (row["statistic"], row["df"], row["p"]) == pytest.approx((expected.statistic, 4, expected.pvalue))
+        ends = expected.confidence_interval()
+        assert (row["low"], row["high"]) == pytest.approx((ends.low, ends.high))
+    assert list(tests["p_holm"][:2]) == pytest.approx(list(multipletests(tests["p"][:2], method="holm")[1]))
+    first = means.query("side == 'right' and dots == 3 and answer == 'guess'").iloc[0]
+    own = trials.query("side == 'right' and dots == 3").groupby("participant_id")["guess"].mean()
+    ends = stats.ttest_1samp(own, 0.0).confidence_interval()
+    assert (first["mean"], first["low"], first["high"]) == pytest.approx((own.mean(), ends.low, ends.high))
+    assert set(means["answer"]) == {"guess", "sure", "response_time"}
 
 
 @pytest.mark.parametrize(
