@@ -15,7 +15,8 @@ copy. A run that reaches ``--limit`` seconds counts as neither. The tests of oth
 run, so the shares are lower bounds.
 
 Each result is a row of the CSV file ``--results``; mutants with a row there are not run again, so that a run continues
-where it was stopped. ``--again`` runs those that survived again, after tests were added.
+where it was stopped. ``--again`` runs those of the room that survived again, after tests were added, and no others;
+those whose code is no longer there are dropped.
 """
 
 from __future__ import annotations
@@ -259,6 +260,18 @@ def draw(root: Path, room: str, number: int, seed: int) -> Iterator[tuple[Mutant
         yield change(root, file, index)
 
 
+def found_again(root: Path, row: Mutant) -> tuple[Mutant, str] | None:
+    """A mutant at its present line, with the new source of its file; None if the code is no longer there."""
+    file = root / PACKAGE / row.file
+    there = sites(file.read_text(encoding="utf-8"))[1] if file.exists() else []
+    for index, (_, around, _) in enumerate(there):
+        if ".".join(around) == row.function:
+            mutant, source = change(root, file, index)
+            if (mutant.was, mutant.becomes) == (row.was, row.becomes):
+                return mutant, source
+    return None
+
+
 def chosen(root: Path, mutant: Mutant) -> tuple[list[str], list[str]]:
     """Tests that name the changed module or its functions, the changed function first, and the room's others."""
     module = (PACKAGE / mutant.file).as_posix()
@@ -386,25 +399,38 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="run those that survived again")
     given = parser.parse_args()
     results = {Mutant(*list(asdict(row).values())[:6]): row for row in kept(given.results)}
-    drawn: list[Mutant] = []
+
+    def judge(mutant: Mutant, source: str) -> None:
+        results[mutant] = copy.judge(mutant, source)
+        keep(given.results, results.values())
+        say(results[mutant])
+
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder), slow=given.slow, near=given.near, limit=given.limit)
-        for mutant, source in draw(copy.folder, given.room, given.number, given.seed):
-            drawn.append(mutant)
-            before = results.get(mutant)
-            if before is None or (given.again and before.outcome != "caught"):
-                results[mutant] = copy.judge(mutant, source)
-                keep(given.results, results.values())
-                say(results[mutant])
-    outcomes = [results[mutant].outcome for mutant in drawn]
-    for mutant in drawn:
-        if results[mutant].outcome != "caught":
-            say(results[mutant])
-    caught, judged = outcomes.count("caught"), len(outcomes) - outcomes.count("time")
-    if judged:
-        low, high = binomtest(caught, judged).proportion_ci(method="exact")
-        print(f"{given.room}: caught {caught} of {judged}, 95 % interval {low:.0%} to {high:.0%}", end="")
-        print(f"; {outcomes.count('time')} ran out of time")
+        if given.again:
+            left = [mutant for mutant, row in results.items() if row.outcome != "caught" and row.room == given.room]
+            for before in left:
+                found = found_again(copy.folder, before)
+                del results[before]
+                if found is None:
+                    print(f"gone: {before.file}:{before.line} {before.was}", flush=True)
+                else:
+                    judge(*found)
+            keep(given.results, results.values())
+        else:
+            for mutant, source in draw(copy.folder, given.room, given.number, given.seed):
+                if mutant not in results:
+                    judge(mutant, source)
+    judged = [row for row in results.values() if row.room == given.room]
+    for row in judged:
+        if row.outcome != "caught":
+            say(row)
+    outcomes = [row.outcome for row in judged]
+    caught, late = outcomes.count("caught"), outcomes.count("time")
+    if len(judged) > late:
+        low, high = binomtest(caught, len(judged) - late).proportion_ci(method="exact")
+        print(f"{given.room}: caught {caught} of {len(judged) - late}, 95 % interval {low:.0%} to {high:.0%}", end="")
+        print(f"; {late} ran out of time")
 
 
 if __name__ == "__main__":
