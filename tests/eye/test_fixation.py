@@ -39,3 +39,23 @@ def test_bad_input(bad):
         FixationalMovements(**bad)
     with pytest.raises(InputError, match="the first time is -1"):
         FixationalMovements().at([-1.0, 0.0])
+
+
+def test_gaze_moves_the_image_the_other_way_by_as_many_pixels():
+    """The centroid of a spot moves by minus the direction of gaze, in colour too, also by parts of a pixel."""
+    angle, movements, times = np.radians(1 / 60), FixationalMovements(seed=3), [0.0, 0.2, 0.7, 1.5]
+    y, x = np.mgrid[:129, :129] - 64.0
+    spot = np.exp(-(x**2 + y**2) / (2 * 4.0**2))
+    seen = movements.moved(np.stack([spot, 2 * spot], axis=-1), times, pixel_angle=angle)
+    gaze = movements.at(times) / angle
+    assert np.abs(gaze).max() > 3
+    for one, (right, down) in zip(seen, gaze, strict=True):
+        for light in (one[..., 0], one[..., 1]):
+            assert (light * x).sum() / light.sum() == pytest.approx(-right, abs=0.01)
+            assert (light * y).sum() / light.sum() == pytest.approx(-down, abs=0.01)
+
+
+def test_what_cannot_move_is_refused():
+    for image, angle, said in ((np.ones(4), 1e-3, "H x W"), (np.ones((4, 4)), 0.0, "pixel_angle is 0")):
+        with pytest.raises(InputError, match=said):
+            FixationalMovements().moved(image, [0.0], pixel_angle=angle)

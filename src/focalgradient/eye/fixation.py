@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import shift
 
-from focalgradient.errors import check_number, check_seed
+from focalgradient.errors import InputError, check_finite, check_number, check_seed
 from focalgradient.eye.ranges import ordered_times
 
 __all__ = ["FixationalMovements"]
@@ -93,3 +94,42 @@ class FixationalMovements:
         grid = STEP * np.arange(count)
         path = np.column_stack([np.interp(moments, grid, column) for column in place.T])
         return np.radians(path / 60)
+
+    def moved(self, image: ArrayLike, times: ArrayLike, *, pixel_angle: float) -> NDArray[np.float64]:
+        """Return an image as it lies on the retina at `times` (s), in coordinates fixed to the retina.
+
+        Gaze to the right moves it to the left. Interpolated by cubic splines; beyond its rim the rim is repeated.
+
+        Parameters
+        ----------
+        image
+            Image, H x W or H x W x channels: blurred, as blur moves with gaze; of a size that contains the path.
+        times
+            n times in seconds, increasing from 0 or later.
+        pixel_angle
+            Angle of a pixel in radians.
+
+        Returns
+        -------
+        ndarray
+            n x H x W or n x H x W x channels.
+
+        Raises
+        ------
+        InputError
+            If the image has no two dimensions, or a number is out of range.
+
+        Examples
+        --------
+        >>> movements, image = FixationalMovements(rate=0.0, seed=1), np.random.default_rng(0).uniform(size=(32, 32))
+        >>> on_retina = movements.moved(image, [0.0, 0.5], pixel_angle=np.radians(1 / 60))
+        >>> on_retina.shape, bool(np.allclose(on_retina[0], image)), bool(np.allclose(on_retina[1], image))
+        ((2, 32, 32), True, False)
+        """
+        light = check_finite("image", image, "linear light")
+        check_number("pixel_angle", pixel_angle, "radians", positive=True)
+        if light.ndim not in (2, 3):
+            raise InputError(f"image has shape {light.shape}, but must be H x W or H x W x channels.")
+        still = (0.0,) * (light.ndim - 2)
+        pixels = self.at(times) / pixel_angle
+        return np.stack([shift(light, (-down, -right, *still), mode="nearest") for right, down in pixels.tolist()])
