@@ -54,12 +54,13 @@ FORMS = "step:FROM,TO[,SECOND], sine:MEAN,AMPLITUDE,HZ or a CSV file of time,dio
 
 @dataclass(frozen=True)
 class TargetCourse:
-    """Vergence of the target over time, its duration, and its description."""
+    """Vergence of the target over time, its duration, its description, and (if other) that in the figure's title."""
 
     at: Callable[[float], float]
     seconds: float
     words: str
     file: Path | None = None
+    title: str | None = None
 
 
 def target_of(text: str) -> TargetCourse:
@@ -82,7 +83,8 @@ def target_of(text: str) -> TargetCourse:
         latest = LONGEST_S - AFTER_STEP_S
         if not 0 <= at <= latest:
             raise InputError(f"--accommodate {text} steps at {at:g} s, but must step between 0 and {latest:g} s.")
-        return TargetCourse(lambda t: after if t >= at else before, max(DURATION_S, at + AFTER_STEP_S), text)
+        seconds, title = max(DURATION_S, at + AFTER_STEP_S), f"step from {before:g} to {after:g} D"
+        return TargetCourse(lambda t: after if t >= at else before, seconds, text, title=title)
     if kind == "sine" and len(numbers) == 3 and all(map(math.isfinite, numbers)):
         mean, amplitude, hertz = numbers
         from focalgradient.eye import Accommodation
@@ -90,7 +92,10 @@ def target_of(text: str) -> TargetCourse:
         most = Accommodation().rate / 2  # Nyquist frequency of the eye's moments
         if not 0 < hertz < most:
             raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must be above 0 and below {most:g} Hz.")
-        return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), DURATION_S, text)
+        title = f"{mean:g} ± {amplitude:g} D at {hertz:g} Hz"
+        return TargetCourse(
+            lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), DURATION_S, text, title=title
+        )
     raise InputError(f"--accommodate is {printable(text)!r}, but must be {FORMS}.")
 
 
@@ -223,7 +228,7 @@ def draw(course: Course, target: TargetCourse) -> Any:
         margin = 0.25 * max(1.0, float(np.ptp(every)))
         ax.set(xlabel="time (s)", ylabel="vergence (D)", xlim=(0, float(course.times[-1])))
         ax.set_ylim(float(every.min()) - margin, float(every.max()) + 1.6 * margin)
-        ax.set_title(f"A simulated eye that focuses by its own estimate of depth: {target.words}")
+        ax.set_title(f"A simulated eye that focuses by its own estimate of depth: {target.title or target.words}")
         ax.legend(loc="upper left", ncols=3)
         figure.draw_without_rendering()
     return figure
