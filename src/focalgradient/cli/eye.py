@@ -17,7 +17,7 @@ import numpy as np
 
 from focalgradient.cli.blur_eye import eye_of_file
 from focalgradient.cli.options import positive, shared_options, shared_work
-from focalgradient.cli.person import has_natural_pupil, is_person, person_eye, person_options
+from focalgradient.cli.person import eye_off_axis, has_natural_pupil, is_person, person_eye, person_options
 from focalgradient.cli.program import (
     force_option,
     json_option,
@@ -134,8 +134,8 @@ def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | No
     type=float,
     metavar="DEG",
     callback=_eccentricity,
-    help="Degrees from the fovea: refraction, astigmatism and coma of mean emmetropes there; a scene is resolved as by "
-    "ganglion cells there.",
+    help="Degrees from the fovea: mean refraction and astigmatism there of emmetropes or, by --refraction, of myopes, "
+    "and coma; a scene is resolved as by ganglion cells there.",
 )
 @click.option(
     "--meridian",
@@ -362,8 +362,6 @@ def _subject(
     person: dict[str, Any], pupil: float | None, file: Path | None, place: _Place | None, accommodation: float
 ) -> Eye:
     """Return the eye of the options, as it is at the place in its field."""
-    from focalgradient.eye import off_axis
-
     if file is None:
         subject = person_eye(person, pupil, accommodation)
     elif pupil is not None or is_person(person):
@@ -373,7 +371,7 @@ def _subject(
         )
     else:
         subject = eye_of_file(file, accommodation)
-    return subject if place is None else off_axis(subject, place.eccentricity, place.meridian, coma=True)
+    return subject if place is None else eye_off_axis(subject, person, place.eccentricity, place.meridian)
 
 
 @dataclass(frozen=True)

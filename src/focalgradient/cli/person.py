@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -14,13 +14,17 @@ from focalgradient.errors import InputError
 if TYPE_CHECKING:
     from focalgradient.eye import Eye, ZonedLens
 
-__all__ = ["has_natural_pupil", "is_person", "person_eye", "person_options"]
+__all__ = ["eye_off_axis", "has_natural_pupil", "is_person", "person_eye", "person_options"]
 
 CORRECTIONS = ("none", "spectacles", "contact-lens")
 """Names of `focalgradient.eye.CORRECTIONS`, without importing it."""
 
 OLDEST = 120.0
 """Maximum age in years, as `focalgradient.eye.ranges.OLDEST`, without importing it."""
+
+MYOPIA = -0.5
+"""Mean sphere in dioptres from which an eye is myopic (International Myopia Institute: Flitcroft et al. 2019, Invest.
+Ophthalmol. Vis. Sci. 60, M20)."""
 
 _PERSON = [
     click.option(
@@ -103,6 +107,15 @@ def _lens(zones: str) -> ZonedLens:
             f"--zones is {zones!r}, but diameters must be positive and increase up to 20 mm, and powers must be "
             "within 10 D."
         ) from None
+
+
+def eye_off_axis(eye: Eye, options: dict[str, Any], eccentricity: float, meridian: Literal["temporal", "nasal"]) -> Eye:
+    """Return an eye as it is off axis: with the mean refraction there of the group its ``--refraction`` belongs to."""
+    from focalgradient.eye import EMMETROPES, MYOPES, Refraction, off_axis
+
+    given = options["refraction"]
+    is_myopic = given is not None and Refraction.parse(given).power_vector[0] <= MYOPIA
+    return off_axis(eye, eccentricity, meridian, foci=MYOPES if is_myopic else EMMETROPES, coma=True)
 
 
 def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
