@@ -144,6 +144,7 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
         "once with the nearest and once with the farthest object in focus and fixated, twice in random order",
         "Each condition was shown for 20.0 s, twice",
         "2 catch trials checked attention",
+        "b = 9 / N − 1 and n = 3.2 − 13 / N",
         "Blur that agrees with the rigid reading (4 mm) lowered the nonrigid share of the time (−",
         "Blur that agrees with the nonrigid reading (4 mm) raised the nonrigid share of the time (",
     ):
@@ -318,6 +319,10 @@ def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() 
     }
     for name, values in expected.items():
         assert tuple(found.loc[["sub-01", "sub-02"], name]) == pytest.approx(values), name
+    shown = {row[0]: row[3:] for row in screens_sheet(seen, "own").table.rows}
+    assert shown["sub-01"] == ["50.0", "34.9", "1.72", "2.20"]
+    assert shown["sub-02"] == ["50.0 ± 2.0", "34.9 ± 1.4", "1.72 ± 0.067", "2.10 ± 0.10"]
+    assert shown["sub-04"] == ["–"] * 4
     assert found.loc["sub-04", ["distance_cm", "pixel_arcmin", "gamma"]].isna().all()
     assert screens_sheet(seen[2:], "own") is None
 
