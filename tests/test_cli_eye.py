@@ -81,7 +81,8 @@ def test_an_eye_of_a_prescription_and_an_age():
         (["--pupil", "3", "--luminance", "10"], "--pupil and --luminance both"),
         (["--illuminant", "moon"], "illuminant is 'moon'"),
         (["--age", "-3"], "--age is -3"),
-        (["--age", "5", "--luminance", "10"], "age is 5"),
+        (["--age", "5"], "--age is 5.*20 to 83 years: give --pupil"),
+        (["--age", "5", "--luminance", "10"], "--age is 5"),
     ],
 )
 def test_what_is_no_person_is_refused_in_one_sentence(args, said):

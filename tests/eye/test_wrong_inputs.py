@@ -95,7 +95,7 @@ def test_eye_and_blur_refuse_it_in_one_sentence(option, value, said, tmp_path, m
         (["--through-focus", "--illuminant", "D66"], "illuminant is 'D66'"),
         (["--through-focus", "--illuminant", "nan K"], "black body of 1000 to 25000 K"),
         (["--through-focus", "--accommodation", "nan"], "--accommodation is nan"),
-        (["--through-focus", "--age", "19", "--luminance", "9"], "20 to 83 years: give the pupil"),
+        (["--through-focus", "--age", "19", "--luminance", "9"], "20 to 83 years: give --pupil"),
         (["--through-focus", "--accommodate", "step:1,2"], "leave out one"),
         (["--accommodate", "step:1,2", "--zones", "2:2"], "leave out"),
         (["--accommodate", "sine:nan,1,1"], "sine:MEAN,AMPLITUDE,HZ"),

@@ -133,7 +133,12 @@ def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float)
             raise InputError("--pupil and --luminance both give the pupil: give one of them.")
     if not is_person(options) and pupil_mm is not None:
         return Eye(1e-3 * pupil_mm, vergence)
-    with options_named({"refraction is": "--refraction is"}):
+    named = {
+        "refraction is": "--refraction is",
+        "age is": "--age is",
+        "the pupil's diameter instead": "--pupil as well",
+    }
+    with options_named(named):
         eye = Eye(
             None if pupil_mm is None else 1e-3 * pupil_mm,
             lens=None if options["zones"] is None else _lens(options["zones"]),
