@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, stereo
-from focalgradient.eye import CORRECTIONS, Eye, TwoEyes, point_spread, typical_aberrations
+from focalgradient.eye import Eye, TwoEyes, point_spread, typical_aberrations
 
 
 def test_convergence_and_disparity_are_angles_of_the_triangle():
@@ -28,7 +28,7 @@ def test_the_left_eyes_point_spread_is_the_mirror_image_of_the_rights():
 
 
 def test_both_eyes_accommodate_alike_and_a_difference_in_refraction_stays():
-    lenses = TwoEyes.of_person("-3.00", "-1.00", looking_at=2.5, correction=CORRECTIONS["contact-lens"])
+    lenses = TwoEyes.of_person("-3.00", "-1.00", looking_at=2.5, correction="contact-lens")
     assert lenses.left.focus_vergence == pytest.approx(2.5, abs=1e-6)
     assert lenses.right.focus_vergence == pytest.approx(2.5, abs=1e-6)
     bare = TwoEyes.of_person("-3.00", "-1.00", looking_at=2.5)
