@@ -129,29 +129,48 @@ def likelihood_of_transfers(
         if one != wavebands[0]
     ]
     sources = np.stack([shared, *own])
-    met = np.einsum("aslf,stf,btlf->ablf", sources, power, sources, optimize=True)
-    size = np.einsum("aslf,bslf->ablf", sources, sources, optimize=True)
     natural = rings.passed / radii**2
     level = float(np.max(_levels(radii, counts, power) * noises**2))
-    each = [_marginal(met, size, natural * level * factor, counts) for factor in POWERS]
-    total: FloatArray = np.logaddexp.reduce(np.array(each) + np.log(WEIGHTS)[:, None], axis=0)
+    each = _marginals(*_terms(sources, power, natural * level), counts)
+    total: FloatArray = np.logaddexp.reduce(each + np.log(WEIGHTS)[:, None], axis=0)
     return total - total.max()
 
 
-def _marginal(met: FloatArray, size: FloatArray, power: FloatArray, counts: FloatArray) -> FloatArray:
-    """Return the log likelihood, sources of texture of this `power` (F) integrated out: L values.
+def _terms(sources: FloatArray, power: FloatArray, natural: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the coefficients a, b, c and d (L x F each) of the likelihood's dependence on the scene's power p.
 
-    With U the sources' amplitudes over the noise, the views' covariance is 1 + U U'; by Woodbury's identity the
-    likelihood's logarithm is half the sum of tr(M^-1 U' S U) - log det M, M = 1 + U' U, S the views' own spectra.
+    With U the sources' amplitudes over the noise, the views' covariance is 1 + p U U'; by Woodbury's identity the
+    likelihood's logarithm is half the sum of tr(M^-1 p U' S U) - log det M, M = 1 + p U' U, S the views' own spectra.
+    Of one or two sources det M = 1 + a p + b p^2, and the trace is (c p + d p^2) / det M.
     """
-    seen, inner = met * power, size * power + np.eye(len(size))[:, :, None, None]
+    met = np.einsum("aslf,stf,btlf->ablf", sources, power, sources, optimize=True)
+    size = np.einsum("aslf,bslf->ablf", sources, sources, optimize=True)
     if len(size) == 1:
-        gained = seen[0, 0] / inner[0, 0] - np.log(inner[0, 0])
-    else:  # of two sources, written out
-        determinant = inner[0, 0] * inner[1, 1] - inner[0, 1] ** 2
-        trace = inner[1, 1] * seen[0, 0] - 2 * inner[0, 1] * seen[0, 1] + inner[0, 0] * seen[1, 1]
-        gained = trace / determinant - np.log(determinant)
-    found: FloatArray = gained @ counts / 2
+        nothing = np.zeros_like(size[0, 0])
+        return size[0, 0] * natural, nothing, met[0, 0] * natural, nothing
+    crossed = size[1, 1] * met[0, 0] - 2 * size[0, 1] * met[0, 1] + size[0, 0] * met[1, 1]
+    return (
+        (size[0, 0] + size[1, 1]) * natural,
+        (size[0, 0] * size[1, 1] - size[0, 1] ** 2) * natural**2,
+        (met[0, 0] + met[1, 1]) * natural,
+        crossed * natural**2,
+    )
+
+
+def _marginals(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, counts: FloatArray) -> FloatArray:
+    """Return the log likelihood at each of `POWERS`, sources of texture integrated out: P x L."""
+    found = np.empty((POWERS.size, len(a)))
+    for row, factor in zip(found, POWERS.tolist(), strict=True):
+        determinant = b * factor
+        determinant += a
+        determinant *= factor
+        determinant += 1
+        gained = d * factor
+        gained += c
+        gained *= factor
+        gained /= determinant
+        gained -= np.log(determinant, out=determinant)
+        row[:] = gained @ counts / 2
     return found
 
 
