@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 import subprocess
@@ -51,6 +52,21 @@ def test_the_report_recovers_known_sensitivity(tmp_path: Path) -> None:
     less = float(text.split("d′ in 10 deg less that in fovea: ")[1].split()[0].replace("−", "-"))
     assert less == pytest.approx(D_PRIME["10 deg"] - D_PRIME["fovea"], abs=0.15)
     assert {"detection.png", "detection.csv", "detection_trials.csv", "detection.R"} <= set(report.files)
+
+
+def test_a_person_who_guesses_has_no_meta_d_and_all_other_values(tmp_path: Path) -> None:
+    """As many hits as false alarms: d' is 0, and how well confidence goes with being right has no unit."""
+    guessed = {"signal": [0, 1] * 60, "response": ["yes", "yes", "no", "no"] * 30, "confidence": [1, 2, 3] * 40}
+    others = answers(3, 200).query("where == 'fovea'").drop(columns="where")
+    report = make_report(write(tmp_path, pd.concat([others, pd.DataFrame({"subject": "P9", **guessed})])))
+    each = pd.read_csv(io.BytesIO(report.files["detection.csv"]), index_col=0)
+    assert {each[name].dtype.kind for name in each if name != "condition"} == {"f"}  # numbers, negative ones too
+    guesser = each.loc["P9"]
+    assert guesser[["hit rate", "false-alarm rate", "area"]].tolist() == pytest.approx([0.5, 0.5, 0.5])
+    assert guesser[["d′", "c"]].tolist() == pytest.approx([0, 0], abs=1e-9)
+    assert guesser["low"] == pytest.approx(-guesser["high"])
+    assert guesser[["meta-d′", "type-2 area"]].isna().all()
+    assert each.drop("P9")[["meta-d′", "type-2 area"]].notna().all().all()
 
 
 def test_without_confidence_there_is_no_curve(tmp_path: Path) -> None:

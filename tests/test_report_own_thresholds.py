@@ -67,6 +67,8 @@ def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "Threshold of" in page
     assert "psignifit" in page
+    assert "from the guess rate of 0.5 upwards" in page
+    assert "At threshold 0.75 of the answers are right" in page
 
 
 def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None:

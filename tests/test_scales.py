@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import math
 import zlib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, validate, withdraw
@@ -70,6 +72,9 @@ def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
     if isinstance(far, Effect):
         assert far.estimate < near.estimate / 2
     made = make_report(root)
+    if "comparison_means.csv" in made.files:  # numbers, those below zero too
+        means = pd.read_csv(io.BytesIO(made.files["comparison_means.csv"]))
+        assert {means[name].dtype.kind for name in ("mm", "mean", "low", "high")} == {"f"}
     assert made.problems == ()
     page = made.files["report.md"].decode()
     word = {

@@ -196,7 +196,7 @@ class DetectionPart(Part):
             curve, meta = self.curves.get((person, condition)), self.metas.get((person, condition))
             if asked:
                 values += _of_curve(curve) + _of_meta(meta)
-            rows.append([person, condition, *("" if each is None else f"{each:.4g}" for each in values)])
+            rows.append([person, condition, *values])
         return listed("detection.csv", "Each person’s d′ and criterion with 95 % intervals", head + asked, rows)
 
     def methods(self, output: Output) -> Iterator[Block]:

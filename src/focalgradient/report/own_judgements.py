@@ -181,7 +181,7 @@ class DifferencePart(_Judgements):
         yield output.figure("differences", figure, CAPTION)
         head = ["participant", "stimulus", "value", "low", "high", "from 0 to 1"]
         rows = [
-            [name, f"{at:g}", *map(number, (value, low, high, part))]
+            [name, at, value, low, high, part]
             for name, one in fitted.items()
             for at, value, low, high, part in zip(
                 self.stimuli, one.values, one.low, one.high, one.normalised, strict=False

@@ -16,11 +16,12 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.power import TaskStudy, power, run_here
 from focalgradient.report.choices import OWN
-from focalgradient.report.document import Block, Notice, Paragraph, Table
+from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
+from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, effect_sheet, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
 from focalgradient.statistics.means import t_interval
@@ -168,8 +169,7 @@ def _tests(part: OwnTask) -> list[Sheet]:
 
 def _means(part: OwnTask) -> Sheet:
     """Return mean answers over subjects for each condition, with 95 % intervals by t."""
-    cells: list[list[str]] = []
-    digits: list[list[Any]] = []
+    cells: list[list[Any]] = []
     rows = part.rows
     for condition, own in rows.groupby(part.shown, sort=True) if part.shown else [((), rows)]:
         levels = condition if isinstance(condition, tuple) else (condition,)
@@ -178,19 +178,13 @@ def _means(part: OwnTask) -> Sheet:
             if means.empty:
                 continue
             found = t_interval(means)
-            values = found.estimate, found.low, found.high
-            digits.append([*levels, answer, unit, len(means), *values])
-            cells.append([_text(value) for value in digits[-1]])
+            cells.append([*levels, answer, unit, len(means), found.estimate, found.low, found.high])
     head = [*part.shown, "answer", "unit", "subjects", "mean", "low", "high"]
-    file = f"{part.name}_means.csv"
-    shown = Table("Means over subjects, 95 % intervals by t", head, cells, csv=file)
-    return Sheet(file, shown, pd.DataFrame(digits, columns=pd.Index(head)))
+    return listed(f"{part.name}_means.csv", "Means over subjects, 95 % intervals by t", head, cells)
 
 
 def _text(value: Any) -> str:
-    if value is None:
-        return ""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _times(settings: Mapping[str, Any], what: str) -> str:

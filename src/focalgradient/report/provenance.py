@@ -44,9 +44,19 @@ class Analysed(Protocol):
         ...
 
 
-def listed(file: str, caption: str, header: list[str], rows: list[list[str]], *, folded: bool = False) -> Sheet:
-    """Return a table of texts with identical displayed and stored content."""
-    return Sheet(file, Table(caption, header, rows, csv=file, folded=folded), pd.DataFrame(rows, columns=header))
+def listed(
+    file: str, caption: str, header: list[str], rows: Sequence[Sequence[str | float | None]], *, folded: bool = False
+) -> Sheet:
+    """Return a table of texts and numbers: the numbers rounded for display, and as they are in the file."""
+    shown = [[_cell(value) for value in row] for row in rows]
+    stored = pd.DataFrame(rows, columns=pd.Index(header))
+    return Sheet(file, Table(caption, header, shown, csv=file, folded=folded), stored)
+
+
+def _cell(value: str | float | None) -> str:
+    if value is None or value != value:
+        return ""
+    return f"{value:.4g}".replace("-", "−") if isinstance(value, float) else str(value)
 
 
 def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stated) -> Iterator[Sheet]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from focalgradient.report.plans import in_focus
 from focalgradient.report.provenance import listed
@@ -62,7 +61,7 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
     """Yield means over subjects and tests as tables."""
     head = ["in focus", "aperture", "mm", "subjects", "mean", "low", "high"]
     rows = [
-        [one.fixation, one.aperture, f"{one.aperture_mm:.3g}", str(one.subjects), *_interval(one.mean)]
+        [one.fixation, one.aperture, one.aperture_mm, one.subjects, one.mean.estimate, one.mean.low, one.mean.high]
         for one in found.means
     ]
     yield listed("comparison_means.csv", f"Mean {found.analysis.unit} over subjects, 95 % intervals by t", head, rows)
@@ -101,7 +100,3 @@ def factor_sheet(found: tuple[FactorEffect, ...], analysis: Analysis) -> Sheet:
 
 def _worded(effect: Effect | NotComputed) -> str:
     return effect.reason if isinstance(effect, NotComputed) else effect.summary()
-
-
-def _interval(mean: Any) -> list[str]:
-    return ["" if value is None else f"{value:.3f}" for value in (mean.estimate, mean.low, mean.high)]
