@@ -122,7 +122,7 @@ HOMES = {
     "matplotlib": {"plotting", "analysis"},
     "click": {"cli"},
     "colour": {"eye"},
-    "cv2": {"photographs", "stimuli", "video", "benchmarks"},
+    "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
     "pydantic": {
         "design",

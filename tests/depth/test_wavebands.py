@@ -7,6 +7,7 @@ import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, recover_depth
 from focalgradient.depth import search as search_module
+from focalgradient.depth.equalise.candidates import Candidates
 from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
 from focalgradient.depth.filters import RADII
@@ -93,13 +94,14 @@ def test_filters_may_assume_more_noise_than_there_is() -> None:
     shared = SharedPower(np.array([0, 1]), np.ones(2), np.zeros(2), np.array([0.03, 0.0]))
     blurs, power = search.blurs(OPTICS), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
     seen = equalise(images, blurs, sd.tolist(), window=8, shared=shared, power=power)
-    left = seen.energy(np.ones((128, 128), np.float32)).sum(axis=(1, 2)) / 128**2
+    whole = np.ones((128, 128), np.float32)
+    left = seen.residuals[0].energy(whole, seen.step).sum(axis=(1, 2)) / 128**2
     assert left == pytest.approx(seen.residuals[0].noise, rel=0.2)  # where little passes, by chance
 
 
 def test_a_jump_is_felt_as_far_as_filters_reach_and_a_slope_is_not() -> None:
     place = np.arange(60.0)
-    views = Equalised([], 5, 8.0, np.zeros(2), EvenCoordinate.of(np.ones((2, 2))))
+    views = Equalised([], 5, 8.0, np.zeros(2), EvenCoordinate.of(np.ones((2, 2))), Candidates.of(np.ones(2)))
 
     def farther(level):
         whole = np.broadcast_to(level, (60, 60)).copy()

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import Any
 
+import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
-from focalgradient.depth.numerics import product
 from focalgradient.parallel import share_rows
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "natural_levels",
     "natural_power",
     "plane",
+    "smoothed",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -181,7 +183,19 @@ def _splines(at: Frequencies, rows: int, columns: int) -> tuple[sparse.csr_array
 def _real_times_complex(left: Image, right: NDArray[Any]) -> NDArray[np.complex64]:
     """Return the product, as one of real matrices."""
     parts = np.ascontiguousarray(right, np.complex64).view(np.float32)
-    return product(left, parts).view(np.complex64)
+    return np.asarray(np.matmul(left, parts)).view(np.complex64)
+
+
+def smoothed(image: NDArray[Any], sd: float) -> NDArray[Any]:
+    """Return `image` (H x W) smoothed by a Gaussian of `sd` pixels, which ends at 4 sd; mirrored beyond its border.
+
+    As `scipy.ndimage.gaussian_filter`, in a quarter of the time.
+
+    >>> round(float(smoothed(np.eye(9, dtype=np.float32), 1.0)[4, 4]), 4)
+    0.2821
+    """
+    side = 2 * int(4 * sd + 0.5) + 1
+    return np.asarray(cv2.GaussianBlur(image, (side, side), sd, borderType=cv2.BORDER_REFLECT))
 
 
 def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequencies: Frequencies = ROUND) -> FloatArray:
@@ -272,17 +286,18 @@ class Spectra:
         """Return the sum of the images, each filtered by its row of `filters` (n x F): H x W."""
         total = np.zeros(self.position.shape, np.complex64)
         for row, spectrum in zip(filters, self.values, strict=True):
-            if row.any():  # a comparison of early views leaves out those after
+            if not row.any():  # a comparison of early views leaves out those after
+                continue
+            if frequencies.down is None:
+                _add_filtered(spectrum, self.position, np.append(row, row[-1]).astype(np.float32), total)
+            else:
                 total += self._gain(row, frequencies) * spectrum
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
         image: Image = fft.irfft2(total, self.size, overwrite_x=True)[inside]
         return image
 
     def _gain(self, row: NDArray[Any], frequencies: Frequencies) -> NDArray[Any]:
-        """Return a filter (F) at the images' own frequencies."""
-        if frequencies.down is None:
-            samples = np.arange(PARTS * (RADIAL - 1) + 1) / PARTS
-            return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)
+        """Return a filter over the plane (F) at the images' own frequencies."""
         (first, second), (down, right) = _to_coefficients(frequencies), _splines(frequencies, *self.size)
         across = _real_times_complex(first, row.reshape(len(first), -1))
         coefficients = _real_times_complex(second, across.T)
@@ -298,3 +313,13 @@ class Spectra:
 
         share_rows(len(filters), some)
         return images
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _add_filtered(spectrum, position, row, total):  # type: ignore[no-untyped-def]
+    """Add a `spectrum` times the filter `row` (at RADII), interpolated to each frequency's `position`."""
+    part = np.float32(1 / PARTS)
+    for i in range(spectrum.shape[0]):
+        for j in range(spectrum.shape[1]):
+            base, beyond = position[i, j] // PARTS, position[i, j] % PARTS
+            total[i, j] += (row[base] + (row[base + 1] - row[base]) * (part * beyond)) * spectrum[i, j]

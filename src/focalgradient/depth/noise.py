@@ -7,12 +7,13 @@ is the tightest depends on what is in the frame: texture all over, a few edges, 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.depth.equalise.candidates import Candidates
 from focalgradient.depth.equalise.likelihood import equalise
 from focalgradient.depth.equalise.residual_power import QUARTER, band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
@@ -261,6 +262,7 @@ def noise_from_residuals(
     gains = np.array(registered.gains)
     for _ in range(NOISE_ROUNDS):
         equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window, shares=part.shares)
+        equalised = replace(equalised, candidates=Candidates.every(equalised.levels))
         nodes = equalised.read(usable)
         images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
         # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.

@@ -157,6 +157,7 @@ def error_with(split: SplitBand, alternative: Alternative | None) -> float:
 
 def check_model(
     problem: Problem,
+    first_noise: Sequence[float],
     noise_sd: Sequence[float],
     split: SplitBand,
     alternative: Alternative | None,
@@ -166,14 +167,15 @@ def check_model(
 ) -> ModelChecks:
     """Compare the stated optics, and the shape of blur, with others, for views in one waveband.
 
-    `misfit` is the frame's median misfit, `explained` the share of its texture that the model explains.
+    `first_noise` is the noise (sd of each view) that the stated optics leave in a part of the frame, `noise_sd` that of
+    the whole; `misfit` is the frame's median misfit, `explained` the share of its texture that the model explains.
     """
     shape = problem.settings.psf if isinstance(problem.settings.psf, Psf) else None
     shapes: dict[str, dict[str, float]] = {}
     slips: dict[str, float] = {}
     texts: list[str] = []
     if shape is not None:
-        slips, texts = judge_optics(problem, shape, misfit, explained, split.tau)
+        slips, texts = judge_optics(problem, shape, first_noise, misfit, explained, split.tau)
     # A displacement, which the user is warned about, looks like blur of another shape.
     if not problem.registered.warnings and any_valid:
         by_slip, is_better = texts, False

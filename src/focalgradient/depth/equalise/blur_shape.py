@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from focalgradient.depth.equalise.likelihood import equalise
+from focalgradient.depth.equalise.likelihood import Nodes, equalise
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.model_error import DOUBTFUL
@@ -21,7 +21,7 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.psf import Blend, Disc, Gaussian, Psf
 
-__all__ = ["Fit", "fit_models", "judge_shape", "others_than"]
+__all__ = ["Fit", "fit_models", "judge_shape", "misfits", "others_than"]
 
 SIDE = 384
 """Side in pixels of the part of the views in which shapes are compared; limits the time. Chosen by hand."""
@@ -48,6 +48,20 @@ class Fit:
     tau: float  # model error by the split-band test
 
 
+def misfits(
+    models: Sequence[tuple[Search, Psf]], views: RegisteredViews, noise_sd: Sequence[float], window: float
+) -> list[float]:
+    """Return the misfit of each model (a search and a shape of blur) to `views`, at the same places."""
+    weight = views.usable.astype(np.float32)
+    equalised = (equalise(views.images, search.blurs(shape), noise_sd, window=window) for search, shape in models)
+    return _misfits([one.read(weight) for one in equalised])
+
+
+def _misfits(read: Sequence[Nodes]) -> list[float]:
+    use = np.all([(nodes.support > 0.5) & (nodes.texture >= 1) for nodes in read], axis=0)
+    return [float(np.median(nodes.misfit[use])) if use.any() else 1.0 for nodes in read]
+
+
 def fit_models(
     models: Sequence[tuple[Search, Psf]], views: RegisteredViews, noise_sd: Sequence[float], window: float
 ) -> list[Fit]:
@@ -63,9 +77,7 @@ def fit_models(
         split = split_band_test(equalised, nodes, images, weight, search, 1.0, nodes.is_textured)
         read.append(nodes)
         taus.append(split.tau)
-    use = np.all([(nodes.support > 0.5) & (nodes.texture >= 1) for nodes in read], axis=0)
-    misfits = [float(np.median(nodes.misfit[use])) if use.any() else 1.0 for nodes in read]
-    return [Fit(misfit, tau) for misfit, tau in zip(misfits, taus, strict=True)]
+    return [Fit(misfit, tau) for misfit, tau in zip(_misfits(read), taus, strict=True)]
 
 
 def judge_shape(

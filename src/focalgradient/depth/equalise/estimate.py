@@ -55,7 +55,8 @@ def estimate(problem: Problem) -> Estimate:
     checks = ModelChecks()
     if one_waveband:
         misfit, any_valid = signal.misfit(depth.nodes), bool(pixels.is_valid.any())
-        checks = check_model(problem, noise_sd, depth.split, alternative, misfit, signal.explained, any_valid)
+        found = depth.split, alternative, misfit, signal.explained, any_valid
+        checks = check_model(problem, noise.sd, noise_sd, *found)
     outlines = frame.outlines if signal.is_trusted else None
     details = {
         **({} if noise.gains is None else noise.gains.stated(search.wavebands)),

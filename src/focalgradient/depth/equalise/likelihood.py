@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, special, stats
 
 from focalgradient.depth import numerics
+from focalgradient.depth.equalise.candidates import Candidates
 from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.minima import read_minima
@@ -25,6 +26,7 @@ from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
 from focalgradient.depth.filters import RADII, FloatArray, Frequencies, Image, Spectra, natural_levels, natural_power
 from focalgradient.depth.numerics import SMOOTH, Growth
 from focalgradient.depth.search import Blurs
+from focalgradient.parallel import linear_algebra_on_one_thread
 
 __all__ = [
     "Equalised",
@@ -120,12 +122,13 @@ class Equalised:
     window: float
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
     even: EvenCoordinate
+    candidates: Candidates
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
 
     @property
     def levels(self) -> int:
         """Number of candidate levels."""
-        return len(self.residuals[0].noise)
+        return len(self.candidates.weights)
 
     def window_size(self) -> float:
         """Return the effective number of pixels of the window: 1 / sum of its squared weights."""
@@ -158,19 +161,20 @@ class Equalised:
         return self.minima(*self.averages(self.energy(weight), weight), noise)
 
     def energy(self, weight: Image) -> Image:
-        """Return the squared residuals of every level, summed over each node's block (L x h x w)."""
-        energy = self.residuals[0].energy(weight, self.step)
+        """Return the squared residuals of the M `candidates`, summed over each node's block (M x h x w)."""
+        energy = self.residuals[0].energy(weight, self.step, self.candidates.levels)
         for residual in self.residuals[1:]:
-            energy += residual.energy(weight, self.step)
+            energy += residual.energy(weight, self.step, self.candidates.levels)
         return energy
 
     def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
         """Update `energy` in place to `weight`, which differs at the pixels of `changed` (H x W) only."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
-        energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
+        levels = self.candidates.levels
+        energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step, levels) for r in self.residuals)
 
     def averages(self, energy: Image, weight: Image) -> tuple[Image, FloatArray]:
-        """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""
+        """Mean squared residual of the candidates in each node's window (M x h x w), and the window's usable share."""
         count = numerics.gather(numerics.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)
         full = 2 * np.pi * self.window**2
         mean = numerics.gather(energy, self.window / self.step)
@@ -182,8 +186,10 @@ class Equalised:
         expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
         # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
+        with linear_algebra_on_one_thread:
+            every = np.matmul(mean.reshape(len(mean), -1).T, self.candidates.weights.T)
         values, flags = read_minima(
-            (mean + more[:, None, None].astype(np.float32)).reshape(self.levels, -1).T,
+            every + more.astype(np.float32),
             expected,
             np.sum([r.noise_slope for r in self.residuals], axis=0),
             noise,
@@ -381,13 +387,20 @@ def equalise(
         filters = comparing_filters(blurs, noise_sd, power, shared)
     rows, own = filters
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
-    residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
+    with linear_algebra_on_one_thread:
+        residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     if shares is not None and blurs.parts:
         parts = [equalise(images, one, noise_sd, window=window, shared=shared, power=power) for one in blurs.parts]
         residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
     return Equalised(
-        residuals, step_of(window), window, change, EvenCoordinate.of(blurs.radius, blurs.even), blurs.limited
+        residuals,
+        step_of(window),
+        window,
+        change,
+        EvenCoordinate.of(blurs.radius, blurs.even),
+        Candidates.of(np.sqrt(np.sum([residual.bend for residual in residuals], axis=0))),
+        blurs.limited,
     )
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import FloatArray, Image, smoothed
 
 __all__ = ["blurs_at", "moved_to_edges"]
 
@@ -81,7 +81,7 @@ def moved_to_edges(
     place = np.stack(at, axis=1)
     reach = EDGE_SEARCH + 4 * NORMAL_SD
     # Of single precision, for memory: as large as a tile.
-    down, right = np.gradient(ndimage.gaussian_filter(np.clip(inward, -reach, reach).astype(np.float32), NORMAL_SD))
+    down, right = np.gradient(smoothed(np.clip(inward, -reach, reach).astype(np.float32), NORMAL_SD))
     size = np.hypot(down, right) + np.float32(1e-9)
     down, right = down / size, right / size
     sharpest = blur.argmin(axis=0)
@@ -106,7 +106,7 @@ def moved_to_edges(
 
 def _contrast(image: Image, down: Image, right: Image) -> Image:
     """Slope of an image along the direction (`down`, `right`), over the root mean square slope about it; H x W."""
-    slopes = np.gradient(ndimage.gaussian_filter(image.astype(np.float32), GRADIENT_SD))
-    common = np.sqrt(ndimage.gaussian_filter(slopes[0] ** 2 + slopes[1] ** 2, COMMON_SD))
+    slopes = np.gradient(smoothed(image.astype(np.float32), GRADIENT_SD))
+    common = np.sqrt(smoothed(slopes[0] ** 2 + slopes[1] ** 2, COMMON_SD))
     least = np.float32(1e-9 * np.abs(image).max())
     return np.asarray(np.abs(slopes[0] * down + slopes[1] * right) / np.maximum(common, least))

@@ -12,7 +12,7 @@ from scipy import ndimage
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_edges import EDGE_SEARCH, blurs_at, moved_to_edges
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import FloatArray, Image, smoothed
 from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = ["CLEAR_REACHES", "Conditions", "Located", "few_large", "locate", "squared_residual"]
@@ -122,7 +122,7 @@ def locate(
     )
     is_explained_by_near, is_explained_by_far = few_large(near), few_large(far)
     # Where both surfaces explain the views, the better one does, if it is clearly better.
-    better = ndimage.gaussian_filter(np.clip(far - near, -LARGE_RESIDUAL, LARGE_RESIDUAL), DECISION_SD)
+    better = smoothed(np.clip(far - near, -LARGE_RESIDUAL, LARGE_RESIDUAL), DECISION_SD)
     is_only_near = _without_specks(is_explained_by_near & (better > DECISIVE) & zone.is_inside)
     is_only_far = _without_specks(is_explained_by_far & (better < -DECISIVE) & zone.is_inside)
     if not (is_only_near.any() and is_only_far.any()):
@@ -130,9 +130,7 @@ def locate(
     del near, far, better  # each as large as the tile
     reach_near, reach_far = _reach(*(blurs_at(level, given.radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (is_only_near, is_only_far))
-    inward = ndimage.gaussian_filter(
-        ((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, OUTLINE_SMOOTHING
-    )
+    inward = smoothed(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, OUTLINE_SMOOTHING)
     is_near = _at_edges(inward > 0, zone, is_settled, images, blurs_at(zone.near, given.radii))
     distance, nearest = _distance(is_near, zone, is_settled)
     undecided = to_near + to_far - ONSET * (reach_near + reach_far)
@@ -212,7 +210,7 @@ def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, gi
 def few_large(residual: FloatArray) -> NDArray[np.bool_]:
     """Test whether few of the squared residuals about a pixel are large: the depth explains them."""
     large = (residual > LARGE_RESIDUAL).astype(np.float32)
-    return np.asarray(ndimage.gaussian_filter(large, COUNT_SD) < MAX_LARGE)
+    return np.asarray(smoothed(large, COUNT_SD) < MAX_LARGE)
 
 
 def _without_specks(part: NDArray[np.bool_]) -> NDArray[np.bool_]:

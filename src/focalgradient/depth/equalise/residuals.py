@@ -42,6 +42,7 @@ class Residuals:
     measure: FloatArray  # share of all frequencies at each radial sample
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
     noise_derivative: FloatArray  # L: variance of the residual's derivative by level from noise of variance 1
+    bend: FloatArray  # L: mean square of how far the residual departs from the mean of its neighbours'
 
     @classmethod
     def of(
@@ -65,6 +66,7 @@ class Residuals:
         np.multiply(filters.transpose(1, 0, 2), weight, out=rows)
         # Combinations of images are real: the two parts of a complex filter go by one coefficient.
         rows = rows.view(rows.real.dtype).reshape(levels, -1)
+        bend = np.pad(np.square(np.diff(rows, 2, axis=0)).sum(axis=1, dtype=float), 1, mode="edge")
         left, energy = _directions(rows, frequencies, 2 if filters.dtype.kind == "c" else 1)
         left_over = np.cumsum((left**2 * energy)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
         rank = min(MAX_IMAGES, levels, max(1, int(np.searchsorted(-left_over, -tolerance))))
@@ -74,28 +76,31 @@ class Residuals:
             coefficients = None
         else:
             coefficients = left[:, :rank]
-            basis = numerics.product(coefficients.T.astype(rows.dtype), rows)
+            basis = np.matmul(coefficients.T.astype(rows.dtype), rows)
             parts = basis.view(filters.dtype).reshape(rank, views, count) / weight.astype(rows.dtype)
             images = spectra.stack(parts, frequencies)
             if own is None:  # of what was kept of them
                 filters = _combined(coefficients, parts)
         sources = np.zeros((0, *filters.shape), filters.dtype) if own is None else own
         gains, noise, noise_slope, change, derivative = noise_passed(filters, sources, measure, variance)
-        radial = spectra.measure_and_power()[0]
-        return cls(images, coefficients, noise, noise_slope, frequencies.to_radial(gains), radial, change, derivative)
+        gains, radial = frequencies.to_radial(gains), spectra.measure_and_power()[0]
+        return cls(images, coefficients, noise, noise_slope, gains, radial, change, derivative, bend)
 
     def measure_at(self, frequencies: Frequencies) -> FloatArray:
         """Return the share of all frequencies at each of `frequencies`."""
         return self.measure if frequencies.down is None else frequencies.measure
 
-    def energy(self, weight: Image, step: int) -> Image:
-        """Return squared residuals at every level, summed over blocks of `step` pixels with `weight`: L x h x w."""
-        return self._summed(self.images, weight, step)
+    def energy(self, weight: Image, step: int, levels: NDArray[np.intp] | None = None) -> Image:
+        """Return squared residuals, summed over blocks of `step` pixels with `weight`: L x h x w.
 
-    def energy_of_blocks(self, blocks: NDArray[np.bool_], weight: Image, step: int) -> Image:
+        Of all levels, or of the L that `levels` names.
+        """
+        return self._summed(self.images, weight, step, levels)
+
+    def energy_of_blocks(
+        self, blocks: NDArray[np.bool_], weight: Image, step: int, levels: NDArray[np.intp] | None = None
+    ) -> Image:
         """Return `energy` only for the n blocks that are true in `blocks` (h x w): L x n."""
-        if not blocks.any():
-            return np.empty((len(self.noise), 0), np.float32)
         height, width = weight.shape
         rows, columns = (index[:, None] * step + np.arange(step) for index in np.nonzero(blocks))
         within = (rows < height)[:, :, None] & (columns < width)[:, None, :]  # the last blocks may be partial
@@ -104,28 +109,21 @@ class Residuals:
         def in_a_row(image: Image) -> Image:
             return np.ascontiguousarray(np.moveaxis(image, -3, -2)).reshape(*image.shape[:-3], step, -1)
 
-        return self._summed(in_a_row(self.images[:, *at]), in_a_row(weight[at] * within), step)[:, 0]
+        return self._summed(in_a_row(self.images[:, *at]), in_a_row(weight[at] * within), step, levels)[:, 0]
 
-    def _summed(self, images: Image, weight: Image, step: int) -> Image:
+    def _summed(self, images: Image, weight: Image, step: int, levels: NDArray[np.intp] | None) -> Image:
         """Return the squared residuals made of `images` (r x H x W), summed over blocks."""
         if self.coefficients is None:
-            return numerics.block_squares(images, weight, step).astype(np.float32)
-        coefficients = self.coefficients.astype(np.float32)
-        height, width = weight.shape
-        band = step * max(1, BAND // (len(coefficients) * width * step))  # by bands of rows, for memory
-        sums = []
-        for y in range(0, height, band):
-            part = images[:, y : y + band]
-            residuals = numerics.product(coefficients, part.reshape(len(part), -1)).reshape(-1, *part.shape[1:])
-            sums.append(numerics.block_squares(residuals, weight[y : y + band], step).astype(np.float32))
-        return np.concatenate(sums, axis=1)
+            return numerics.block_squares(images, weight, step, levels)
+        coefficients = self.coefficients if levels is None else self.coefficients[levels]
+        return numerics.block_squares_of_sums(images, coefficients.astype(np.float32), weight, step)
 
     def by_level(self) -> Image:
         """Return the residual image of every level: L x H x W."""
         if self.coefficients is None:
             return self.images
         flat = self.images.reshape(len(self.images), -1)
-        return numerics.product(self.coefficients.astype(np.float32), flat).reshape(-1, *self.images.shape[1:])
+        return np.matmul(self.coefficients.astype(np.float32), flat).reshape(-1, *self.images.shape[1:])
 
     def at(self, level: Image) -> tuple[Image, Image]:
         """Return the residual with each pixel at its own (fractional) `level`, and its derivative by level."""
@@ -159,15 +157,15 @@ def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tup
     """
     # Every fourth frequency is enough, with both its parts: blur of the two sides of focus may differ in one only.
     some = rows.reshape(len(rows), -1, parts)[:, ::4].reshape(len(rows), -1).astype(float)
-    energy, left = np.linalg.eigh(numerics.product(some, some.T))
+    energy, left = np.linalg.eigh(np.matmul(some, some.T))
     left = left[:, ::-1]
     if frequencies.down is None:  # a small image has no frequency at some of the radial samples
-        return left, (numerics.product(left.T, rows) ** 2).sum(axis=1)
+        return left, (np.matmul(left.T, rows) ** 2).sum(axis=1)
     return left, 4 * energy[::-1].clip(0)
 
 
 def _combined(coefficients: FloatArray, parts: NDArray[Any]) -> NDArray[Any]:
     """Return combinations (L x r) of filters (r x n x F): n x L x F."""
     rows = np.ascontiguousarray(parts).view(parts.real.dtype).reshape(len(parts), -1)
-    combined = numerics.product(coefficients.astype(rows.dtype), rows)
+    combined = np.matmul(coefficients.astype(rows.dtype), rows)
     return np.ascontiguousarray(combined.view(parts.dtype).reshape(-1, *parts.shape[1:]).transpose(1, 0, 2))

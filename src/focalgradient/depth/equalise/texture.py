@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.even import CHANGING
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
-from focalgradient.depth.filters import Image
+from focalgradient.depth.filters import Image, smoothed
 
 __all__ = ["OwnTexture", "own_texture", "rests_on_texture"]
 
@@ -111,20 +111,21 @@ def own_texture(
         local.level, np.arange(equalised.levels), noise * sum(r.noise_derivative for r in equalised.residuals)
     ).astype(np.float32)
     power = weight * (local.slope - by_noise)
-    count, own_count = (ndimage.gaussian_filter(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
-    around = ndimage.gaussian_filter(power, equalised.window) / count
-    own = ndimage.gaussian_filter(power, OWN_SD) / own_count
+    count, own_count = (smoothed(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
+    around = smoothed(power, equalised.window) / count
+    own = smoothed(power, OWN_SD) / own_count
     at_focus = equalised.even.rate_at(local.level) < CHANGING
     has = (own >= OWN * around) | (OWN * around < SEEN_LACK * by_noise) | at_focus
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
     lacks = weight * ~(shows if compressed else _without_gaps(shows))
-    share = ndimage.gaussian_filter(lacks, LACK_SD) / (ndimage.gaussian_filter(weight, LACK_SD) + 1e-6)
+    share = smoothed(lacks, LACK_SD) / (smoothed(weight, LACK_SD) + 1e-6)
     return OwnTexture(_without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32))
 
 
 def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Close gaps up to `MAX_GAP` pixels wide."""
-    disc = np.hypot(*np.mgrid[-(MAX_GAP // 2) : MAX_GAP // 2 + 1, -(MAX_GAP // 2) : MAX_GAP // 2 + 1]) <= MAX_GAP / 2
-    return np.asarray(
-        ndimage.binary_closing(np.pad(textured, MAX_GAP, mode="edge"), disc)[MAX_GAP:-MAX_GAP, MAX_GAP:-MAX_GAP]
-    )
+    reach = MAX_GAP // 2
+    disc = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) <= MAX_GAP / 2
+    wide = np.pad(textured, MAX_GAP, mode="edge").view(np.uint8)
+    closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, disc.view(np.uint8), borderValue=0)
+    return closed[MAX_GAP:-MAX_GAP, MAX_GAP:-MAX_GAP].astype(np.bool_)

@@ -15,14 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power, step_of
 from focalgradient.depth.equalise.robust import Part
 from focalgradient.depth.equalise.tiles import Tile, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.estimate import Problem
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import FloatArray, Image, smoothed
 from focalgradient.depth.noise import LENIENCE, NOISE_SIDE, NoiseLaw, noise_from_residuals, noise_law
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.registration import RegisteredViews
@@ -164,7 +163,7 @@ class Whitening:
 def _brightness(views: RegisteredViews) -> Image:
     """Return the brightness of registered views, smoothed to remove noise (H x W)."""
     mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
-    return np.asarray(ndimage.gaussian_filter(mean, BRIGHTNESS_SD), np.float32)
+    return np.asarray(smoothed(mean, BRIGHTNESS_SD), np.float32)
 
 
 def _brightness_of_noise(registered: RegisteredViews) -> float:
@@ -177,8 +176,8 @@ def _local_contrast(views: RegisteredViews) -> Image:
     """Return the local variance of registered views, averaged over views (H x W)."""
     total = np.zeros(views.shape, np.float32)
     for image in views.images:
-        mean = ndimage.gaussian_filter(image, CONTRAST_SD)
-        total += ndimage.gaussian_filter((image - mean) ** 2, CONTRAST_SD)
+        mean = smoothed(image, CONTRAST_SD)
+        total += smoothed((image - mean) ** 2, CONTRAST_SD)
     return np.asarray(total / len(views.images), np.float32)
 
 
