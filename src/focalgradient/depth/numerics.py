@@ -40,8 +40,8 @@ STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block. Chosen by hand."""
 
 CACHED_PIXELS = 4096
-"""Approximate number of pixels whose residuals at all levels are worked out at a time: 64 images of 16 kB. Twice as
-fast as 100 times this number; the same with half and twice it."""
+"""Approximate number of pixels whose residuals at all levels are worked out at a time: 64 images of 16 kB, which a
+processor's cache holds. Twice as fast as 100 times this number."""
 
 NODES = 1.6
 """Number of grid points of depth per standard deviation of the window: 5 pixels apart for 8. Chosen by hand."""

@@ -20,7 +20,7 @@ MAX_BEND = 0.2
 """Maximum departure of the residuals from a straight line between neighbouring summed candidates: root mean square over
 the noise. Of a slant seen with two apertures, two and three foci, and of leaves, bars and a step, with noise of 1 %,
 interpolation moves depth before refinement by 0.003 to 0.03 standard deviations (median; 99th percentile: 0.02 to 0.1)
-with 0.3, by 0.01 to 0.24 with 0.6; with 0.4, a Gaussian wall with noise of 1 % is not covered as stated."""
+with 0.3, by 0.01 to 0.24 with 0.6, where not all levels at the ends are summed."""
 
 DENSE_ENDS = 8
 """Number of levels at either end of the range that are all summed: a spline errs most at its ends, and a focus that all

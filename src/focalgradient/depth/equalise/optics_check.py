@@ -34,7 +34,8 @@ below which the former are named. Chosen by hand; `benchmarks/depth_slips.py` co
 
 PROMISING = 0.95
 """`LIKELIER` for the noise that the stated optics leave, above which noise is not estimated by other optics: 0.03 to
-0.77 for slips that are named (`benchmarks/depth_slips.py`), 0.99 and more for right optics."""
+0.77 for exchanged foci and f-numbers, and views in another order (`benchmarks/depth_slips.py`), 0.99 and more for
+right optics."""
 
 EXPLAINS = (0.9, 2.0)
 """Range of the ratio of residual to noise power in which optics explain the views. It is higher if nothing fits
