@@ -393,13 +393,15 @@ def equalise(
         parts = [equalise(images, one, noise_sd, window=window, shared=shared, power=power) for one in blurs.parts]
         residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
+    bend = np.sqrt(np.sum([residual.bend for residual in residuals], axis=0))
     return Equalised(
         residuals,
         step_of(window),
         window,
         change,
         EvenCoordinate.of(blurs.radius, blurs.even),
-        Candidates.of(np.sqrt(np.sum([residual.bend for residual in residuals], axis=0))),
+        # Filters for different wavebands assume more noise than there may be, over which their residuals hardly bend.
+        Candidates.of(bend) if shared is None else Candidates.every(len(bend)),
         blurs.limited,
     )
 
