@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from io import BytesIO
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from focalgradient.errors import InputError
 from focalgradient.report import make_report, other_than_ratings
-from focalgradient.statistics import draw_quadruples, fit_difference_scale, simulate_cue_judgements
+from focalgradient.statistics import (
+    NotComputed,
+    draw_quadruples,
+    fit_cue_combination,
+    fit_difference_scale,
+    simulate_cue_judgements,
+)
 from focalgradient.statistics.own_judgements import read_cue_judgements, read_difference_judgements
 
 
@@ -37,8 +45,17 @@ def test_a_table_of_cues_is_recognised_and_its_rules_compared(tmp_path) -> None:
     assert other_than_ratings(tmp_path / "own.csv") == "judgements by two cues"
     report = make_report(tmp_path / "own.csv")
     assert {"cues_rules.csv", "cues_people.csv", "cues_trials.csv"} <= set(report.files)
-    rules = report.files["cues_rules.csv"].decode()
-    assert all(name in rules for name in ("optimal", "best single cue", "average", "switching", "free"))
+    rules = pd.read_csv(BytesIO(report.files["cues_rules.csv"])).set_index("rule")
+    assert {"optimal", "best single cue", "average", "switching", "free"} == set(rules.index)
+    table = read_cue_judgements(tmp_path / "own.csv").table
+    found = fit_cue_combination(table["first"], table["second"], table["larger"], table["participant_id"])
+    assert not isinstance(found, NotComputed)
+    for one in found.models:
+        assert rules.loc[one.name, ["AIC", "weight"]].tolist() == pytest.approx([one.aic, one.weight], rel=1e-12)
+    people = pd.read_csv(BytesIO(report.files["cues_people.csv"]))
+    for one, row in zip(found.people, people.to_dict("records"), strict=True):
+        assert row["SD first"] == pytest.approx(one.first.sd, rel=1e-12)
+        assert row["weight SE"] == pytest.approx(one.weight_se, rel=1e-12, nan_ok=True)
     assert b"of the rules of combination" in report.files["report.md"]
 
 
@@ -47,10 +64,11 @@ def test_a_table_of_differences_gives_the_scale_that_the_library_gives(tmp_path)
     table.to_csv(tmp_path / "own.csv", index=False)
     report = make_report(tmp_path / "own.csv")
     found = fit_difference_scale(shown, larger)
-    (tmp_path / "scales.csv").write_bytes(report.files["differences_scales.csv"])
-    scales = pd.read_csv(tmp_path / "scales.csv")
+    scales = pd.read_csv(BytesIO(report.files["differences_scales.csv"]))
     assert scales["stimulus"].tolist() == [0.5, 1, 2, 4, 8, 16]
-    assert scales["value"].to_numpy() == pytest.approx(found.values, abs=0.006)
+    assert scales["value"].to_numpy() == pytest.approx(found.values, rel=1e-12)
+    fit = pd.read_csv(BytesIO(report.files["differences_people.csv"])).iloc[0]
+    assert [fit["noise"], fit["log likelihood"]] == pytest.approx([found.sigma, found.log_likelihood], rel=1e-12)
     assert "differences.png" in report.files
 
 

@@ -62,6 +62,7 @@ def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
         assert found[condition]["estimate"] == pytest.approx(threshold, rel=0.15)
     each = pd.read_csv(tmp_path / "out" / "thresholds.csv")
     assert len(each) == 8
+    assert each["threshold"].map(lambda value: len(repr(value)) > 8).all()  # as computed, not as displayed
     groups = pd.read_csv(tmp_path / "out" / "threshold_groups.csv").set_index("condition")
     assert groups.loc["10 deg", "threshold"] / groups.loc["fovea", "threshold"] == pytest.approx(2, rel=0.15)
     page = (tmp_path / "out" / "report.html").read_text("utf-8")

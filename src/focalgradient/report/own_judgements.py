@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.difference_scales import difference_scale_figure
 from focalgradient.progress import Progress
 from focalgradient.report.choices import JUDGEMENTS
-from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.document import Block, Notice, Paragraph, Table
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import decimals, many, number, probability
+from focalgradient.report.tables import Sheet, decimals, many, number, probability
 from focalgradient.statistics import (
     CueCombination,
     DifferenceScale,
@@ -96,28 +98,38 @@ class CuePart(_Judgements):
             f"{probability(found.p_optimal)})."
         )
         head = ["rule", "log likelihood", "parameters", "AIC", "BIC", "weight", "Bayes factor over optimal"]
-        rows = [
-            [
-                *(one.name, decimals(one.log_likelihood, 1), str(one.parameters), decimals(one.aic, 1)),
-                *(decimals(one.bic, 1), number(one.weight), number(one.bayes_factor)),
-            ]
+        values = [
+            (one.name, one.log_likelihood, one.parameters, one.aic, one.bic, one.weight, one.bayes_factor)
             for one in found.models
         ]
-        head_people = ["participant", "SD first", "SD second", "SD both", "SD predicted", "weight", "weight predicted"]
-        people = [
+        rows = [
+            [name, decimals(fit, 1), str(free), decimals(aic, 1), decimals(bic, 1), number(weight), number(factor)]
+            for name, fit, free, aic, bic, weight, factor in values
+        ]
+        names = ["SD first", "SD second", "SD both", "SD predicted", "weight", "weight predicted"]
+        measured = [
             [
-                one.participant_id,
-                *(_with_error(each.sd, each.sd_se) for each in (one.first, one.second, one.combined)),
-                _with_error(one.predicted.combined.sd, one.predicted.combined.sd_se),
-                _with_error(one.weight, one.weight_se),
-                _with_error(one.predicted.weights[0], one.predicted.weight_ses[0]),
+                *((each.sd, each.sd_se) for each in (one.first, one.second, one.combined, one.predicted.combined)),
+                (one.weight, one.weight_se),
+                (one.predicted.weights[0], one.predicted.weight_ses[0]),
             ]
             for one in found.people
         ]
+        who = [one.participant_id for one in found.people]
+        people = [[name, *(_with_error(*pair) for pair in own)] for name, own in zip(who, measured, strict=True)]
+        digits = [[name, *(v for pair in own for v in pair)] for name, own in zip(who, measured, strict=True)]
+        columns = ["participant", *(each for name in names for each in (name, f"{name} SE"))]
         yield from output.tables(
             [
-                listed("cues_rules.csv", "Rules of combination", head, rows),
-                listed("cues_people.csv", "Each person, with standard errors", head_people, people),
+                _sheet("cues_rules.csv", "Rules of combination", head, rows, values, head),
+                _sheet(
+                    "cues_people.csv",
+                    "Each person, with standard errors",
+                    ["participant", *names],
+                    people,
+                    digits,
+                    columns,
+                ),
             ]
         )
 
@@ -187,18 +199,22 @@ class DifferencePart(_Judgements):
                 self.stimuli, one.values, one.low, one.high, one.normalised, strict=False
             )
         ]
+        digits = [
+            (name, one.sigma, one.log_likelihood, one.trials, one.explained, one.six_point_p)
+            for name, one in fitted.items()
+        ]
         people = [
             [
-                *(name, number(one.sigma), decimals(one.log_likelihood, 1), str(one.trials), number(one.explained)),
-                number(None) if math.isnan(one.six_point_p) else probability(one.six_point_p),
+                *(name, number(sigma), decimals(likelihood, 1), str(trials), number(explained)),
+                number(None) if math.isnan(p) else probability(p),
             ]
-            for name, one in fitted.items()
+            for name, sigma, likelihood, trials, explained, p in digits
         ]
         head_people = ["participant", "noise", "log likelihood", "trials", "explained", "p of the six-point test"]
         yield from output.tables(
             [
                 listed("differences_scales.csv", "Difference scales", head, rows),
-                listed("differences_people.csv", "Fit of each scale", head_people, people),
+                _sheet("differences_people.csv", "Fit of each scale", head_people, people, digits, head_people),
             ]
         )
 
@@ -209,6 +225,13 @@ class DifferencePart(_Judgements):
             f"intervals are bias-corrected, of {BOOTSTRAP} simulated repetitions, which also give the probability of "
             "the six-point test."
         )
+
+
+def _sheet(
+    file: str, caption: str, head: list[str], shown: list[list[str]], rows: Sequence[Sequence[Any]], columns: list[str]
+) -> Sheet:
+    """Return a table as `shown` under `head`, and its numbers (`rows` of `columns`) for the file."""
+    return Sheet(file, Table(caption, head, shown, csv=file), pd.DataFrame(rows, columns=pd.Index(columns)))
 
 
 def _with_error(value: float, error: float) -> str:

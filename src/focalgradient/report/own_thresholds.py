@@ -18,11 +18,11 @@ from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
+from focalgradient.report.thresholds import fitted_values
 from focalgradient.statistics import (
     Interval,
     NotComputed,
     PsychometricGroups,
-    ThresholdFit,
     ThresholdResult,
     as_table,
     blur_thresholds,
@@ -149,7 +149,7 @@ class OwnThresholdPart(Part):
         yield output.figure("thresholds", psychometric_figure(groups, simulated=self.simulated), GROUPS)
         yield output.figure("threshold_people", person_figure(groups, simulated=self.simulated), PEOPLE)
         head = ["condition", "people", "threshold", "low", "high", "slope", "slope low", "slope high"]
-        rows = [[one.condition, str(one.subjects), *_three(one.threshold), *_three(one.slope)] for one in groups.groups]
+        rows = [[one.condition, one.subjects, *_three(one.threshold), *_three(one.slope)] for one in groups.groups]
         yield from output.tables([listed("threshold_groups.csv", "Functions of the mean person", head, rows)])
 
     def _means(self) -> Sheet:
@@ -164,15 +164,11 @@ class OwnThresholdPart(Part):
 
     def _each(self) -> Sheet:
         head = ["participant", "session", "condition", "threshold", "low", "high", "slope", "lapses", "trials"]
-        rows = []
-        for name, result in self.results.items():
-            for one in result.subjects:
-                fit = one.fit
-                values = [""] * 5 + ["0"]
-                if isinstance(fit, ThresholdFit):
-                    values = [f"{value:.4g}" for value in (fit.threshold, fit.low, fit.high, fit.slope, fit.lapse)]
-                    values.append(str(fit.trials))
-                rows.append([one.participant, one.session, name, *values])
+        rows = [
+            [one.participant, one.session, name, *fitted_values(one.fit)]
+            for name, result in self.results.items()
+            for one in result.subjects
+        ]
         unit = f" ({self.own.unit})" if self.own.unit else ""
         return listed("thresholds.csv", f"Each person’s threshold{unit} with its 95 % interval", head, rows)
 
@@ -210,5 +206,5 @@ def _ends(found: Interval, unit: str) -> str:
     return _level(found.estimate, unit) + ends
 
 
-def _three(found: Interval) -> list[str]:
-    return ["" if value is None else f"{value:.4g}" for value in (found.estimate, found.low, found.high)]
+def _three(found: Interval) -> tuple[float | None, ...]:
+    return found.estimate, found.low, found.high

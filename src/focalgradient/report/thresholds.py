@@ -30,7 +30,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.thresholds import ATTENDING
 
-__all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "unit_of"]
+__all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "unit_of"]
 
 CAPTION = (
     "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
@@ -191,21 +191,23 @@ def _interval(found: Interval, unit: str) -> str:
     return f"{number(found.estimate)} {unit}{ends}"
 
 
+def fitted_values(fit: ThresholdFit | NotComputed) -> list[float | None]:
+    """Return threshold, the ends of its interval, slope and lapses of a fit, and its trials; none without one."""
+    if isinstance(fit, ThresholdFit):
+        return [fit.threshold, fit.low, fit.high, fit.slope, fit.lapse, fit.trials]
+    return [*[None] * 5, 0]
+
+
 def _sheet(result: ThresholdResult) -> Sheet:
     """Return the threshold of each session, one row each."""
     head = ["participant", "session", f"threshold ({result.unit})", "low", "high", "slope", "lapses", "trials"]
     head += ["catch trials right", "enough of them", "known"]
-    rows = []
+    rows: list[list[str | float | None]] = []
     for one in result.subjects:
-        fit = one.fit
-        values = [""] * 5 + ["0"]
-        if isinstance(fit, ThresholdFit):
-            values = [f"{value:.4g}" for value in (fit.threshold, fit.low, fit.high, fit.slope, fit.lapse)]
-            values.append(str(fit.trials))
         caught = f"{one.catch_right} of {one.catch_trials}"
-        known = "" if one.known is None else f"{one.known:.4g}"
-        rows.append([one.participant, one.session, *values, caught, "yes" if one.kept else "no", known])
-    if not any(row[-1] for row in rows):
+        kept = "yes" if one.kept else "no"
+        rows.append([one.participant, one.session, *fitted_values(one.fit), caught, kept, one.known])
+    if all(row[-1] is None for row in rows):
         head, rows = head[:-1], [row[:-1] for row in rows]
     return listed("blur_thresholds.csv", "Thresholds with 95 % intervals", head, rows)
 
