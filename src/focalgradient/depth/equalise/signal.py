@@ -102,7 +102,8 @@ class Signal:
         """Judge a frame by its `nodes`, `step` pixels apart, and by what wavebands share (None: all are in one)."""
         one_waveband, settings = gains is None, problem.settings
         is_informative = informative_nodes(nodes, one_waveband)
-        is_informative &= ~among_outside(nodes, AROUND * settings.window / step)
+        if one_waveband:
+            is_informative &= ~among_outside(nodes, AROUND * settings.window / step)
         is_textured = (nodes.texture >= 1) & (nodes.support > 0.5)
         explained = float(is_informative[is_textured].mean()) if is_textured.any() else 0.0
         # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves
