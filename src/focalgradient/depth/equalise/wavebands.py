@@ -86,6 +86,7 @@ class BandGains:
     gain_sd: FloatArray  # of each waveband's gain, over the gain; the first's is 0
     power: FloatArray  # of the sharp scene, at the blurs' frequencies
     local_sd: FloatArray  # by which each waveband's gain differs from place to place, over the gain
+    coloured: bool = False  # whether the gains are those of a texture in several colours, known beforehand
 
     @property
     def assumed_sd(self) -> FloatArray:
@@ -190,8 +191,8 @@ def estimate_band_gains(
         if np.abs(np.log(gain / start)).max() < GAIN_SETTLED:
             break  # the gain assumed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
-    coloured = bool(np.isfinite(prior_sd).all())  # then gains differ from place to place
-    return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power, coloured * local_sd)
+    coloured = bool(np.isfinite(prior_sd).all())
+    return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power, coloured * local_sd, coloured)
 
 
 def _noise_by_source(equalised: Equalised, level: Image, taper: Image, views: int) -> FloatArray:
