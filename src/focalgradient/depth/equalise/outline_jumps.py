@@ -36,6 +36,9 @@ SIDE_LENGTH, SIDE_WIDTH = 2.2, 0.8
 """Length and half-width of the strip on either side in which depth is evaluated, relative to the reach of window and
 blur. Chosen on `MADE_WITH` and `CONTROLS`."""
 
+UNKNOWN = 1e-9
+"""Information on a jump, relative to that on the level, below which it is rounding: all nodes then lie on one side."""
+
 BETWEEN = 0.2
 """Minimum difference between the depth of a grid point and the mean of either side, relative to their difference, for
 the point to lie between them. Chosen on `MADE_WITH` and `CONTROLS`."""
@@ -292,7 +295,7 @@ def _equations(level, information, reach, i, j, down, right, a):  # type: ignore
 
 @njit(nogil=True, cache=True)
 def _solved(a, steep):  # type: ignore[no-untyped-def]
-    """Return the first and the last unknown of four equations (4 x 5), which are overwritten.
+    """Return the first and the last unknown of four equations (4 x 5), which are overwritten; 0 if the last is open.
 
     The two in between have the prior standard deviation `steep`, or none where that is 0.
     """
@@ -303,6 +306,8 @@ def _solved(a, steep):  # type: ignore[no-untyped-def]
             share = a[q, p] / a[p, p]
             for r in range(p, 5):
                 a[q, r] -= share * a[p, r]
+    if a[3, 3] <= UNKNOWN * a[0, 0]:
+        return 0.0, 0.0
     last = a[3, 4] / a[3, 3]
     third = (a[2, 4] - a[2, 3] * last) / a[2, 2]
     second = (a[1, 4] - a[1, 3] * last - a[1, 2] * third) / a[1, 1]
