@@ -136,7 +136,9 @@ def likelihood_of_transfers(
     return total - total.max()
 
 
-def _terms(sources: FloatArray, power: FloatArray, natural: FloatArray) -> tuple[FloatArray, ...]:
+def _terms(
+    sources: FloatArray, power: FloatArray, natural: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the coefficients a, b, c and d (L x F each) of the likelihood's dependence on the scene's power p.
 
     With U the sources' amplitudes over the noise, the views' covariance is 1 + p U U'; by Woodbury's identity the
