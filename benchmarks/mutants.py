@@ -363,7 +363,7 @@ class Copy:
         finally:
             self.write(mutant.file, unchanged)
         if outcome == "failed" and not self.passes_unchanged(by):
-            raise SystemExit(f"{by} fails on the unchanged copy: mend it first, or take it out of TESTS.")
+            raise SystemExit(f"{by} fails on the unchanged copy: fix it first, or take it out of TESTS.")
         outcome = {"passed": "survived", "failed": "caught"}.get(outcome, outcome)
         return Result(**asdict(mutant), outcome=outcome, by=by, seconds=f"{time.monotonic() - began:.0f}")
 

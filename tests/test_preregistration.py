@@ -254,6 +254,6 @@ def test_results_are_in_json(tmp_path: Path) -> None:
     root = record(tmp_path / "data", load_design(design_of(tmp_path, "ratio", repetitions=1)), 3)
     made = make_report(root).files
     assert "in focus and fixated, once in random order" in made["report.md"].decode()
-    told = json.loads(made["results.json"])
-    assert {one["exclusions"] for one in told["results"]} == {"with exclusions", "without exclusions"}
-    assert told["problems"] == []
+    reported = json.loads(made["results.json"])
+    assert {one["exclusions"] for one in reported["results"]} == {"with exclusions", "without exclusions"}
+    assert reported["problems"] == []

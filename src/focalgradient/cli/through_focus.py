@@ -46,12 +46,10 @@ def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
         from focalgradient.eye.quality import image_quality
 
         middle = round(cones.focus_vergence / STEP) * STEP
-        added = () if cones.eye.lens is None else cones.eye.lens.additions
-        low, high = (
-            round((end + span) / STEP) for end, span in ((min(0, *added, 0), -SPAN), (max(0, *added, 0), SPAN))
-        )
+        foci = (0.0, *(() if cones.eye.lens is None else cones.eye.lens.additions))
+        low, high = (round(end / STEP) for end in (min(foci) - SPAN, max(foci) + SPAN))
         quality = image_quality(cones, middle + STEP * np.arange(low, high + 1))
-        spreads = {change: point_spread(cones, quality.best + change) for change in _pictures(added)}
+        spreads = {change: point_spread(cones, quality.best + change) for change in _pictures(foci)}
         figure = draw(quality, spreads, settings)
     found = {
         "focus_D": cones.focus_vergence,
@@ -82,9 +80,9 @@ def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
     )
 
 
-def _pictures(added: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the distances from the best focus (D) of the point spreads: over the foci of a lens that has zones."""
-    low, high = min(0.0, *added, 0.0), max(0.0, *added, 0.0)
+def _pictures(foci: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the distances from the best focus (D) of the point spreads: over the `foci` if there are several."""
+    low, high = min(foci), max(foci)
     if low == high:
         return PICTURES
     return tuple(round(one, 2) for one in np.linspace(low, high, len(PICTURES)).tolist())
@@ -92,7 +90,7 @@ def _pictures(added: tuple[float, ...]) -> tuple[float, ...]:
 
 def point_spread(cones: Cones, vergence: float) -> NDArray[np.float64]:
     """Return the image of a point at a `vergence` (D) over SIDE x SIDE pixels; all of its light has a sum of 1."""
-    whole = 2 * SIDE  # so that the light that leaves the picture does not come back on the other side
+    whole = 2 * SIDE  # so that light beyond the picture's border does not wrap around
     frequency = np.fft.fftfreq(whole, math.radians(MINUTES / 60))
     along = np.fft.rfftfreq(whole, math.radians(MINUTES / 60))
     seen = cones.optical_transfer(frequency[:, None], along[None], vergence)
@@ -149,7 +147,7 @@ LONGEST = 90
 
 
 def _lines(settings: Mapping[str, str]) -> list[str]:
-    """Return the settings in lines of about equal length, none of them parted."""
+    """Return the settings in lines of about equal length, none of them broken."""
     words = [f"{name} {value}" for name, value in settings.items()]
     whole = len(", ".join(words))
     even = whole / math.ceil(whole / LONGEST)

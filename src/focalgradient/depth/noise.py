@@ -7,13 +7,12 @@ is the tightest depends on what is in the frame: texture all over, a few edges, 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.candidates import Candidates
 from focalgradient.depth.equalise.likelihood import equalise
 from focalgradient.depth.equalise.residual_power import QUARTER, band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
@@ -261,8 +260,9 @@ def noise_from_residuals(
     taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
     gains = np.array(registered.gains)
     for _ in range(NOISE_ROUNDS):
-        equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window, shares=part.shares)
-        equalised = replace(equalised, candidates=Candidates.every(equalised.levels))
+        equalised = equalise(
+            part.images, blurs, noise_sd.tolist(), window=window, shares=part.shares, interpolate=False
+        )
         nodes = equalised.read(usable)
         images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
         # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.

@@ -123,7 +123,7 @@ class Eye:
     pupil_offset: tuple[float, float] = (0.0, 0.0)
     lens: ZonedLens | None = None
 
-    # Not the dataclass's own constructor, as a person's arguments are no fields: what is derived from them is kept.
+    # Written out, as a person's arguments are not fields: only what is derived from them is kept.
     def __init__(
         self,
         pupil_diameter: float | None = None,

@@ -12,6 +12,7 @@ from focalgradient.eye.age import FUNDAMENTALS_AGE, lens_density
 from focalgradient.eye.isetbio import FOCAL_LENGTH, SpectralImage
 from focalgradient.eye.light import luminosity
 from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.photons import LUMENS_PER_WATT
 from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.retina import Cones
@@ -28,9 +29,6 @@ WAVELENGTHS: tuple[float, ...] = tuple(range(400, 701, 10))
 
 LUMINANCE = 100.0
 """Luminance of white in cd/m^2 unless given: an indoor scene or a display, a choice."""
-
-EFFICACY = 683.0
-"""Maximum luminous efficacy in lm/W."""
 
 REMEDY = "make it with SpectralPicture.of or SpectralPicture.of_srgb"
 
@@ -79,7 +77,7 @@ def scene_spectra(
     basis = picture.basis
     own = np.asarray(basis.wavelength_nm, dtype=float)
     step = own[1] - own[0]
-    of_white = EFFICACY * step * float(luminosity(own) @ np.asarray(basis.white))
+    of_white = LUMENS_PER_WATT * step * float(luminosity(own) @ np.asarray(basis.white))
     spectra = np.stack([np.interp(nm, own, one, left=0.0, right=0.0) for one in np.asarray(basis.radiance).T])
     energy = np.asarray(picture.amounts) @ spectra * (luminance / of_white)
     return SpectralImage(energy, nm, _field_deg(picture, pixel_angle), distance)

@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.difference_scales import difference_scale_figure
 from focalgradient.progress import Progress
 from focalgradient.report.choices import JUDGEMENTS
-from focalgradient.report.document import Block, Notice, Paragraph, Table
+from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, decimals, many, number, probability
+from focalgradient.report.tables import decimals, many, number, probability, sheet
 from focalgradient.statistics import (
     CueCombination,
     DifferenceScale,
@@ -121,14 +120,13 @@ class CuePart(_Judgements):
         columns = ["participant", *(each for name in names for each in (name, f"{name} SE"))]
         yield from output.tables(
             [
-                _sheet("cues_rules.csv", "Rules of combination", head, rows, values, head),
-                _sheet(
+                sheet("cues_rules.csv", "Rules of combination", head, rows, _records(head, values)),
+                sheet(
                     "cues_people.csv",
                     "Each person, with standard errors",
                     ["participant", *names],
                     people,
-                    digits,
-                    columns,
+                    _records(columns, digits),
                 ),
             ]
         )
@@ -214,7 +212,9 @@ class DifferencePart(_Judgements):
         yield from output.tables(
             [
                 listed("differences_scales.csv", "Difference scales", head, rows),
-                _sheet("differences_people.csv", "Fit of each scale", head_people, people, digits, head_people),
+                sheet(
+                    "differences_people.csv", "Fit of each scale", head_people, people, _records(head_people, digits)
+                ),
             ]
         )
 
@@ -227,11 +227,8 @@ class DifferencePart(_Judgements):
         )
 
 
-def _sheet(
-    file: str, caption: str, head: list[str], shown: list[list[str]], rows: Sequence[Sequence[Any]], columns: list[str]
-) -> Sheet:
-    """Return a table as `shown` under `head`, and its numbers (`rows` of `columns`) for the file."""
-    return Sheet(file, Table(caption, head, shown, csv=file), pd.DataFrame(rows, columns=pd.Index(columns)))
+def _records(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[dict[str, Any]]:
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def _with_error(value: float, error: float) -> str:

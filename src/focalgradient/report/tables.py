@@ -43,6 +43,7 @@ __all__ = [
     "probability",
     "quality_sheets",
     "rating_sheets",
+    "sheet",
 ]
 
 NONE = "–"
@@ -189,7 +190,7 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
     ]
     header = ["subject", "trials", "catch trials passed", "spread of repeats (factor)", "lapses", "too fast / slow"]
     sheets = [
-        _sheet(
+        sheet(
             f"{name}_quality.csv",
             "Quality of each subject’s data, before exclusions",
             [*header, "trials with dropped frames", "in the analysis"],
@@ -202,7 +203,7 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
             [one.participant_id, one.rule, "all" if one.whole_subject else str(one.trials)] for one in found.exclusions
         ]
         header = ["subject", "rule", "trials left out"]
-        sheets.append(_sheet(f"{name}_exclusions.csv", "Exclusions", header, rows, found.exclusions))
+        sheets.append(sheet(f"{name}_exclusions.csv", "Exclusions", header, rows, found.exclusions))
     return sheets
 
 
@@ -239,7 +240,7 @@ def _rises(result: DepthRatingResult) -> Sheet:
         f"Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s "
         "correction is over the depth effects and their ratio"
     )
-    return _sheet("depth_rating_rises.csv", caption, header, rows, digits, cells)
+    return sheet("depth_rating_rises.csv", caption, header, rows, digits, cells)
 
 
 THESE = "subjects; these scenes"
@@ -270,7 +271,7 @@ def _means(result: DepthRatingResult) -> Sheet:
         "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over the rows between the "
         "pinhole and the largest aperture, whose test is that of the depth effect"
     )
-    return _sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
+    return sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
 
 
 def _slopes(result: DepthRatingResult) -> Sheet:
@@ -289,7 +290,7 @@ def _slopes(result: DepthRatingResult) -> Sheet:
     caption = (
         "Trend: straight line through the apertures, and how far a parabola leaves it; Holm’s correction is over each"
     )
-    return _sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
+    return sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
 
 
 def _components(result: DepthRatingResult) -> Sheet:
@@ -309,7 +310,7 @@ def _components(result: DepthRatingResult) -> Sheet:
     header += ["Shapiro-Wilk W", "p", "largest residual (SD)"]
     header += ["skewness of subjects’ depth effects", "their Shapiro-Wilk W", "p"]
     caption = "Model of the depth effect (log ratio of each subject and scene), its variance components and residuals"
-    return _sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
+    return sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
 
 
 def _equivalence(result: DepthRatingResult) -> Sheet:
@@ -331,7 +332,7 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
     crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
     caption = f"Whether the depth effect is equivalent to zero (two one-sided tests, {over})"
-    return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
+    return sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
 
 
 def _ordinal(result: OrdinalResult) -> list[Sheet]:
@@ -354,7 +355,7 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
         digits.append(meant | {"generalises_over": over} | as_table([test]).iloc[0].to_dict())
     header = ["in focus", "of a higher answer", "holds for other", "estimate", "95 %", "test", "p", "p (Holm)"]
     caption = f"Cumulative-link mixed model: {result.formula}"
-    sheets = [_sheet("depth_rating_ordinal.csv", caption, header, rows, digits, cells)]
+    sheets = [sheet("depth_rating_ordinal.csv", caption, header, rows, digits, cells)]
     if result.thresholds:
         rows = [
             [
@@ -366,7 +367,7 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
         ]
         caption = "Thresholds between the steps, in log odds; the pinhole with the first scene is 0"
         header = ["between", "threshold", "95 %"]
-        sheets.append(_sheet("depth_rating_thresholds.csv", caption, header, rows, result.thresholds))
+        sheets.append(sheet("depth_rating_thresholds.csv", caption, header, rows, result.thresholds))
     sheets.append(Sheet("depth_rating_shares.csv", None, as_table(result.shares)))
     return sheets
 
@@ -390,7 +391,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     header = ["blur agrees with", "mm", "percept", "share of time (%)", "95 %", "share of reports (%)", "95 %"]
     sheets = [
         Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
-        _sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
+        sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
     ]
     cells = _Cells()
     rows = []
@@ -404,7 +405,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
     header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
-    sheets.append(_sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
+    sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()
     rows = []
     for each in result.dominance:
@@ -419,7 +420,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     header = ["blur agrees with", "mm", "percept", "reports (cut off)"]
     header += [f"{family}: {what}" for family in ("gamma", "log-normal") for what in ("mean (s)", "CV", "log L")]
     caption = "Durations of each percept: fits with what the end of a trial cut off as lower limits"
-    sheets.append(_sheet("necker_durations.csv", caption, [*header, "better"], rows, result.dominance, cells))
+    sheets.append(sheet("necker_durations.csv", caption, [*header, "better"], rows, result.dominance, cells))
     sheets.append(_durations_of_people(result))
     return sheets
 
@@ -466,7 +467,7 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
     caption = (
         "Durations over subjects: gamma distributions of one shape and each subject’s own mean, the cut-off censored"
     )
-    return _sheet("necker_durations_of_people.csv", caption, header, rows, digits, cells)
+    return sheet("necker_durations_of_people.csv", caption, header, rows, digits, cells)
 
 
 def effect_sheet(file: str, caption: str, what: str, found: Iterable[tuple[str, Effect | NotComputed]]) -> Sheet:
@@ -475,10 +476,10 @@ def effect_sheet(file: str, caption: str, what: str, found: Iterable[tuple[str, 
     found = list(found)
     rows = [[name, *cells.effect(test)] for name, test in found]
     digits = [{what: name} | as_table([test]).iloc[0].to_dict() for name, test in found]
-    return _sheet(file, caption, [what, "estimate", "95 %", "test", "p", "p (Holm)"], rows, digits, cells)
+    return sheet(file, caption, [what, "estimate", "95 %", "test", "p", "p (Holm)"], rows, digits, cells)
 
 
-def _sheet(
+def sheet(
     file: str,
     caption: str,
     header: list[str],
@@ -486,6 +487,7 @@ def _sheet(
     records: Iterable[Any],
     cells: _Cells | None = None,
 ) -> Sheet:
+    """Return a table of `rows` for display, and for the file its `records` (dictionaries, or results of one kind)."""
     records = list(records)
     digits = pd.DataFrame(records) if isinstance(records[0], dict) else as_table(records)
     notes = () if cells is None else tuple(cells.notes)

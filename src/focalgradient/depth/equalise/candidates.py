@@ -1,7 +1,7 @@
 """Candidates at which residuals are summed: as close together as the residuals change, and interpolated in between.
 
-Candidates are evenly spaced in blur. A much blurred view has coarse detail alone left to compare, which changes little
-from one candidate to the next: the cost of most candidates follows from that of their neighbours.
+Candidates are evenly spaced in blur. Only coarse detail remains in a strongly blurred view, and it changes little from
+one candidate to the next: the cost of most candidates follows from that of their neighbours.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Candidates:
 
     @classmethod
     def every(cls, levels: int) -> Candidates:
-        """Return candidates of which none is left out: what is interpolated is too rough for the power of noise.
+        """Return all candidates, none of them interpolated.
 
         >>> Candidates.every(3).levels.tolist()
         [0, 1, 2]

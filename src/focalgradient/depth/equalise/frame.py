@@ -49,9 +49,9 @@ COMPRESSED = 0.3
 sd with it, 79 % with 0.1; 89 % in ten held-out rooms (`benchmarks/rooms.py`)."""
 
 KNOWN_IN_BANDS = 0.2
-"""Maximum standard deviation of the blur radius, relative to it, for valid depth from different wavebands. It is mostly
-that of the wavebands' gain, an error which the frame has in common: on 60 coloured walls 57 % of the pixels are valid
-with it, 52 % with 0.1, and 99 % of either within two sd (`benchmarks/coloured_walls.py`)."""
+"""Maximum standard deviation of the blur radius, relative to it, for valid depth from different wavebands; most of it
+comes from the wavebands' gain, an error common to the whole frame. On 60 coloured walls 57 % of the pixels are valid
+with 0.2 and 52 % with 0.1; 99 % of either lie within two sd (`benchmarks/coloured_walls.py`)."""
 
 TENTH, BLUR_BESIDE = 0.1, 0.15
 """Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of

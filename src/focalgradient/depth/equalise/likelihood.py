@@ -356,6 +356,7 @@ def equalise(
     power: FloatArray | None = None,
     filters: Filters | None = None,
     shares: NDArray[np.floating] | None = None,
+    interpolate: bool = True,
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
@@ -378,6 +379,9 @@ def equalise(
         What `comparing_filters` gives, where that is known.
     shares
         Of each of the blurs of which that at each pixel is a mixture (`Blurs.parts`), C x H x W.
+    interpolate
+        Sum residuals at some of the candidates only and interpolate between them, which is too rough for the power of
+        noise.
     """
     assumed = assumed_sd(noise_sd, shared)
     spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(assumed)
@@ -390,7 +394,10 @@ def equalise(
     with linear_algebra_on_one_thread:
         residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     if shares is not None and blurs.parts:
-        parts = [equalise(images, one, noise_sd, window=window, shared=shared, power=power) for one in blurs.parts]
+        parts = [
+            equalise(images, one, noise_sd, window=window, shared=shared, power=power, interpolate=False)
+            for one in blurs.parts
+        ]
         residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
     bend = np.sqrt(np.sum([residual.bend for residual in residuals], axis=0))
@@ -401,7 +408,7 @@ def equalise(
         change,
         EvenCoordinate.of(blurs.radius, blurs.even),
         # Filters for different wavebands assume more noise than there may be, over which their residuals hardly bend.
-        Candidates.of(bend) if shared is None else Candidates.every(len(bend)),
+        Candidates.of(bend) if interpolate and shared is None else Candidates.every(len(bend)),
         blurs.limited,
     )
 
