@@ -1,7 +1,7 @@
 """How accurate depth is in ordinary rooms, measured and completed, and what blank surfaces beside texture are given.
 
     python benchmarks/rooms.py [ROOMS] [--rooms 2,4,6] [--focus 1.57] [--figure FILE.png] [--bound] [--peer]
-        [--layers 6] [--first 0]
+        [--layers 6] [--first 0] [--rendered 75]
 
 ROOMS is a folder with one folder a room: ``narrow.jpg`` and ``wide.jpg`` of one focus, and ``depth_mm.png`` of a depth
 camera (16 bits, mm; 0 where none). A row gives the share of the pixels that are measured, the mean relative error of
@@ -16,6 +16,11 @@ estimate could be valid, the mean relative error of such an estimate there, and 
 with the median error in multiples of it. It knows the texture and the blur's shape, which an estimate does not. With
 ``--peer`` a last row gives simple blur equalisation (`recover_depth.plain` in this folder) of the same, aligned views:
 its mean relative error and share within a factor of 1.25 over all scored pixels, and over those measured here.
+
+With ``--rendered`` each room is rendered from its own narrow photograph and map, by a camera that is exactly the one
+stated, and stored as JPEG of that quality (0: as it is): what is lost then is lost to noise and compression, and not to
+the camera or the map. The room is turned by 7 degrees and enlarged by 1.15, for the photograph's own blocks to lie off
+the grid of the new ones.
 
 Layers are rendered: a textured thing before a blank wall, and a blank thing before a textured wall, each with edges of
 its own or none, lossless or in JPEG. A row gives what is claimed of the blank surface, and of that what lies beyond
@@ -40,7 +45,7 @@ from recover_depth import Trial, plain
 from scipy import ndimage
 from stored_photographs import stored
 
-from focalgradient import DepthMap, Lens, View, recover_depth
+from focalgradient import DepthMap, Lens, View, blur, recover_depth
 from focalgradient.calibration.scenes import REPEAT
 from focalgradient.depth.equalise.whitening import uneven_noise
 from focalgradient.depth.limits import texture_bound
@@ -54,6 +59,9 @@ from focalgradient.psf import transfer
 FOCAL_LENGTH, PITCH, F_NUMBERS = 0.035, 36e-6, {"narrow.jpg": 8.0, "wide.jpg": 2.8}
 JUMP, MARGIN = 0.05, 6
 """Relative change of distance from one pixel to the next that is a jump, and pixels about one that are not scored."""
+
+READ_NOISE = 0.003
+"""Noise of rendered rooms at full brightness, about that found in the photographs."""
 
 Array = NDArray[Any]
 CLASSES = {2: "measured", 1: "near evidence", 0: "guessed"}
@@ -172,8 +180,38 @@ def line(name: str, values: Sequence[float]) -> str:
     return f"{name:28}{share:7.3f}{error:9.3f}{factor:8.3f}{within:8.3f}{beyond:9.4f}{total:12.3f}"
 
 
+def rendered_room(
+    views: Sequence[View], distance: Array, scored: Array, quality: int, seed: int
+) -> tuple[list[View], Array, Array]:
+    """Views of a room rendered by an ideal camera, with its distance and the pixels that are scored."""
+    random = np.random.default_rng([seed, 42])
+    hole = ndimage.distance_transform_edt(distance <= 0, return_distances=False, return_indices=True)
+    whole = ndimage.median_filter(distance[tuple(hole)], 5)
+    height, width = whole.shape
+    move = cv2.getRotationMatrix2D((width / 2, height / 2), 7, 1.15)
+    move[:, 2] = move[:, 2] + (3.3, 5.4)
+
+    def moved(image: Array, how: int) -> Array:
+        return np.asarray(cv2.warpAffine(image, move, (width, height), flags=how, borderMode=cv2.BORDER_REFLECT))
+
+    sharp = moved(np.asarray(views[0].image, np.float32), cv2.INTER_LANCZOS4).clip(0)
+    far_off = moved(whole, cv2.INTER_NEAREST)
+    made = []
+    for view in views:
+        light = np.asarray(blur(sharp, far_off, view.optics, pixel_angle=view.pixel_angle).image, float)
+        light += READ_NOISE * random.standard_normal(light.shape) * np.sqrt(light.clip(1e-3, 1))
+        made.append(replace(view, image=_stored(light, quality), mask=None))
+    return made, far_off, moved(scored.astype(np.uint8), cv2.INTER_NEAREST) > 0
+
+
 def rooms(
-    folders: Sequence[Path], focus: float, near: float, far: float, bound: bool = False, peer: bool = False
+    folders: Sequence[Path],
+    focus: float,
+    near: float,
+    far: float,
+    bound: bool = False,
+    peer: bool = False,
+    quality: int | None = None,
 ) -> dict[str, tuple[list[View], DepthMap, Array]]:
     """Depth of each room; prints its rows, and those pooled."""
     print(f"{'':28}{'share':>7}{'rel.err':>9}{'<1.25':>8}{'< 2 sd':>8}{'> 5 sd':>9}{'< 2 total':>12}")
@@ -185,7 +223,9 @@ def rooms(
     for folder in folders:
         distance, scored = truth(folder, near)
         views = room_views(folder, focus)
-        depth = recover_depth(views, near=near, far=far, align=True, dense=True)
+        if quality is not None:
+            views, distance, scored = rendered_room(views, distance, scored, quality, len(found))
+        depth = recover_depth(views, near=near, far=far, align=quality is None, dense=True)
         found[folder.name] = views, depth, distance
         if not scored.any():
             continue
@@ -330,6 +370,9 @@ def main() -> None:
     parser.add_argument("--figure", type=Path, help="draw the first six rooms here")
     parser.add_argument("--bound", action="store_true", help="also print what noise and texture allow")
     parser.add_argument("--peer", action="store_true", help="also print what simple blur equalisation gives")
+    parser.add_argument(
+        "--rendered", type=int, metavar="QUALITY", help="render the rooms, stored as JPEG of that quality"
+    )
     parser.add_argument("--layers", type=int, default=4, help="number of seeds of rendered layers")
     parser.add_argument("--first", type=int, default=0, help="first of these seeds")
     options = parser.parse_args()
@@ -339,7 +382,8 @@ def main() -> None:
         folders = [
             one for one in sorted(options.data.iterdir()) if one.is_dir() and (names is None or one.name in names)
         ]
-        found = rooms(folders, options.focus, options.near, options.far, options.bound, options.peer)
+        asked = options.bound, options.peer, options.rendered
+        found = rooms(folders, options.focus, options.near, options.far, *asked)
         if options.figure:
             draw(found, options.figure)
     if options.layers:

@@ -17,7 +17,7 @@ from focalgradient.optics import capabilities
 from focalgradient.parallel import share_rows
 from focalgradient.view import View
 
-__all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resample"]
+__all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resample", "shrunk"]
 
 Image = NDArray[np.float32]
 
@@ -167,7 +167,7 @@ def measure_placement(
     displacement that the placement makes at most.
     """
     factor = max(2, min(reference.shape) // 120)
-    small = [_shrink(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
+    small = [shrunk(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
     smooth = [ndimage.gaussian_filter(picture, 1.5) for picture in small]
     placement = _coarse_shift(*smooth)
     height, width = smooth[0].shape
@@ -175,7 +175,7 @@ def measure_placement(
     frame = np.zeros((height, width), np.bool_)
     frame[margin : height - margin, margin : width - margin] = True
     if usable is not None and not usable.all():
-        whole = _shrink(usable.astype(np.float32), factor) > 1 - 1e-3
+        whole = shrunk(usable.astype(np.float32), factor) > 1 - 1e-3
         clear = frame & ndimage.minimum_filter(whole, 2 * SMOOTHING_REACH + 1)
         frame = clear if clear.mean() > ENOUGH else frame
     for _ in range(steps):
@@ -220,7 +220,7 @@ def _placement_step(
     return Placement(1 + sign * fit[0], *(sign * fit[1:4]).tolist()), variance
 
 
-def _shrink(image: Image, factor: int) -> Image:
+def shrunk(image: Image, factor: int) -> Image:
     """Average over squares of `factor` pixels, of the frame's middle where they do not fill it."""
     rows, columns = (n // factor for n in image.shape)
     top, left = ((n - m * factor) // 2 for n, m in zip(image.shape, (rows, columns), strict=True))

@@ -42,6 +42,9 @@ BANDS_STEP = 0.25
 the fitted gains are 1 to 2 % too low, and such walls are estimated nearer by a third of a standard deviation
 (`benchmarks/coverage_of_walls.py`: 3 mm, 1.5 D, 1000 cd/m^2); 0.2 gives the same in twice the time."""
 
+LEAST_LEVELS, MOST_LEVELS = 8, 400
+"""Minimum and maximum number of steps between candidate levels; limit the time. Chosen by hand."""
+
 ONE_FOCUS = 1e-9
 """Maximum relative difference of equal focus vergences: rounding."""
 
@@ -162,7 +165,7 @@ class Search:
             step = PLANE_STEP
         if len({one.waveband for one in stated} - {""}) > 1:
             step = min(step, BANDS_STEP)
-        levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), 8, 400)) + 1
+        levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), LEAST_LEVELS, MOST_LEVELS)) + 1
         return cls(lowest, highest, levels, focus, pixels, tuple(optics), pixel_angle, side_known, side_text)
 
     @property

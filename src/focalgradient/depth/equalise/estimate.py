@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.depth.equalise.alternatives import ModelChecks, check_model, error_with, judge_alternatives
+from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import find_outlines
@@ -19,9 +21,22 @@ __all__ = ["estimate"]
 
 
 def estimate(problem: Problem) -> Estimate:
-    """Estimate depth for `focalgradient.recover_depth`, stage by stage as `docs/likelihood.md` derives them.
+    """Estimate depth for `focalgradient.recover_depth`; of compressed views, from their coarse detail as well.
 
     The views of `problem` are registered (`focalgradient.depth.registration`).
+    """
+    fine, beside_sd = estimate_at_one_scale(problem)
+    coarse = None if beside_sd is None else halved(problem)
+    if beside_sd is None or coarse is None:
+        return fine
+    return joined(fine, estimate_at_one_scale(coarse)[0], beside_sd, problem.settings.window)
+
+
+def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float32] | None]:
+    """Estimate depth from the views' detail as it is, stage by stage as `docs/likelihood.md` derives them.
+
+    Where compression has taken away fine detail and something is valid, also returns the part of the standard deviation
+    that is due to a surface without texture (H x W, in dioptres); else None.
     """
     views, search, settings = problem.registered, problem.search, problem.settings
     settings.progress(0.15, "estimating noise")
@@ -70,4 +85,5 @@ def estimate(problem: Problem) -> Estimate:
         **signal.rejection(depth.nodes, depth.split.tau, (search.lowest, search.highest), pixels.is_valid),
     }
     in_own_unit = [sd * gain for sd, gain in zip(noise_sd, views.gains, strict=True)]
-    return Estimate(pixels.vergence, pixels.vergence_sd, pixels.is_valid, in_own_unit, True, details, checks.warnings)
+    result = Estimate(pixels.vergence, pixels.vergence_sd, pixels.is_valid, in_own_unit, True, details, checks.warnings)
+    return result, pixels.beside_sd if whitening.is_compressed and pixels.is_valid.any() else None

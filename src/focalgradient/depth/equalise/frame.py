@@ -145,6 +145,7 @@ class PixelDepth:
     vergence: NDArray[np.float32]  # D
     vergence_sd: NDArray[np.float32]  # D
     is_valid: NDArray[np.bool_]
+    beside_sd: NDArray[np.float32]  # D: the part of it due to a surface without texture beside what is seen
 
 
 def depth_at_pixels(
@@ -174,15 +175,17 @@ def depth_at_pixels(
         reach = 2 * math.ceil(AROUND * problem.settings.window / step) + 1
         is_about = ndimage.maximum_filter(is_informative & signal.is_textured, reach)
         is_valid[at] = (is_near_valid & registered.usable & equalised.to_blocks(is_about, shape))[at]
+    beside_sd = np.zeros(shape, np.float32)
     if signal.one_waveband:
         is_valid &= frame.texture.is_present
         if is_valid.any():
             apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
-            sd = np.hypot(sd, apart * np.sqrt(frame.texture.other_surface))
+            beside_sd = apart * np.sqrt(frame.texture.other_surface)
+            sd = np.hypot(sd, beside_sd)
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))
-    return PixelDepth(vergence, sd, is_valid)
+    return PixelDepth(vergence, sd, is_valid, beside_sd)
 
 
 def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -> FloatArray:

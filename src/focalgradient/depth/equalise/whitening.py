@@ -133,6 +133,11 @@ class Whitening:
         """Standard deviation of each registered view's noise."""
         return [math.sqrt(self.scale) * sd for sd in self.noise_sd]
 
+    @property
+    def is_compressed(self) -> bool:
+        """Whether noise rises with contrast, as that of compression does."""
+        return self.law is not None and self.law.by_contrast > 0
+
     def of_tile(self, tile: Tile) -> tuple[Part, Equalised, Image | None]:
         """Return a tile as a part of the frame, its views whitened at every candidate, and their energy if known."""
         settings, registered = self.problem.settings, self.problem.registered
@@ -140,9 +145,8 @@ class Whitening:
             number = self.tiles.index(tile)
             share, words = number / len(self.tiles), f"equalising blur, tile {number + 1} of {len(self.tiles)}"
             settings.progress(0.4 + 0.5 * share, words)
-        compressed = self.law is not None and self.law.by_contrast > 0
         views = registered if self.whole is not None else tile.of(registered)
-        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, compressed)
+        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, self.is_compressed)
         if self.whole is not None:
             whole, self.whole = self.whole, None
             return part, *whole

@@ -1,0 +1,138 @@
+"""Coarse detail of compressed views: the halved problem, the rule by which its depth joins, and what it gains."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from sheets import TILE, views
+
+from focalgradient import recover_depth
+from focalgradient.depth.equalise import estimate as equalise_estimate
+from focalgradient.depth.equalise.coarse import CONTINUED, enlarged, halved, joined
+from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Search
+from focalgradient.depth.settings import RecoverySettings
+from focalgradient.errors import FocalGradientWarning
+from focalgradient.psf import Disc
+
+SIDE = 200
+NOTHING = np.zeros((SIDE, SIDE), np.float32)
+SETTINGS = RecoverySettings("equalise", 0.85, None, Disc(), 8.0, None, False, 0.01, lambda share, words: None)
+
+
+def natural(seed: int) -> NDArray[np.float64]:
+    """Reflectance of amplitude 1/f."""
+    random = np.random.default_rng(seed)
+    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
+    spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
+    spectrum[0, 0] = 0
+    texture = np.fft.ifft2(spectrum).real
+    return np.clip(0.4 + 0.1 * texture / texture.std(), 0.02, 0.95)
+
+
+def problem_of(settings: RecoverySettings = SETTINGS) -> Problem:
+    shown = views(natural(1), 1.1, None)
+    search = Search.over([view.optics for view in shown], shown[0].pixel_angle, 0.85, None, Disc())
+    return Problem(shown, RegisteredViews.of(shown, False), search, settings)
+
+
+def estimate_of(vergence: float, sd: float, valid: NDArray[np.bool_]) -> Estimate:
+    size = valid.shape
+    values = np.full(size, vergence, np.float32), np.full(size, sd, np.float32)
+    return Estimate(*values, valid, [0.01, 0.01], details={"split_band": {"tau": 0.02}})
+
+
+def test_halved_views_have_the_same_range_and_half_the_blur() -> None:
+    whole = problem_of(replace(SETTINGS, noise=0.01))
+    half = halved(whole)
+    assert half is not None
+    assert (half.search.lowest, half.search.highest) == (whole.search.lowest, whole.search.highest)
+    at = np.linspace(half.search.lowest, half.search.highest, 7)
+    np.testing.assert_allclose(half.search.radius(at), whole.search.radius(at) / 2)
+    assert half.search.pixel_angle == 2 * whole.search.pixel_angle == half.views[0].pixel_angle
+    # As many levels to a pixel of blur as before.
+    assert half.search.levels_per_pixel == pytest.approx(whole.search.levels_per_pixel, rel=0.02)
+    assert half.registered.images[0][3, 5] == pytest.approx(whole.registered.images[0][6:8, 10:12].mean(), rel=1e-6)
+    assert half.settings.given_noise(2) == pytest.approx(0.005)
+
+
+def test_pixels_of_which_a_part_is_unusable_are_left_out() -> None:
+    whole = problem_of()
+    whole.registered.usable[:] = True
+    whole.registered.usable[20, 31] = False
+    half = halved(whole)
+    assert half is not None
+    assert [tuple(place) for place in np.argwhere(~half.registered.usable)] == [(10, 15)]
+
+
+def test_small_views_are_not_halved() -> None:
+    whole = problem_of()
+    small = replace(whole, registered=whole.registered.part(slice(0, 63), slice(0, 200)))
+    assert halved(small) is None
+    assert halved(replace(whole, registered=whole.registered.part(slice(0, 64), slice(0, 200)))) is not None
+    assert halved(replace(whole, settings=replace(SETTINGS, window=40.0))) is None
+
+
+def test_both_are_weighted_by_precision_and_their_errors_are_one() -> None:
+    every = np.ones((SIDE, SIDE), np.bool_)
+    found = joined(estimate_of(1.0, 0.02, every), estimate_of(1.03, 0.04, every[::2, ::2]), NOTHING, 8.0)
+    assert found.vergence == pytest.approx(0.8 * 1.0 + 0.2 * 1.03)
+    # 0.8 x 0.02 + 0.2 x 0.04, and the spread of the two, 0.03 x root of 0.8 x 0.2.
+    assert found.vergence_sd == pytest.approx(np.hypot(0.024, 0.012), rel=1e-5)
+    assert found.valid.all()
+    assert found.details["coarse_detail"] == {"share_joined": 1.0, "share_added": 0.0, "tau": 0.02}
+
+
+@pytest.mark.parametrize(("vergence", "is_added"), [(1 + 0.9 * CONTINUED, True), (1 + 1.1 * CONTINUED, False)])
+def test_coarse_detail_alone_must_continue_what_is_around_it(vergence: float, is_added: bool) -> None:
+    fine, coarse = np.zeros((SIDE, SIDE), np.bool_), np.ones((SIDE // 2, SIDE // 2), np.bool_)
+    fine[:, :100] = True
+    one, other = estimate_of(1.0, 0.02, fine), estimate_of(1.0, 0.02, coarse)
+    other.vergence[:, 50:] = vergence
+    found = joined(one, other, NOTHING, 8.0)
+    assert found.valid[:, 104:110].all() == is_added
+    assert found.valid[:, 104:110].any() == is_added
+    assert not found.valid[:, 190:].any()  # nothing is known around
+    assert (found.vergence[:, 104:110] == pytest.approx(vergence)) == is_added
+    if is_added:  # the difference from what is around is part of the uncertainty
+        assert found.vergence_sd[100, 106] == pytest.approx(np.hypot(0.02, vergence - 1), rel=1e-3)
+
+
+def test_a_surface_without_texture_stays_part_of_the_uncertainty() -> None:
+    fine, coarse = np.zeros((SIDE, SIDE), np.bool_), np.ones((SIDE // 2, SIDE // 2), np.bool_)
+    fine[:, :100] = True
+    beside = np.full((SIDE, SIDE), 0.3, np.float32)
+    found = joined(estimate_of(1.0, 0.02, fine), estimate_of(1.0, 0.02, coarse), beside, 8.0)
+    assert found.vergence_sd[100, [10, 106]] == pytest.approx(0.3)
+    assert found.vergence_sd[100, 190] == pytest.approx(0.02)  # coarse detail does not contribute
+
+
+def test_enlarged_continues_to_odd_sizes() -> None:
+    assert enlarged(np.array([[1.0, 3.0]]), (3, 5)).tolist() == [[1.0, 1.5, 2.5, 3.0, 3.0]] * 3
+
+
+def test_a_compressed_sheet_gains_and_an_uncompressed_one_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    sheet = np.where(np.arange(TILE) < TILE // 2, natural(11), 0.7)
+
+    def recovered(quality: int | None) -> tuple[float, float, dict[str, object]]:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FocalGradientWarning)
+            depth = recover_depth(views(sheet, 0.88, quality), near=0.85)
+        off = np.abs(depth.vergence - 1 / 0.88)[depth.valid] / depth.vergence_sd[depth.valid]
+        return float(depth.valid.mean()), float((off < 2).mean()), dict(depth.details)
+
+    valid, within, details = recovered(75)
+    plain = recovered(None)
+    assert "coarse_detail" in details
+    assert "coarse_detail" not in plain[2]
+    monkeypatch.setattr(equalise_estimate, "halved", lambda problem: None)
+    before, _, by_fine = recovered(75)
+    assert "coarse_detail" not in by_fine
+    assert valid > before + 0.05
+    assert within > 0.9
+    assert recovered(None)[:2] == plain[:2]
