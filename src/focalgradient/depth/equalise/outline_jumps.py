@@ -254,6 +254,7 @@ def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-unt
         if down > 1e-6:  # what lies across is a strip, and little of the square
             middle, half = j + (k - i) * right / down, SIDE_WIDTH * reach / down + 1
             left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
+        left += (j - left) % apart  # the columns that `_equations` takes
         for m in range(left, end, apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             away = abs(along)
