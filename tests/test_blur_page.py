@@ -203,6 +203,7 @@ def test_it_fits_a_desk_and_a_phone(
     assert seen.std() > 20
 
 
+@pytest.mark.slow
 def test_a_frame_while_something_moves_costs_less_than_a_tenth_of_a_second_of_processor(
     tmp_path: Path, shown: tuple[browser.Browser, Path]
 ) -> None:

@@ -522,6 +522,7 @@ def test_as_a_process_of_its_own(folder, prepare, said):
 COMMAND = "import sys; from focalgradient.cli import main; main(sys.argv[1:])"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="shells elsewhere close no streams")
 def test_closed_standard_streams_are_not_missed(folder):
     """As by `2>&-`: results take the streams' numbers otherwise, and what libraries print goes into them."""

@@ -136,6 +136,7 @@ def test_the_command_names_its_option_where_the_library_names_a_parameter(tmp_pa
     assert "name it with --columns participant=NAME." in ended.stderr
 
 
+@pytest.mark.slow
 def test_several_data_sets_are_pooled(data, tmp_path):
     other = record_ratings(tmp_path / "other", 4)
     result = run(data, other, "--out", tmp_path / "series")

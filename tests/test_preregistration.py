@@ -124,6 +124,7 @@ def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str)
     assert ("deciding_test = " in files["rules.toml"].decode()) == (scale == "ratio")
 
 
+@pytest.mark.slow
 def test_an_effect_of_one_s_own_changes_the_number_of_subjects(tmp_path: Path) -> None:
     for scale, small, large in (("ratio", 1.1, 2.0), ("bipolar", 1.5, 20.0), ("choice", 1.5, 20.0)):
         path, found = design_of(tmp_path, scale, 6, NEAR), []

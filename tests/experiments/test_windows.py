@@ -437,6 +437,7 @@ def test_a_photometer_measures_the_table_that_one_would_write_by_hand(screen, tm
     assert not table.exists()
 
 
+@pytest.mark.slow
 @beside_others
 def test_the_doctor_stores_a_photometer_table_times_triggers_and_measures_by_a_card(screen, tmp_path):
     """The card fills 292 of 1024 pixels of a screen 0.3 m wide: the frame is made as wide by the arrow keys."""

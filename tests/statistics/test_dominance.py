@@ -109,6 +109,7 @@ def people():
     return [np.array(column) for column in zip(*found, strict=True)]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not PEOPLE.exists(), reason="the published durations of people are not at hand")
 def test_held_out_people_are_predicted_better_than_by_the_gamma_model():
     """People in six groups, each predicted by the others; the gamma model of one shape is fitted to all of them."""

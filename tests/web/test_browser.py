@@ -191,6 +191,7 @@ def test_the_cube_in_the_browser_is_ours_to_one_value_of_255(browser: Browser, t
 MATCH = (".match", "#board", "input[type=range]", "#jspsych-html-slider-response-next")
 
 
+@pytest.mark.slow
 def test_greys_are_matched_by_keys_and_the_gamma_is_recorded(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER, "--gamma")
     page = browser.new_page(viewport={"width": TABLET[0], "height": TABLET[1]})
@@ -312,6 +313,7 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     server.end()
 
 
+@pytest.mark.slow
 def test_who_stops_is_told_why_answers_could_not_be_removed(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, DEPTH)
     page = browser.new_page()

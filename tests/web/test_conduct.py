@@ -158,6 +158,7 @@ def test_a_hidden_refresh_rate_is_no_obstacle(browser: Browser, tmp_path: Path) 
     assert validate(tmp_path / "data").problems == ()
 
 
+@pytest.mark.slow
 def test_the_pointer_is_hidden_until_the_question(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, DEPTH)
     page = browser.new_page(viewport={"width": 1280, "height": 800})

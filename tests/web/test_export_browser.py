@@ -160,6 +160,7 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
     assert len(found.of("resumed")) == 1
 
 
+@pytest.mark.slow
 def test_what_a_platform_refuses_is_said_at_the_beginning(browser: Browser, tmp_path: Path) -> None:
     bundle = exported(tmp_path, NECKER, "--datapipe", "wrong")
     with platform(bundle) as stub, opened(browser, stub, "datapipe.html?participant=2") as page:

@@ -191,7 +191,9 @@ def recover_depth(
         points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way;
         and ``noise_by_brightness``: the ``share`` of the noise's variance that is in proportion to brightness, at a
         ``brightness`` of the views, or None; and ``likelier``, where another model explains the views better, with what
-        depth would change by. Where no pixel is valid, or less than 1 %, ``rejected`` gives the likeliest cause and
+        depth would change by; and, of compressed views, ``coarse_detail``: the shares of the pixels at which depth by
+        coarse detail is joined with that by fine detail, or added to it, and its ``tau``. Where no pixel is valid, or
+        less than 1 %, ``rejected`` gives the likeliest cause and
         ``rejected_causes`` all, ranked (`focalgradient.depth.causes.Cause`). By ``"spectra"`` also ``tau``, the same
         error as its bands show it. Neither ``"ratio"`` nor ``"edges"`` without a calibration knows such an error: their
         ``vergence_sd`` holds for blur of the shape that is assumed.
