@@ -72,7 +72,8 @@ class SplitBand:
         return [
             f"the blur is not alike in all directions: depth from detail along and across differs by {largest:.0%} of "
             "the blur radius, which is part of the standard deviations: the camera or the scene moved during an "
-            "exposure (motion blur), the views are turned against each other, or the lens is astigmatic."
+            "exposure (motion blur), the views are turned against each other, or the lens is astigmatic or clips its "
+            "pupil off axis (vignetting), as at its largest apertures."
         ]
 
     def stated(self) -> dict[str, object]:
