@@ -78,12 +78,13 @@ def test_small_views_are_not_halved() -> None:
     assert halved(replace(whole, settings=replace(SETTINGS, window=40.0))) is None
 
 
-def test_both_are_weighted_by_precision_and_their_errors_are_one() -> None:
+def test_both_are_weighted_by_precision_and_their_errors_are_correlated() -> None:
     every = np.ones((SIDE, SIDE), np.bool_)
     found = joined(estimate_of(1.0, 0.02, every), estimate_of(1.03, 0.04, every[::2, ::2]), NOTHING, 8.0)
     assert found.vergence == pytest.approx(0.8 * 1.0 + 0.2 * 1.03)
-    # 0.8 x 0.02 + 0.2 x 0.04, and the spread of the two, 0.03 x root of 0.8 x 0.2.
-    assert found.vergence_sd == pytest.approx(np.hypot(0.024, 0.012), rel=1e-5)
+    # 0.8 x 0.02 and 0.2 x 0.04 with a correlation of 0.7, and the spread of the two, 0.03 x root of 0.8 x 0.2.
+    by_errors = 0.016**2 + 0.008**2 + 2 * 0.7 * 0.016 * 0.008
+    assert found.vergence_sd == pytest.approx(np.sqrt(by_errors + 0.012**2), rel=1e-5)
     assert found.valid.all()
     assert found.details["coarse_detail"] == {"share_joined": 1.0, "share_added": 0.0, "tau": 0.02}
 

@@ -36,7 +36,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     """Estimate depth from the views' detail as it is, stage by stage as `docs/likelihood.md` derives them.
 
     Where compression has taken away fine detail and something is valid, also returns the part of the standard deviation
-    that is due to a surface without texture (H x W, in dioptres); else None.
+    that is due to a surface without texture where that is the likelier one (H x W, in dioptres); else None.
     """
     views, search, settings = problem.registered, problem.search, problem.settings
     settings.progress(0.15, "estimating noise")

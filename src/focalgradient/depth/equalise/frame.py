@@ -57,6 +57,9 @@ TENTH, BLUR_BESIDE = 0.1, 0.15
 """Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of
 its blur radius in pixels, whichever is larger. Between boundaries closer than a window, surfaces are less certain."""
 
+EVEN = 0.5
+"""Probability above which a pixel belongs to a surface without texture rather than not."""
+
 OTHER_SURFACE = 0.25
 """Standard deviation of the vergence of an untextured surface about that of the textured one beside it, relative to the
 frame's median vergence: in rooms the root mean square error of depth is 0.18 of vergence where texture ends and 0.12
@@ -145,7 +148,7 @@ class PixelDepth:
     vergence: NDArray[np.float32]  # D
     vergence_sd: NDArray[np.float32]  # D
     is_valid: NDArray[np.bool_]
-    beside_sd: NDArray[np.float32]  # D: the part of it due to a surface without texture beside what is seen
+    beside_sd: NDArray[np.float32]  # D: that due to a surface without texture, where this is the likelier one; else 0
 
 
 def depth_at_pixels(
@@ -180,8 +183,9 @@ def depth_at_pixels(
         is_valid &= frame.texture.is_present
         if is_valid.any():
             apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
-            beside_sd = apart * np.sqrt(frame.texture.other_surface)
-            sd = np.hypot(sd, beside_sd)
+            other_sd = apart * np.sqrt(frame.texture.other_surface)
+            sd = np.hypot(sd, other_sd)
+            beside_sd = np.where(frame.texture.other_surface > EVEN, other_sd, np.float32(0))
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))
