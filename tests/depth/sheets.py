@@ -13,6 +13,15 @@ from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 PIXEL, TILE = 3.2e-4, 512
 
 
+def natural(random: np.random.Generator) -> NDArray[np.float64]:
+    """Reflectance of amplitude 1/f."""
+    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
+    spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
+    spectrum[0, 0] = 0
+    texture = np.fft.ifft2(spectrum).real
+    return np.clip(0.4 + 0.1 * texture / texture.std(), 0.02, 0.95)
+
+
 def views(sheet: NDArray[np.float64], distance: float, quality: int | None) -> list[View]:
     """The sheet at f/16 and f/4, focused at 0.85 m; as JPEG of a quality, or as the light itself."""
     down, right = np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE)

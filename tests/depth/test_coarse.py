@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sheets import TILE, views
+from sheets import TILE, natural, views
 
 from focalgradient import recover_depth
 from focalgradient.depth.equalise import estimate as equalise_estimate
-from focalgradient.depth.equalise.coarse import CONTINUED, enlarged, halved, joined
+from focalgradient.depth.equalise.coarse import CONTINUED, halved, joined
 from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.settings import RecoverySettings
@@ -25,18 +26,8 @@ NOTHING = np.zeros((SIDE, SIDE), np.float32)
 SETTINGS = RecoverySettings("equalise", 0.85, None, Disc(), 8.0, None, False, 0.01, lambda share, words: None)
 
 
-def natural(seed: int) -> NDArray[np.float64]:
-    """Reflectance of amplitude 1/f."""
-    random = np.random.default_rng(seed)
-    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
-    spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
-    spectrum[0, 0] = 0
-    texture = np.fft.ifft2(spectrum).real
-    return np.clip(0.4 + 0.1 * texture / texture.std(), 0.02, 0.95)
-
-
 def problem_of(settings: RecoverySettings = SETTINGS) -> Problem:
-    shown = views(natural(1), 1.1, None)
+    shown = views(natural(np.random.default_rng(1)), 1.1, None)
     search = Search.over([view.optics for view in shown], shown[0].pixel_angle, 0.85, None, Disc())
     return Problem(shown, RegisteredViews.of(shown, False), search, settings)
 
@@ -113,12 +104,12 @@ def test_a_surface_without_texture_stays_part_of_the_uncertainty() -> None:
     assert found.vergence_sd[100, 190] == pytest.approx(0.02)  # coarse detail does not contribute
 
 
-def test_enlarged_continues_to_odd_sizes() -> None:
-    assert enlarged(np.array([[1.0, 3.0]]), (3, 5)).tolist() == [[1.0, 1.5, 2.5, 3.0, 3.0]] * 3
+def test_depth_of_blocks_continues_to_odd_sizes() -> None:
+    assert interpolate_nodes(np.array([[1.0, 3.0]]), None, 2, (3, 5)).tolist() == [[1.0, 1.5, 2.5, 3.0, 3.0]] * 3
 
 
 def test_a_compressed_sheet_gains_and_an_uncompressed_one_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    sheet = np.where(np.arange(TILE) < TILE // 2, natural(11), 0.7)
+    sheet = np.where(np.arange(TILE) < TILE // 2, natural(np.random.default_rng(11)), 0.7)
 
     def recovered(quality: int | None) -> tuple[float, float, dict[str, object]]:
         with warnings.catch_warnings():

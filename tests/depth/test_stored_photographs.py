@@ -7,19 +7,10 @@ import warnings
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sheets import TILE, views
+from sheets import TILE, natural, views
 
 from focalgradient import recover_depth
 from focalgradient.errors import FocalGradientWarning
-
-
-def natural(random: np.random.Generator) -> NDArray[np.float64]:
-    """Reflectance of amplitude 1/f."""
-    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
-    spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
-    spectrum[0, 0] = 0
-    texture = np.fft.ifft2(spectrum).real
-    return np.clip(0.4 + 0.1 * texture / texture.std(), 0.02, 0.95)
 
 
 def strewn(random: np.random.Generator) -> NDArray[np.float64]:

@@ -254,14 +254,19 @@ def _combine_levels(images, coefficients, level, first, last, value, slope):  # 
 
 
 def interpolate_nodes(
-    values: NDArray[np.float64], sd: NDArray[np.float64], step: int, shape: tuple[int, int]
+    values: NDArray[np.float64], sd: NDArray[np.float64] | None, step: int, shape: tuple[int, int]
 ) -> NDArray[np.float64]:
     """Interpolate values at nodes, the centres of blocks of `step` pixels, to the pixels (H x W) of `shape`.
 
-    Linear in between where the nodes around a pixel agree; across a jump, which they do not, the nearest node's.
+    Linear in between where the nodes around a pixel agree to within their `sd`; across a jump, which they do not, the
+    nearest node's. Without `sd` linear everywhere.
+
+    >>> interpolate_nodes(np.array([[0.0, 4.0]]), None, 2, (2, 5)).tolist()
+    [[0.0, 1.0, 3.0, 4.0, 4.0], [0.0, 1.0, 3.0, 4.0, 4.0]]
     """
+    apart = np.full(values.shape, np.inf) if sd is None else sd
     pixels = np.empty(shape)
-    share_rows(shape[0], lambda first, last: _interpolate_nodes(values, sd, step, first, last, pixels))
+    share_rows(shape[0], lambda first, last: _interpolate_nodes(values, apart, step, first, last, pixels))
     return pixels
 
 

@@ -16,7 +16,15 @@ from focalgradient.depth.common_error import common_modes, stated_parts
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.dual_pixel.halves import halves_of
 from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
-from focalgradient.depth.settings import BlurSource, MethodName, OpticsBlur, RecoverySettings, blur_source
+from focalgradient.depth.settings import (
+    LEAST_SIDE,
+    WINDOWS,
+    BlurSource,
+    MethodName,
+    OpticsBlur,
+    RecoverySettings,
+    blur_source,
+)
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
@@ -381,8 +389,9 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
                 "crop or scale them alike."
             )
         _check_light(number, view)
-    if min(views[0].shape) < 32:
-        raise InputError(f"the views are {views[0].shape[1]} x {views[0].shape[0]} pixels, but at least 32 are needed.")
+    if min(views[0].shape) < LEAST_SIDE:
+        size = f"{views[0].shape[1]} x {views[0].shape[0]}"
+        raise InputError(f"the views are {size} pixels, but at least {LEAST_SIDE} are needed.")
     optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
     stated = [capabilities(view.optics) for view in views]
     for view, one in zip(views, stated, strict=True):
@@ -397,7 +406,7 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
             "all views are blurred alike (same aperture and focus, or pinholes all), which is uninformative about "
             "depth: change the aperture or the focus of one."
         )
-    if window > min(views[0].shape) / 4:
+    if window > min(views[0].shape) / WINDOWS:
         raise InputError(
             f"window is {window:g} pixels, but may be a quarter of the views' smaller side at most, which is "
             f"{min(views[0].shape)} pixels: give a smaller window."

@@ -17,8 +17,10 @@ from focalgradient.psf import Capability, Disc, Psf, psf_of, shape_class
 
 __all__ = [
     "AUTO",
+    "LEAST_SIDE",
     "OPTICS",
     "SOURCES",
+    "WINDOWS",
     "AutoBlur",
     "BlurSource",
     "MethodName",
@@ -27,6 +29,9 @@ __all__ = [
     "blur_source",
     "used_blur",
 ]
+
+LEAST_SIDE, WINDOWS = 32, 4
+"""Minimum side of a view in pixels, and in windows. Chosen by hand."""
 
 MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 

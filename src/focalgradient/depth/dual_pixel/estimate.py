@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.dual_pixel.halves import POOL, half_radius, halves_of
 from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
 from focalgradient.optics import DualPixel
@@ -54,11 +55,11 @@ def estimate(problem: Problem) -> Estimate:
     sd = np.hypot(np.hypot(found.sd, varies), model)
     valid = found.clear & blur_is_known(np.hypot(found.sd, varies), found.radius, STEADY)
     shape = registered.shape
-    vergence = focus + _enlarged(found.radius, shape) / slope
+    vergence = focus + interpolate_nodes(found.radius.astype(float), None, POOL, shape) / slope
     return Estimate(
         np.clip(vergence, search.lowest, search.highest).astype(np.float32),
-        (_enlarged(sd, shape) / slope).astype(np.float32),
-        (_enlarged(valid.astype(float), shape) > 0.5) & registered.usable,
+        (interpolate_nodes(sd, None, POOL, shape) / slope).astype(np.float32),
+        (interpolate_nodes(valid.astype(float), None, POOL, shape) > 0.5) & registered.usable,
         noise=[found.noise * float(image.mean()) for image in registered.images],
         details={"halves": {"asymmetry": optics.asymmetry, "field": list(optics.field), "model_error": MODEL_ERROR}},
     )
@@ -71,15 +72,3 @@ def _local_spread(values: NDArray[np.floating], window: float) -> NDArray[np.flo
     middle = np.asarray(values, float) - float(np.median(values))
     square = gaussian_filter(middle**2, window) - gaussian_filter(middle, window) ** 2
     return np.asarray(np.sqrt(np.maximum(square, 0.0)), float)
-
-
-def _enlarged(values: NDArray[np.floating], shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Interpolate the values of blocks linearly between their centres, to every pixel."""
-    out = np.asarray(values, float)
-    for axis, size in enumerate(shape):
-        at = np.clip((np.arange(size) + 0.5) / POOL - 0.5, 0, out.shape[axis] - 1)
-        low = np.minimum(at.astype(int), max(out.shape[axis] - 2, 0))
-        part = (at - low).reshape([-1 if n == axis else 1 for n in range(2)])
-        high = np.minimum(low + 1, out.shape[axis] - 1)
-        out = (1 - part) * np.take(out, low, axis) + part * np.take(out, high, axis)
-    return out

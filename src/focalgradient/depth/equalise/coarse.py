@@ -10,15 +10,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.equalise.signal import NEARLY_NOTHING
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import smoothed
+from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.registration import RegisteredViews, shrunk
 from focalgradient.depth.search import LEAST_LEVELS
+from focalgradient.depth.settings import LEAST_SIDE, WINDOWS
 
 __all__ = ["halved", "joined"]
 
@@ -32,15 +33,12 @@ of the pixels in it at which they do. Chosen with `CONTINUED`."""
 
 CONTINUED = 0.12
 """Maximum difference of coarse detail's depth from the mean of fine detail's around it, relative to the frame's median
-vergence. Without this limit 48 % of the pixels of 20 rooms are valid instead of 40 %, with a mean relative error of
+vergence. Without this limit 50 % of the pixels of 20 rooms are valid instead of 40 %, with a mean relative error of
 0.12 instead of 0.11, and a completed map is worse than one from fine detail alone (`benchmarks/rooms.py`)."""
 
 ALIKE = 0.7
 """Correlation of the errors of fine and of coarse detail, which come of the same texture: 0.65 in 18 rooms (median; 0.3
 to 0.9), 0.8 on rendered layers, each error over its standard deviation (`benchmarks/rooms.py`)."""
-
-LEAST_SIDE, WINDOWS = 32, 4.0
-"""Minimum side of a reduced view in pixels, and in windows: as of any view (`recover.check_usable`)."""
 
 
 def halved(problem: Problem) -> Problem | None:
@@ -52,15 +50,13 @@ def halved(problem: Problem) -> Problem | None:
     least = max(LEAST_SIDE, WINDOWS * settings.window)
     if registered.shares is not None or min(registered.shape) // FACTOR < least:
         return None
-    masked = shrunk((~registered.usable).astype(np.float32), FACTOR) > 0
     reduced = RegisteredViews(
         [shrunk(image, FACTOR) for image in registered.images],
-        ~masked,
+        shrunk(registered.usable.astype(np.float32), FACTOR) == 1,
         registered.gains,
         registered.placements,
         registered.warnings,
     )
-    angle = FACTOR * search.pixel_angle
     views = [
         replace(view, image=shrunk(view.image, FACTOR), pixel_angle=FACTOR * view.pixel_angle, mask=None)
         for view in problem.views
@@ -71,7 +67,7 @@ def halved(problem: Problem) -> Problem | None:
     return Problem(
         views,
         reduced,
-        replace(search, pixels=search.pixels / FACTOR, pixel_angle=angle, levels=levels),
+        replace(search, pixels=search.pixels / FACTOR, pixel_angle=FACTOR * search.pixel_angle, levels=levels),
         replace(settings, noise=given, progress=lambda share, words: None),
     )
 
@@ -80,23 +76,26 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32], wind
     """Join estimates from fine detail, in a `window` (pixels), and from the `halved` problem.
 
     Where both are valid each has the weight of its precision, and their errors are correlated (`ALIKE`). Coarse detail
-    alone is valid where it continues the depth around it at which both are. The standard
-    deviation includes what the two differ by, or what differs from that around, and is `least_sd` (H x W, in dioptres)
-    at least wherever coarse detail contributes: it says less of where a surface ends.
+    alone is valid where it continues the depth around it at which both are. The standard deviation includes what the
+    two differ by, or what differs from that around, and is `least_sd` (H x W, in dioptres) at least wherever coarse
+    detail contributes: it says less of where a surface ends.
     """
     shape = fine.valid.shape
-    vergence, sd = (enlarged(values, shape) for values in (coarse.vergence, coarse.vergence_sd))
-    is_coarse = enlarged(coarse.valid.astype(np.float32), shape) > 0.5
+    vergence, sd, known = (
+        interpolate_nodes(values.astype(float), None, FACTOR, shape).astype(np.float32)
+        for values in (coarse.vergence, coarse.vergence_sd, coarse.valid)
+    )
+    is_coarse = known > 0.5
     is_both = fine.valid & is_coarse
-    known = smoothed(is_both.astype(np.float32), AROUND * window)
-    around = smoothed(is_both * fine.vergence, AROUND * window) / np.maximum(known, 1e-6)
+    near = smoothed(is_both.astype(np.float32), AROUND * window)
+    around = smoothed(is_both * fine.vergence, AROUND * window) / np.maximum(near, 1e-6)
     apart = CONTINUED * abs(float(np.median(fine.vergence[fine.valid])))
-    is_added = is_coarse & ~fine.valid & (known > KNOWN) & (np.abs(vergence - around) < apart)
+    is_added = is_coarse & ~fine.valid & (near > KNOWN) & (np.abs(vergence - around) < apart)
     share = np.where(is_both, 1 / (1 + (fine.vergence_sd / sd) ** 2), ~is_added).astype(np.float32)  # of fine detail
     valid = fine.valid | is_added
-    why = set() if valid.mean() < NEARLY_NOTHING else {"rejected", "share_outside_range"}
+    outdated = set() if valid.mean() < NEARLY_NOTHING else {"rejected", "share_outside_range"}
     details = {
-        **{name: value for name, value in fine.details.items() if name not in why},
+        **{name: value for name, value in fine.details.items() if name not in outdated},
         "coarse_detail": {
             "share_joined": float(is_both.mean()),
             "share_added": float(is_added.mean()),
@@ -113,15 +112,3 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32], wind
         valid=valid,
         details=details,
     )
-
-
-def enlarged(values: NDArray[np.floating], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Interpolate the values of blocks between their centres, to an image of `shape`, whose last pixels may be beyond.
-
-    >>> enlarged(np.array([[0.0, 4.0]]), (2, 5)).tolist()
-    [[0.0, 1.0, 3.0, 4.0, 4.0], [0.0, 1.0, 3.0, 4.0, 4.0]]
-    """
-    height, width = (FACTOR * n for n in values.shape)
-    image = cv2.resize(np.asarray(values, np.float32), (width, height), interpolation=cv2.INTER_LINEAR)
-    beyond = [(0, n - m) for n, m in zip(shape, (height, width), strict=True)]
-    return np.pad(image, beyond, mode="edge").astype(np.float32)

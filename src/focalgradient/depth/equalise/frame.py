@@ -57,7 +57,7 @@ TENTH, BLUR_BESIDE = 0.1, 0.15
 """Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of
 its blur radius in pixels, whichever is larger. Between boundaries closer than a window, surfaces are less certain."""
 
-EVEN = 0.5
+LIKELIER = 0.5
 """Probability above which a pixel belongs to a surface without texture rather than not."""
 
 OTHER_SURFACE = 0.25
@@ -185,7 +185,7 @@ def depth_at_pixels(
             apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
             other_sd = apart * np.sqrt(frame.texture.other_surface)
             sd = np.hypot(sd, other_sd)
-            beside_sd = np.where(frame.texture.other_surface > EVEN, other_sd, np.float32(0))
+            beside_sd = np.where(frame.texture.other_surface > LIKELIER, other_sd, np.float32(0))
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))
