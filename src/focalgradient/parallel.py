@@ -65,8 +65,13 @@ def cores() -> int:
 
 
 @cache
+def _row_threads() -> int:  # asked once: the system takes as long to answer as a small loop
+    return min(MOST_THREADS, cores())
+
+
+@cache
 def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(min(MOST_THREADS, cores()), thread_name_prefix="rows")
+    return ThreadPoolExecutor(_row_threads(), thread_name_prefix="rows")
 
 
 def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) -> None:
@@ -80,7 +85,7 @@ def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) 
     >>> squares
     [0, 1, 4, 9, 16]
     """
-    bands = each * min(MOST_THREADS, cores())
+    bands = max(1, min(rows, each * _row_threads()))
     edges = [rows * number // bands for number in range(bands + 1)]
     others = [_pool().submit(work, first, last) for first, last in pairwise(edges[1:])]
     work(edges[0], edges[1])

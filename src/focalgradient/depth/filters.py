@@ -25,6 +25,7 @@ __all__ = [
     "Frequencies",
     "Spectra",
     "disc_pass",
+    "mean_in_squares",
     "mirrored_spectra",
     "natural_levels",
     "natural_power",
@@ -223,6 +224,11 @@ def natural_power(level: float, frequencies: Frequencies = ROUND) -> FloatArray:
     return level / np.maximum(frequencies.radius, RADII[1]) ** 2
 
 
+def mean_in_squares(image: Image, side: int) -> Image:
+    """Return the mean over the square of `side` pixels about each pixel, odd, of an image mirrored at its borders."""
+    return np.asarray(cv2.blur(image, (side, side), borderType=cv2.BORDER_REFLECT), np.float32)
+
+
 def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> list[NDArray[np.complex64]]:
     """Return half spectra of `images` (H x W), mirrored all around to `size`, with `reach` pixels before the first."""
     height, width = images[0].shape
@@ -234,11 +240,11 @@ def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int])
 class Spectra:
     """Whole images as spectra, mirrored all around so that no filter wraps, with where each frequency lies."""
 
-    values: list[NDArray[np.complex64]]
+    values: NDArray[np.complex64]  # n x rows x columns
     shape: tuple[int, int]
     size: tuple[int, int]
     reach: int
-    position: NDArray[np.int32]  # of each frequency along the radial samples, in PARTS parts of one
+    position: NDArray[np.int16]  # of each frequency along the radial samples, in PARTS parts of one
 
     @classmethod
     def of(cls, images: Sequence[Image], reach: int) -> Spectra:
@@ -248,30 +254,23 @@ class Spectra:
         rows, columns = (fft.next_fast_len(n + 2 * reach, real=True) for n in (height, width))
         frequency = np.hypot(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None])
         return cls(
-            mirrored_spectra(images, reach, (rows, columns)),
+            np.stack(mirrored_spectra(images, reach, (rows, columns))),
             (height, width),
             (rows, columns),
             reach,
-            np.rint(frequency * (PARTS * (RADIAL - 1) * np.sqrt(2))).astype(np.int32),
+            np.rint(frequency * (PARTS * (RADIAL - 1) * np.sqrt(2))).astype(np.int16),
         )
 
     def over(self, noise_sd: Sequence[float] | FloatArray) -> Spectra:
         """Return the spectra of the images divided by their noise."""
-        values = [spectrum / np.float32(sd) for spectrum, sd in zip(self.values, noise_sd, strict=True)]
-        return replace(self, values=values)
+        return replace(self, values=self.values / np.asarray(noise_sd, np.float32)[:, None, None])
 
     def measure_and_power(self) -> tuple[FloatArray, FloatArray]:
         """Share of all frequencies that falls to each radial sample (F), and each image's mean power there (n x F)."""
-        index = (self.position.ravel() + PARTS // 2) // PARTS
-        # A real image's spectrum is stored by half: all but the first column stand for two.
-        twice = np.full(self.position.shape, 2.0)
-        twice[:, 0] = 1.0
-        counts = np.bincount(index, twice.ravel(), RADIAL)
-        power = [
-            np.bincount(index, (twice * (s.real**2 + s.imag**2)).ravel(), RADIAL) / np.maximum(counts, 1)
-            for s in self.values
-        ]
-        return counts / counts.sum(), np.stack(power) / (self.size[0] * self.size[1])
+        counts, power = np.zeros(RADIAL), np.zeros((len(self.values), RADIAL))
+        _add_power(self.values, self.position, counts, power)
+        power /= np.maximum(counts, 1)
+        return counts / counts.sum(), power / (self.size[0] * self.size[1])
 
     def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
         """Return `measure_and_power` at the `frequencies` of the filters; power over the plane is its radial mean."""
@@ -284,14 +283,14 @@ class Spectra:
 
     def filtered(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """Return the sum of the images, each filtered by its row of `filters` (n x F): H x W."""
-        total = np.zeros(self.position.shape, np.complex64)
-        for row, spectrum in zip(filters, self.values, strict=True):
-            if not row.any():  # a comparison of early views leaves out those after
-                continue
-            if frequencies.down is None:
-                _add_filtered(spectrum, self.position, np.append(row, row[-1]).astype(np.float32), total)
-            else:
-                total += self._gain(row, frequencies) * spectrum
+        if frequencies.down is None:
+            total = np.empty(self.position.shape, np.complex64)
+            _sum_filtered(self.values, self.position, _between_samples(filters), total)
+        else:
+            total = np.zeros(self.position.shape, np.complex64)
+            for row, spectrum in zip(filters, self.values, strict=True):
+                if row.any():  # a comparison of early views leaves out those after
+                    total += self._gain(row, frequencies) * spectrum
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
         image: Image = fft.irfft2(total, self.size, overwrite_x=True)[inside]
         return image
@@ -315,11 +314,33 @@ class Spectra:
         return images
 
 
+def _between_samples(filters: NDArray[Any]) -> Image:
+    """Interpolate `filters` (n x RADIAL) linearly to the PARTS parts of a sample, and to the last sample."""
+    part = (np.arange(PARTS) / PARTS).astype(np.float32)
+    first, rise = filters[:, :-1, None].astype(np.float32), np.diff(filters, axis=1)[:, :, None].astype(np.float32)
+    between = (first + rise * part).reshape(len(filters), -1)
+    return np.append(between, filters[:, -1:].astype(np.float32), axis=1)
+
+
 @njit(nogil=True, cache=True, fastmath=True)
-def _add_filtered(spectrum, position, row, total):  # type: ignore[no-untyped-def]
-    """Add a `spectrum` times the filter `row` (at RADII), interpolated to each frequency's `position`."""
-    part = np.float32(1 / PARTS)
-    for i in range(spectrum.shape[0]):
-        for j in range(spectrum.shape[1]):
-            base, beyond = position[i, j] // PARTS, position[i, j] % PARTS
-            total[i, j] += (row[base] + (row[base + 1] - row[base]) * (part * beyond)) * spectrum[i, j]
+def _sum_filtered(spectra, position, gains, total):  # type: ignore[no-untyped-def]
+    """Sum the `spectra`, each times its `gains` at the `position` of each frequency."""
+    for i in range(total.shape[0]):
+        for j in range(total.shape[1]):
+            total[i, j] = gains[0, position[i, j]] * spectra[0, i, j]
+        for view in range(1, len(spectra)):
+            for j in range(total.shape[1]):
+                total[i, j] += gains[view, position[i, j]] * spectra[view, i, j]
+
+
+@njit(nogil=True, cache=True)
+def _add_power(spectra, position, counts, power):  # type: ignore[no-untyped-def]
+    """Add to `counts` the frequencies of each radial sample, and to `power` what each of the half `spectra` has."""
+    for i in range(position.shape[0]):
+        for j in range(position.shape[1]):
+            # A real image's spectrum is stored by half: all but the first column stand for two.
+            times, sample = (1.0 if j == 0 else 2.0), (position[i, j] + PARTS // 2) // PARTS
+            counts[sample] += times
+            for view in range(len(spectra)):
+                value = spectra[view, i, j]
+                power[view, sample] += times * (value.real**2 + value.imag**2)

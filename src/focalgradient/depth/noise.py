@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.likelihood import equalise
+from focalgradient.depth.equalise.likelihood import equalise, view_spectra
 from focalgradient.depth.equalise.residual_power import QUARTER, band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
 from focalgradient.depth.registration import RegisteredViews
@@ -258,11 +258,9 @@ def noise_from_residuals(
     noise_sd = np.maximum(floor, np.minimum(finest, emptiest))
     usable = part.usable.astype(np.float32)
     taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
-    gains = np.array(registered.gains)
+    gains, spectra = np.array(registered.gains), view_spectra(part.images, blurs)
     for _ in range(NOISE_ROUNDS):
-        equalised = equalise(
-            part.images, blurs, noise_sd.tolist(), window=window, shares=part.shares, interpolate=False
-        )
+        equalised = equalise(spectra, blurs, noise_sd.tolist(), window=window, shares=part.shares, interpolate=False)
         nodes = equalised.read(usable)
         images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
         # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.

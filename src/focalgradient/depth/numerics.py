@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy import stats
 
 from focalgradient.parallel import linear_algebra_on_one_thread, share_rows
 
 Value = TypeVar("Value", bound=np.generic)
+
+REORDERED = {"contract", "reassoc", "nsz", "arcp"}
+"""What compiled sums may change, for several terms at a time: their order. Infinity and NaN stay what they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,9 +210,53 @@ def _gather(blocks, fall, first, last, across, down):  # type: ignore[no-untyped
 
 
 def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
-    """Return the sums over blocks of step x step pixels; the last blocks may be partial."""
-    rows, columns = (np.arange(0, n, step) for n in image.shape)
-    return np.add.reduceat(np.add.reduceat(image.astype(float), rows, axis=0), columns, axis=1)
+    """Return the sums over blocks of step x step pixels; the last blocks may be partial.
+
+    >>> block_sum(np.ones((3, 5), np.float32), 2).tolist()
+    [[4.0, 4.0, 2.0], [2.0, 2.0, 1.0]]
+    """
+    sums = np.zeros(tuple(-(-n // step) for n in image.shape))
+    share_rows(len(sums), lambda first, last: _block_sum(image, step, first, last, sums))
+    return sums
+
+
+@njit(nogil=True, cache=True)
+def _block_sum(image, step, first, last, sums):  # type: ignore[no-untyped-def]
+    height, width = image.shape
+    total = np.empty(width)
+    for row in range(first, last):
+        total[:] = 0
+        for y in range(row * step, min(height, (row + 1) * step)):
+            for x in range(width):
+                total[x] += image[y, x]
+        for column in range(sums.shape[1]):
+            for x in range(column * step, min(width, (column + 1) * step)):
+                sums[row, column] += total[x]
+
+
+def at_levels(
+    values: NDArray[np.floating], level: NDArray[np.float32], first: float = 0.0, spacing: float = 1.0
+) -> NDArray[np.float32]:
+    """Interpolate `values`, given at levels `spacing` apart from `first` on, linearly to the `level` of each pixel.
+
+    Before the first and beyond the last level they stay as they are there.
+
+    >>> at_levels(np.array([1.0, 3.0, 4.0]), np.array([[-1, 0.5, 9]], np.float32)).tolist()
+    [[1.0, 2.0, 4.0]]
+    """
+    found, table = np.empty(level.shape, np.float32), np.asarray(values, np.float64)
+    share_rows(len(level), lambda top, end: _at_levels(table, level, first, spacing, top, end, found))
+    return found
+
+
+@njit(nogil=True, cache=True)
+def _at_levels(values, level, first, spacing, top, end, found):  # type: ignore[no-untyped-def]
+    last, over = len(values) - 1, 1 / spacing
+    for y in range(top, end):
+        for x in range(level.shape[1]):
+            place = min(max((level[y, x] - first) * over, 0.0), float(last))
+            base = min(int(place), last - 1)
+            found[y, x] = values[base] + (place - base) * (values[base + 1] - values[base])
 
 
 def select_levels(
@@ -253,6 +303,28 @@ def _combine_levels(images, coefficients, level, first, last, value, slope):  # 
             slope[y, x] = rise + part * bend
 
 
+def sum_products(images: Sequence[tuple[NDArray[np.float32], NDArray[np.float32]]]) -> NDArray[np.float32]:
+    """Return the sums over pairs of images r and r' (H x W each) of r^2, r r' and r'^2: 3 x H x W.
+
+    >>> r, derivative = np.float32([[3]]), np.float32([[2]])
+    >>> sum_products([(r, derivative), (r, derivative)]).ravel().tolist()
+    [18.0, 12.0, 8.0]
+    """
+    sums = np.zeros((3, *images[0][0].shape), np.float32)
+    for value, slope in images:
+        share_rows(len(value), lambda first, last: _add_products(value, slope, first, last, sums))  # noqa: B023
+    return sums
+
+
+@njit(nogil=True, cache=True)
+def _add_products(value, slope, first, last, sums):  # type: ignore[no-untyped-def]
+    for y in range(first, last):
+        for x in range(value.shape[1]):
+            sums[0, y, x] += value[y, x] * value[y, x]
+            sums[1, y, x] += value[y, x] * slope[y, x]
+            sums[2, y, x] += slope[y, x] * slope[y, x]
+
+
 def interpolate_nodes(
     values: NDArray[np.float64], sd: NDArray[np.float64] | None, step: int, shape: tuple[int, int]
 ) -> NDArray[np.float64]:
@@ -273,17 +345,23 @@ def interpolate_nodes(
 @njit(nogil=True, cache=True)
 def _interpolate_nodes(values, sd, step, first, last, pixels):  # type: ignore[no-untyped-def]
     rows, columns = values.shape
+    width = pixels.shape[1]
+    lefts, parts = np.empty(width, np.intp), np.empty(width)
+    for x in range(width):
+        u = min(max((x + 0.5) / step - 0.5, 0.0), columns - 1.0)
+        lefts[x] = min(int(u), max(columns - 2, 0))
+        parts[x] = u - lefts[x]
     for y in range(first, last):
         v = min(max((y + 0.5) / step - 0.5, 0.0), rows - 1.0)
         top = min(int(v), max(rows - 2, 0))
         low = min(top + 1, rows - 1)
-        for x in range(pixels.shape[1]):
-            u = min(max((x + 0.5) / step - 0.5, 0.0), columns - 1.0)
-            left = min(int(u), max(columns - 2, 0))
+        p = v - top
+        row = low if p > 0.5 else top
+        for x in range(width):
+            left, q = lefts[x], parts[x]
             right = min(left + 1, columns - 1)
             a, b, c, d = values[top, left], values[top, right], values[low, left], values[low, right]
-            p, q = v - top, u - left
-            row, column = (low if p > 0.5 else top), (right if q > 0.5 else left)
+            column = right if q > 0.5 else left
             if max(a, b, c, d) - min(a, b, c, d) > 2.0 + 6 * sd[row, column]:
                 pixels[y, x] = values[row, column]
             else:
@@ -303,6 +381,21 @@ def weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) ->
     """
     order = np.argsort(values)
     return float(values[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
+
+
+def quarter_by_chance(freedom: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lower quartile of chi-square over its degrees of `freedom`, by interpolation, to 1e-3.
+
+    >>> quarter_by_chance(np.array([2.0, 2000.0])).round(3).tolist()
+    [0.288, 0.978]
+    """
+    return np.interp(freedom, *_quarters())
+
+
+@cache
+def _quarters() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    freedom = np.geomspace(1, 1e6, 512)
+    return freedom, stats.chi2.ppf(0.25, freedom) / freedom
 
 
 def grow_planes(
@@ -353,7 +446,7 @@ def grow_planes(
     return state[0], sd * np.sqrt(state[3])
 
 
-@njit(nogil=True, cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _grow_planes(  # type: ignore[no-untyped-def]
     weight, weighted, variances, state, window, steep, separate, first, last, grown
 ):

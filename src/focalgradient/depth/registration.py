@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
@@ -255,6 +255,8 @@ class RegisteredViews:
     warnings: tuple[str, ...] = ()
     shares: NDArray[np.floating] | None = None
     """Share of each of the optics of which the blur is a mixture (`optics.Mixture`), C x H x W."""
+    crops: dict[int, RegisteredViews] = field(default_factory=dict, compare=False, repr=False)
+    """What `most_textured_crop` has returned, by side."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -299,6 +301,8 @@ class RegisteredViews:
 
     def most_textured_crop(self, side: int) -> RegisteredViews:
         """Return the part, at most `side` pixels in each direction, that shows most texture."""
+        if side in self.crops:
+            return self.crops[side]
         skip = max(1, min(self.shape) // 1024)  # a large frame need not be looked at pixel by pixel
         down, right = np.gradient(self.images[0][::skip, ::skip])
         steep = down**2 + right**2
@@ -311,7 +315,8 @@ class RegisteredViews:
             for m, n in zip(middle, self.shape, strict=True)
             for start in [int(np.clip(m - side // 2, 0, max(0, n - side)))]
         )
-        return self.part(part[0], part[1])
+        crop = self.crops[side] = self.part(part[0], part[1])
+        return crop
 
     def part(self, rows: slice, columns: slice) -> RegisteredViews:
         """Return these rows and columns of the views."""

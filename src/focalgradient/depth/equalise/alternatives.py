@@ -17,7 +17,7 @@ import numpy as np
 from scipy import ndimage
 
 from focalgradient.depth.equalise.blur_shape import judge_shape
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
 from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.split_band import SplitBand
 from focalgradient.depth.estimate import Problem
@@ -74,10 +74,10 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
     part = problem.registered.most_textured_crop(NOISE_SIDE)
     rim = min(NOISE_SIDE, *part.shape) // 12
     inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=rim)
-    weight = (part.usable & inner).astype(np.float32)
+    weight, spectra = (part.usable & inner).astype(np.float32), view_spectra(part.images, blurs)
 
     def costs(model: Blurs) -> tuple[FloatArray, Nodes, Equalised]:
-        equalised = equalise(part.images, model, noise_sd, window=problem.settings.window)
+        equalised = equalise(spectra, model, noise_sd, window=problem.settings.window)
         mean, support = equalised.averages(equalised.energy(weight), weight)
         nodes = equalised.minima(mean, support)
         # Noise is not known well where the model is wrong: each window's likelihood is that with its own.

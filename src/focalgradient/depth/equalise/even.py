@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate, ndimage
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.numerics import at_levels
 
 __all__ = ["EvenCoordinate"]
 
@@ -67,6 +68,11 @@ class EvenCoordinate:
     def at(self, level: NDArray[np.floating]) -> FloatArray:
         """Return the coordinate of each `level`."""
         return np.interp(level, self.place, self.value)
+
+    def at_pixels(self, level: Image) -> tuple[Image, Image]:
+        """Return the rate of change of the coordinate at each pixel's `level` (H x W), and the coordinate."""
+        spacing = 1 / PLACES_PER_LEVEL
+        return at_levels(self.rate, level, spacing=spacing), at_levels(self.value, level, spacing=spacing)
 
     def rate_at(self, level: NDArray[np.floating]) -> FloatArray:
         """Return the rate of change of the coordinate by level."""

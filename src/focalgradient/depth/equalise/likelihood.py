@@ -23,7 +23,16 @@ from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.minima import read_minima
 from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
-from focalgradient.depth.filters import RADII, FloatArray, Frequencies, Image, Spectra, natural_levels, natural_power
+from focalgradient.depth.filters import (
+    RADII,
+    FloatArray,
+    Frequencies,
+    Image,
+    Spectra,
+    mean_in_squares,
+    natural_levels,
+    natural_power,
+)
 from focalgradient.depth.numerics import SMOOTH, Growth
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
@@ -213,9 +222,8 @@ class Equalised:
         freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
         for some in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
             if some.mean() > 0.02:
-                grid = np.geomspace(1, 1e5, 64)
-                by_chance = np.interp(freedom[some], grid, stats.chi2.ppf(0.25, grid) / grid)
-                return max(MIN_NOISE_VARIANCE, float(np.quantile(nodes.misfit[some] / by_chance, 0.25)))
+                quarter = np.quantile(nodes.misfit[some] / numerics.quarter_by_chance(freedom[some]), 0.25)
+                return max(MIN_NOISE_VARIANCE, float(quarter))
         return 1.0
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
@@ -226,13 +234,8 @@ class Equalised:
         """Evaluate as `evaluate` does; also return each comparison's residual (H x W) and its derivative by level."""
         shape = self.residuals[0].images.shape[1:]
         level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
-        rest, cross, slope = (np.zeros(shape, np.float32) for _ in range(3))
         images = [residual.at(level) for residual in self.residuals]
-        for value, derivative in images:
-            rest += value**2
-            cross += value * derivative
-            slope += derivative**2
-        return ResidualStatistics(level, rest, cross, slope), images
+        return ResidualStatistics(level, *numerics.sum_products(images)), images
 
     def evaluate_to_refine(self, nodes: Nodes, local: ResidualStatistics) -> ResidualStatistics:
         """Re-evaluate `local` where depths lie so near the focus that residuals do not change with depth."""
@@ -251,9 +254,8 @@ class Equalised:
         """
         # What noise alone puts into r r' on average is known, and taken out.
         drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (noise / 2)
-        score = np.interp(local.level, np.arange(self.levels), drift).astype(np.float32) - local.cross
-        rate = self.even.rate_at(local.level).astype(np.float32)
-        score, slope, start = score / rate, local.slope / rate**2, self.even.at(local.level).astype(np.float32)
+        rate, start = self.even.at_pixels(local.level)
+        score, slope = (numerics.at_levels(drift, local.level) - local.cross) / rate, local.slope / rate**2
         # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
         noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
         # The noise's part of r'^2 is uninformative: on blank paper near the focus, whose levels stray to one side, it
@@ -322,15 +324,14 @@ class Equalised:
         that a slightly different depth would explain is subtracted, and the part that an error of the blur model of
         `tolerance` (L, in levels) would cause.
         """
-        rest, cross, slope = (ndimage.uniform_filter(image, side) for image in (local.rest, local.cross, local.slope))
+        rest, cross, slope = (mean_in_squares(image, side) for image in (local.rest, local.cross, local.slope))
         energy = rest - cross**2 / (slope + np.float32(1e-12))
         expected = noise * sum(r.noise for r in self.residuals)
         variance = sum((noise * r.noise) ** 2 / _freedom(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals)
         freedom = expected**2 / variance
-        limit = expected * stats.chi2.isf(false_alarm, freedom) / freedom
-        place = np.arange(self.levels)
-        forgiven: Image = slope * np.interp(local.level, place, tolerance**2).astype(np.float32)
-        return energy - forgiven <= np.interp(local.level, place, limit)
+        limit = np.asarray(expected * stats.chi2.isf(false_alarm, freedom) / freedom)
+        forgiven = slope * numerics.at_levels(tolerance**2, local.level)
+        return np.asarray(energy - forgiven <= numerics.at_levels(limit, local.level))
 
     def to_pixels(self, values: FloatArray, sd: FloatArray, shape: tuple[int, int]) -> FloatArray:
         """Interpolate values at nodes to the pixels between them."""

@@ -25,6 +25,7 @@ from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
 from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.surfaces import APART, JUMP_SDS, LEAST_SD
 from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.numerics import REORDERED
 from focalgradient.parallel import share_rows
 
 __all__ = ["SmallJumps", "between_surfaces", "find_small_jumps"]
@@ -193,7 +194,7 @@ def _surfaces(
     return found[0], found[1], found[2]
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _find(level, information, reach, least, first, last, found):  # type: ignore[no-untyped-def]
     a, b = np.empty((4, 5)), np.empty((4, 5))
     for i in range(first, last):
@@ -242,7 +243,7 @@ def _rises_little(level, information, reach, i, j, down, right, least):  # type:
     return information[k, m] > 0 and information[p, q] > 0 and abs(level[k, m] - level[p, q]) < least
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-untyped-def]
     """Return the smaller number of nodes, and each side's mean weight and mean difference of level."""
     rows, columns = level.shape
@@ -274,7 +275,7 @@ def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-unt
     return min(count0, count1), (weight0 / count0, weight1 / count1), off0 / weight0, off1 / weight1
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _equations(level, information, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
     """Normal equations (4 x 5) of a plane with a jump through the nodes on either side of a node."""
     rows, columns = level.shape

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy import fft, optimize, stats
+from scipy import fft, optimize
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
@@ -143,7 +143,7 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
                 freedom = share[place] * size[at]
                 if freedom.min() < LEAST_FREEDOM:
                     continue
-                by_chance = stats.chi2.ppf(QUARTER, freedom) / freedom
+                by_chance = numerics.quarter_by_chance(freedom)
                 gain = by_level[:, place].sum(axis=0)
                 ratio = np.quantile(mean[at] / np.maximum(gain, 1e-30) / by_chance, QUARTER)
                 each = (by_level[:, place] / np.maximum(gain, 1e-30)).mean(axis=1) * gain.mean()

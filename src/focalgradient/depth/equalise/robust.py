@@ -19,7 +19,7 @@ from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import Image
-from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth
+from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth, at_levels
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR
@@ -137,7 +137,7 @@ def reject_outliers(equalised: Equalised, part: Part, found: Likelihood) -> tupl
         local = equalised.evaluate(found.nodes)
         agreement = equalised.agreement(local, found.scale, CHECK_SIDE, part.false_alarm, tolerance)
         is_consistent = is_usable & np.pad(agreement[middle], rim, mode="edge")
-        reach = RIM_REACH * np.interp(local.level, np.arange(equalised.levels), blur)
+        reach = at_levels(RIM_REACH * blur, local.level)
         is_within = is_usable & (part.inward >= np.clip(reach, rim, min(shape) / 6))
         if (found.is_summed ^ (is_consistent & is_within)).mean() < REJECTION_SETTLED:
             break

@@ -129,12 +129,16 @@ def split_band_test(
     spectra = _spectra(at_pixels)
     rows, columns, _ = _surround(weight.shape)
     down, right = fft.fftfreq(rows)[:, None], fft.fftfreq(columns)
-    squared, angle = (down**2 + right**2).astype(np.float32), np.arctan2(down, right)
+    squared = (down**2 + right**2).astype(np.float32)
     splits = []
     for cut in CUTS:
         coarse = _low_pass(RADII**2, cut / radius)
         splits.append((_low_pass(squared, cut / radius), (coarse, 1 - coarse)))
-    splits += [(_along(angle - one), (np.full(RADII.shape, ALONG_RMS),) * 2) for one in SPLIT_DIRECTIONS]
+    even, odd = ((down**2 - right**2).astype(np.float32), (2 * down * right).astype(np.float32))
+    even, odd = (image / np.maximum(squared, np.finfo(np.float32).tiny) for image in (-even, odd))
+    for one in SPLIT_DIRECTIONS:  # cos 2(angle - one), of the angle's own
+        cosine = np.float32(np.cos(2 * one)) * even + np.float32(np.sin(2 * one)) * odd
+        splits.append((_along(cosine), (np.full(RADII.shape, ALONG_RMS),) * 2))
     taus, differences = [], []
     for gain, passed in splits:
         low, low_variance, high, high_variance = _halves(
@@ -210,10 +214,10 @@ def _low_pass(squared: NDArray[Any], cut: float) -> NDArray[Any]:
     return np.asarray(np.exp(-squared.dtype.type(np.log(2)) * steep))
 
 
-def _along(angle: NDArray[np.float64]) -> Image:
-    """Return amplitude of the half along a direction, at frequencies of this `angle` (rad) to it: 1/2 at 45 degrees."""
-    return ((1 + np.clip(PARTING * np.cos(2 * angle), -1, 1)) / 2).astype(np.float32)
+def _along(cosine: NDArray[np.floating]) -> Image:
+    """Return amplitude of the half along a direction, by the `cosine` of twice the angle to it: 1/2 at 45 degrees."""
+    return np.asarray((1 + np.clip(PARTING * cosine, -1, 1)) / 2, np.float32)
 
 
-ALONG_RMS = float(np.sqrt(np.mean(_along(np.linspace(0, np.pi, 1440, endpoint=False)) ** 2)))
+ALONG_RMS = float(np.sqrt(np.mean(_along(np.cos(2 * np.linspace(0, np.pi, 1440, endpoint=False))) ** 2)))
 """Root mean square over all directions of the amplitude of the half along a direction (computed)."""

@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.numerics import repeat_blocks
+from focalgradient.depth.numerics import REORDERED, repeat_blocks
 from focalgradient.parallel import share_rows
 
 __all__ = ["Zone", "continued", "curvature_variance", "pairs", "planes", "spread"]
@@ -93,7 +93,7 @@ def planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], ga
     return found
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _planes(level, sd, information, window, off, first, last, found):  # type: ignore[no-untyped-def]
     for i in range(first, last):
         for j in range(level.shape[1]):
@@ -111,7 +111,7 @@ def _planes(level, sd, information, window, off, first, last, found):  # type: i
             found[0, i, j], found[1, i, j], found[2, i, j], found[3, i, j] = plane[0], plane[1], plane[2], width / 2
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # type: ignore[no-untyped-def]
     """Fit a plane to the nodes about one that lie near `plane`; also the residual sum of squares, and the weight."""
     rows, columns = level.shape
@@ -187,7 +187,7 @@ def curvature_variance(
     return np.asarray(ndimage.maximum_filter(variance, 2 * STRAIGHT + 1))
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, fastmath=REORDERED)
 def _curvature(level, sd, is_informative, width, gap, first, last, variance):  # type: ignore[no-untyped-def]
     rows, columns = level.shape
     for i in range(first, last):

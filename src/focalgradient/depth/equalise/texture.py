@@ -75,9 +75,10 @@ def rests_on_texture(
     near, curved_by_depth
         Both h x w.
     """
-    place, shown = np.arange(equalised.levels), local.level
-    by_noise = np.interp(shown, place, noise * sum(r.noise_derivative for r in equalised.residuals)).astype(np.float32)
-    unit = np.interp(shown, place, noise * sum(r.noise_slope for r in equalised.residuals)).astype(np.float32)
+    by_noise, unit = (
+        numerics.at_levels(noise * sum(getattr(r, name) for r in equalised.residuals), local.level)
+        for name in ("noise_derivative", "noise_slope")
+    )
     power, unit = (
         numerics.block_sum(weight * image, equalised.step).astype(np.float32)[None]
         for image in (local.slope - by_noise, unit)
@@ -107,14 +108,13 @@ def own_texture(
     with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
     compression takes away what is weak, and leaves lone edges. The other arguments are those of `rests_on_texture`.
     """
-    by_noise = np.interp(
-        local.level, np.arange(equalised.levels), noise * sum(r.noise_derivative for r in equalised.residuals)
-    ).astype(np.float32)
+    derivative = np.sum([r.noise_derivative for r in equalised.residuals], axis=0)
+    by_noise = numerics.at_levels(noise * derivative, local.level)
     power = weight * (local.slope - by_noise)
     count, own_count = (smoothed(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
     around = smoothed(power, equalised.window) / count
     own = smoothed(power, OWN_SD) / own_count
-    at_focus = equalised.even.rate_at(local.level) < CHANGING
+    at_focus = equalised.even.at_pixels(local.level)[0] < CHANGING
     has = (own >= OWN * around) | (OWN * around < SEEN_LACK * by_noise) | at_focus
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
     lacks = weight * ~(shows if compressed else _without_gaps(shows))
