@@ -1,5 +1,7 @@
 """What several files of tests here begin with; a file's own fixture of the same name goes before."""
 
+from itertools import groupby
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
@@ -8,6 +10,19 @@ from two_views import TOML, picture, write
 # No test asserts speed: a slow machine must not fail one.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
+
+
+@pytest.hookimpl(tryfirst=True)  # before `-m` chooses
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as slow the cases of a test beyond those that `fast_cases` grants it, evenly chosen."""
+    for _, group in groupby(items, key=lambda item: item.nodeid.split("[")[0]):
+        cases = [item for item in group if item.get_closest_marker("slow") is None]
+        granted = cases[0].get_closest_marker("fast_cases") if cases else None
+        if granted is not None:
+            fast = set(np.linspace(0, len(cases) - 1, granted.args[0]).round().astype(int).tolist())
+            for number, item in enumerate(cases):
+                if number not in fast:
+                    item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="module")

@@ -94,6 +94,7 @@ def lens(chromium: browser.Browser, focus: float) -> Lens:
     return Lens(0.05, chromium.js("blurPage.stops[blurPage.state.stop]"), 1 / focus)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("focus", [0.3, 0.9, 1.4])
 def test_the_canvas_shows_what_blur_makes_of_the_picture(shown: tuple[browser.Browser, Path], focus: float) -> None:
     chromium = opened(shown)

@@ -51,6 +51,7 @@ def test_distances_predict_another_to_a_fiftieth_of_a_dioptre():
     assert camera.covariance.shape == (6, 6)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("psf", "found"), [("disc", {Disc()}), ("gaussian", {Gaussian(), Blend(0.45)})])
 def test_the_shape_is_found(psf, found):
     assert likeliest_shape([(sheet(1.3, psf=psf), MARKS)]) in found

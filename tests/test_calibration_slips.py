@@ -60,6 +60,7 @@ def test_a_slip_is_named(slip, named):
     assert named in likeliest_slips(readings, FOCAL, pitch)[0].text
 
 
+@pytest.mark.slow
 def test_focus_marks_in_centimetres():
     slips = likeliest_slips(scaled(camera(2, mark=0.33), "focus_distance", 100), FOCAL, PITCH)
     assert any("focus marks in centimetres" in slip.text for slip in slips)

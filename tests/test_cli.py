@@ -475,6 +475,7 @@ def test_bad_input_is_refused_in_one_sentence(folder, prepare, args, said):
 LENS = ("--focal-length", "25", "--pixel-pitch", "8")
 
 
+@pytest.mark.slow
 def test_what_is_given_once_serves_all_photographs(folder):
     stops, once = ("--f-number", "16", "--f-number", "5.6"), ("--focus-distance", "0.85")
     for words, out in ((once, "one"), (once + once, "two")):

@@ -189,6 +189,7 @@ def test_a_shaken_photograph_is_named(tmp_path):
     assert re.search(r"Warning: .*1\.png is \d+% more blurred than the others of its kind", result.stderr)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("one", "other", "named"),
     [

@@ -29,6 +29,7 @@ def run(*args: str) -> Result:
     return CliRunner().invoke(Program("focalgradient", commands=[eye]), ["eye", *args])
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("views", ["bands", "oscillation", pytest.param("both", marks=pytest.mark.slow)])
 def test_a_slanted_wall(views):
     result = run("slant", "--out", "out", "--views", views, "--seed", "1")
@@ -108,6 +109,7 @@ def test_quality_through_focus():
     assert len(lines) == 82
 
 
+@pytest.mark.slow
 def test_a_myopic_eye_has_the_periphery_of_myopes():
     """Relative to the fovea, emmetropes have -1.05 D and myopes -0.12 D at 30 degrees in the nasal field (measured)."""
     focus = {}
@@ -133,6 +135,7 @@ def test_a_bifocal_lens_has_a_second_focus_and_the_range_covers_it():
         assert re.search("^Error: --zones is '.*diameters", refused.stderr)
 
 
+@pytest.mark.slow
 def test_typical_aberrations_lower_the_visual_strehl_ratio():
     ratio = []
     for extra in ([], ["--aberrations", "typical"]):
@@ -173,6 +176,7 @@ def test_scatter_takes_its_share_of_the_visual_strehl_ratio_more_in_old_eyes():
     assert old / clear == pytest.approx(1 - 0.46, abs=0.06)
 
 
+@pytest.mark.slow
 def test_a_measured_eye_through_focus():
     Path("terms.csv").write_text("3,-1,0.2\n4,0,0.1\n", encoding="utf-8")
     Path("eye.toml").write_text('pupil_mm = 5.0\nzernike = "terms.csv"\nmeasured_mm = 6.0\n', encoding="utf-8")

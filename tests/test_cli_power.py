@@ -113,6 +113,7 @@ def test_power_is_that_of_the_t_test_where_the_design_is_balanced(tmp_path):
     assert math.log(found.width) == pytest.approx(2 * half, rel=0.15)
 
 
+@pytest.mark.slow
 def test_numbers_do_not_depend_on_workers_or_order(tmp_path):
     study = Study(Model(), SMALL)
     one = run(study, [3, 4], 3, tmp_path / "one.jsonl")
@@ -273,6 +274,7 @@ def test_a_design_of_something_else_is_refused(tmp_path):
     assert "a design of necker, but must be one of depth-rating" in result.stderr
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("scale", ["bipolar", "choice", "visual-analogue", "steps"])
 def test_every_scale_has_power_by_the_test_of_its_report(tmp_path, scale):
     """A strong effect is found and none is not, by whole experiments on the design's own scale."""

@@ -41,6 +41,7 @@ def test_what_cannot_be_analysed_is_said_and_the_rest_is_written(tmp_path):
     assert (tmp_path / "report" / "necker.png").exists()
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("sittings", [-1, ["x"]])
 def test_a_session_whose_sittings_are_no_tables_is_left_out_and_named(data, tmp_path, sittings):
     root = shutil.copytree(data, tmp_path / "data")
@@ -51,6 +52,7 @@ def test_a_session_whose_sittings_are_no_tables_is_left_out_and_named(data, tmp_
     assert "Sittings must be a list of tables" in result.stderr
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("design", "sentence"),
     [

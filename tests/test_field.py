@@ -121,6 +121,7 @@ def read(folder, distance, *args, seed=9):
     return DepthMap.load(folder / "out" / "depth.npz"), json.loads((folder / "out" / "summary.json").read_text()), said
 
 
+@pytest.mark.slow
 def test_one_distance_predicts_another_to_a_fiftieth_of_a_dioptre(calibrated):
     depth, summary, _ = read(calibrated[0], 0.75, "--far", 1.0)  # the limit is the focus as marked
     assert depth.valid.mean() > 0.9

@@ -63,6 +63,7 @@ def check(name: str) -> None:
         assert sum(line.startswith("Error") for line in refused.stderr.splitlines()) == 1, refused.stderr
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("name", QUICK)
 def test_files_of_others_are_kept(here: Path, name: str) -> None:
     check(name)

@@ -41,6 +41,7 @@ def test_what_is_missing_or_impossible_is_refused():
         Body(0.05).optical(0.15, "sensor")  # four focal lengths are the least
 
 
+@pytest.mark.slow
 def test_depth_is_given_from_the_plane_that_is_named(folder):
     medians = {}
     for plane, extra in (("entrance_pupil", ""), ("sensor", ""), ("lens_front", "sensor_to_front_mm = 45\n")):

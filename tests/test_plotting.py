@@ -168,6 +168,7 @@ def test_an_assumed_side_of_focus_is_stated(known, side, said):
     assert title.partition("\n")[2] == said
 
 
+@pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("count", [2, 3, 4, 7])
 @pytest.mark.parametrize("shape", [(60, 80), (90, 40), (20, 200)])
 def test_legible_and_nothing_off_the_page(count, shape):

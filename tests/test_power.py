@@ -219,6 +219,7 @@ def test_only_effects_in_the_stated_direction_count_as_found(effect, least, most
     assert all(least <= share <= most for share in found.values())
 
 
+@pytest.mark.slow
 def test_power_falls_as_people_differ_more() -> None:
     study = CubeStudy(CubeModel(effect=3.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
     found = sensitivity(study, [6, 6], 8)

@@ -109,6 +109,7 @@ def test_the_cube_s_sentences_are_those_of_the_report(tmp_path: Path) -> None:
         assert absent not in section(before, "Exclusions")[0]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("scale", WORDS)
 def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str) -> None:
     files = preregistration(design_of(tmp_path, scale, 1, BOTH), stated=Stated(Rules()))

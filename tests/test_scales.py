@@ -53,6 +53,7 @@ def record(root: Path, design: DepthRatingDesign, people: int, answer=honest, la
     return root
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("scale", ["ratio", "steps", "bipolar", "choice"])
 def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
     design = design_of(scale=scale, reference="same-scene" if scale in ("bipolar", "choice") else "standard")

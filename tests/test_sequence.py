@@ -103,6 +103,7 @@ def texts_of(design: Any, language: str) -> str:
     return "\n".join(page.text for page in (*pages, *turns, *repeats))
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_texts_of_depth_rating_are_true_of_the_design(language: str) -> None:
     words = load_words(language)

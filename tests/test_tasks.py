@@ -234,6 +234,7 @@ def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (installed / "edge_blur.py").read_text()
     file = tmp_path / "mine.py"

@@ -196,6 +196,7 @@ def test_blur_that_is_refusedleaves_no_settings(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("name", ["participants.tsv", "sub-01/beh/sub-01_task-depthrating_beh.tsv"])
 @pytest.mark.parametrize("command", ["validate", "report"])
 def test_a_data_set_with_a_table_of_a_million_columns_is_refused_at_once(

@@ -25,6 +25,7 @@ def test_the_default_is_within_a_quarter_of_the_limit_at_every_blur(psf: str) ->
         assert row["valid_percent"] >= 95, row
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "method", [pytest.param(one, marks=pytest.mark.slow if one == "edges" else ()) for one in METHODS]
 )

@@ -50,6 +50,7 @@ def check(name: str, near: dict[str, float], whole: dict[str, float]) -> None:
     assert near["beyond_5_sd"] < beyond
 
 
+@pytest.mark.slow
 def test_bars_whose_blur_contradicts_everywhere_are_not_taken_for_blank_paper() -> None:
     check("bars", *found("bars, back", MADE_WITH["bars, back"]))
 

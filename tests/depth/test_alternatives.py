@@ -27,6 +27,7 @@ def covered(depth: DepthMap, distance: float) -> float:
     return float((off < 2 * depth.vergence_sd[depth.valid]).mean())
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("hole", [0.35, 0.5])
 @pytest.mark.parametrize(("lenses", "near"), [(APERTURES, 0.85), (FOCI, None)])
 def test_a_ring_is_named(lenses, near, hole, monkeypatch):
@@ -61,6 +62,7 @@ def test_motion_in_one_view_is_named(number):
     assert max(depth.details["split_band"]["tau_by_direction"]) > 0.03
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_view_enlarged_from_half_its_size_is_named_or_rejected(number):
     views = wall(APERTURES, 1.3)

@@ -179,14 +179,8 @@ def slanted() -> list[tuple[list[View], np.ndarray]]:
     return pairs
 
 
-@pytest.mark.parametrize(
-    ("every", "valid", "median"),
-    [
-        pytest.param(1, 0.95, 0.001, marks=pytest.mark.slow),
-        pytest.param(2, 0.95, 0.003, marks=pytest.mark.slow),
-        (4, 0.8, 0.01),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("every", "valid", "median"), [(1, 0.95, 0.001), (2, 0.95, 0.003), (4, 0.8, 0.01)])
 def test_slanted_plane(every: int, valid: float, median: float, slanted: list[tuple[list[View], np.ndarray]]) -> None:
     """Nine settings, five, three: blur of the next setting grows from 0.9 to 3.6 pixels in radius."""
     readings = [(recover_depth(views[::every], method="autofocus"), truth) for views, truth in slanted]

@@ -67,6 +67,7 @@ def test_a_plane_is_continued(unit):
         assert np.abs(np.median(plane) / plane - 1)[:, beyond].min() > 0.08
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_a_surface_that_shows_no_depth_is_covered(seed):
     """Textured things before or behind a blank wall, of which nothing is measured."""

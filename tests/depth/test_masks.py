@@ -23,6 +23,7 @@ def with_hole(views: Sequence[View], value: float) -> list[View]:
     return [*views[:-1], replace(views[-1], image=image, mask=mask)]
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("method", ["equalise", "spectra", "ratio"])
 @pytest.mark.parametrize("value", [0.0, 1e4])
 def test_bad_pixels_do_not_count(method: str, value: float) -> None:

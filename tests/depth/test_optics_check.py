@@ -47,6 +47,7 @@ def said(views, stated, **limits):
 STOPS = [lens(16), lens(4)]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("stated", "named"),
     [

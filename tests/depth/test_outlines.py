@@ -75,6 +75,7 @@ def test_away_from_the_step_windows_decide(jump: tuple[list[View], np.ndarray], 
     assert "outlines" not in windows.details
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("near", "far"), [(0.75, 1.4), (1.0, 1.0001)])
 def test_no_outline_where_there_is_none(near: float, far: float) -> None:
     views, _ = views_of(slant(near, far, SHAPE[1] * PIXEL, seed=2), seed=2)
@@ -84,6 +85,7 @@ def test_no_outline_where_there_is_none(near: float, far: float) -> None:
         assert (getattr(with_outlines, name) == getattr(windows, name)).all()
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", [6, 8])
 def test_a_jump_that_no_pixel_contradicts_is_an_outline_too(seed: int) -> None:
     # Both walls are much blurred, and alike: windows go from one to the other over some twenty pixels.

@@ -25,6 +25,7 @@ def eye_depth(mm: float, bands: tuple[str, ...], vergence: float, side: int = 14
     return recover_depth([one.view for one in views])
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.filterwarnings("ignore:view")
 @pytest.mark.parametrize(
     ("mm", "bands", "vergence"),
@@ -37,6 +38,7 @@ def test_walls_far_out_of_an_eyes_focus_are_rejected(mm, bands, vergence) -> Non
     assert "outside the range searched" in depth.details["rejected"]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("mm", "vergence"), [(4, 1.5), (3, 2.5), (6, 0.5)])
 def test_walls_within_the_range_stay_right(mm, vergence) -> None:
     depth = eye_depth(mm, ("L+M", "S"), vergence)
@@ -45,6 +47,7 @@ def test_walls_within_the_range_stay_right(mm, vergence) -> None:
     assert np.mean(error <= 2 * depth.vergence_sd[depth.valid]) > 0.93
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("foci", [(0.7, 1.0), pytest.param((0.7, 0.85, 1.1), marks=pytest.mark.slow)])

@@ -74,6 +74,7 @@ def views(optics, noise: float = 0.005) -> list[View]:
     return seen
 
 
+@pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("isotropic", [True, False, None])
 @pytest.mark.parametrize("offered", OFFERED, ids="+".join)
 def test_own_blur_in_any_form_gives_the_right_depth_or_is_refused(offered, isotropic) -> None:
@@ -89,6 +90,7 @@ def test_own_blur_in_any_form_gives_the_right_depth_or_is_refused(offered, isotr
     assert np.median(depth.distance[depth.valid]) == pytest.approx(TRUTH, rel=0.01)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("offered", [("optical_transfer",), ("through_focus",), FORMS], ids="+".join)
 def test_oval_blur_gives_the_right_depth(offered) -> None:
     made = kind(offered, False)

@@ -64,6 +64,7 @@ def test_against_the_multivariate_normal():
     assert np.ptp(found) > 3
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("vergence", [0.5, 1.0, 1.5, 2.5])
 def test_errors_are_as_stated(vergence):
     """40 patches in two bands: unbiased, and within two standard deviations as often as they should be."""

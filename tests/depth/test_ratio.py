@@ -256,6 +256,7 @@ def test_other_textures_and_noise(texture: Texture) -> None:
     assert np.median(np.abs(depth.distance / truth - 1)[depth.valid]) <= 0.05
 
 
+@pytest.mark.fast_cases(4)
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
 @pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, ENERGY_ERROR), (1.4, ENERGY_ERROR)])
 def test_bias_is_small_at_any_blur_and_slope_of_the_spectrum(sigma: float, slope: float, most: float) -> None:

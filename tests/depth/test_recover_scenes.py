@@ -76,6 +76,7 @@ def three() -> tuple[list[View], np.ndarray]:
     return rendered([lens(16), lens(8), lens(5.6)], 0.9, 2.2, seed=1)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("replaced", [0, 1, 2])
 def test_a_view_of_another_scene_is_rejected(replaced: int, three: tuple[list[View], np.ndarray]) -> None:
     """The paper's internal check (Eq. 11): three views overdetermine depth."""

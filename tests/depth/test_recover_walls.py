@@ -24,6 +24,7 @@ def apart(one: DepthMap, other: DepthMap) -> float:
     return float(np.sqrt(np.mean(difference**2) / np.mean(one.vergence_sd[both] ** 2)))
 
 
+@pytest.mark.slow
 def test_light_from_beyond_the_frame_misleads_no_more_of_it_than_blur_reaches() -> None:
     """At 10 pixels of blur all but a narrow rim is claimed, and what is claimed there is as sure as stated."""
     near_border = np.ones(SHAPE, np.bool_)
@@ -40,6 +41,7 @@ def test_light_from_beyond_the_frame_misleads_no_more_of_it_than_blur_reaches() 
 # --- right, and honest about it ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("noise", [0.01, 0.003])
 @pytest.mark.parametrize("distance", [3.0, 2.8, 2.6])
 def test_in_focus_and_just_off_it_depth_is_right_as_often_as_stated(distance: float, noise: float) -> None:
@@ -57,6 +59,7 @@ def test_in_focus_and_just_off_it_depth_is_right_as_often_as_stated(distance: fl
     assert np.median(error) < (0.9 if distance == 3 else 0.25) * np.median(sd)
 
 
+@pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("psf", ["disc", "gaussian"])
 @pytest.mark.parametrize(
     ("lenses", "limits", "distance"),
@@ -102,6 +105,7 @@ def test_unbiased_with_the_uncertainty_stated(
     assert 0.88 <= within <= 0.99, f"{100 * within:.1f} % within 2 sd"
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("distance", [0.7, 1.0, 1.6])
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_what_two_depths_explain_alike_is_rejected(distance: float) -> None:
@@ -157,15 +161,15 @@ def test_order_of_views(pair: list[View], reading: DepthMap) -> None:
     assert apart(reading, recover_depth(pair[::-1], near=0.85)) < 0.5
 
 
+@pytest.mark.slow
 def test_order_of_three_views() -> None:
     views = wall([lens(16), lens(8, 1.1), lens(5.6, 0.7)], 1.0)
     first = recover_depth(views, near=0.6)
     assert apart(first, recover_depth([views[i] for i in (2, 0, 1)], near=0.6)) < 0.5
 
 
-@pytest.mark.parametrize(
-    "order", [(1, 2, 0), *(pytest.param(one, marks=pytest.mark.slow) for one in ((2, 1, 0), (1, 0, 2)))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [(1, 2, 0), (2, 1, 0), (1, 0, 2)])
 def test_texture_does_not_hang_on_the_order_of_views(order: tuple[int, ...]) -> None:
     """The transfers of wide apertures vanish at many frequencies: only a sharp view keeps the filters' sign."""
     views = [replace(v, image=v.image[:160, :160]) for v in wall([lens(64), lens(4), lens(2)], 2.0, noise=0.002)]
@@ -290,6 +294,7 @@ def test_side_left_open_is_said() -> None:
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(mirror, abs=0.01)
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(
     ("lenses", "distance", "limits", "said"),
     [

@@ -18,6 +18,7 @@ def error(depth) -> float:
     return float(np.median(np.abs(depth.distance[depth.valid] / DISTANCE - 1)))
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     "camera",
     [
@@ -64,6 +65,7 @@ def test_the_third_view_is_named() -> None:
         recover_depth(views, near=0.85)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("degrees", [-1.0, 0.3, 2.0])
 def test_rotation_is_measured_and_removed(degrees: float) -> None:
     views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(turn=math.radians(degrees), down=0.6)], seed=5)
@@ -75,6 +77,7 @@ def test_rotation_is_measured_and_removed(degrees: float) -> None:
     assert np.median(np.abs(error)) < 1.5 * np.median(depth.vergence_sd[depth.valid])
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("degrees", "way"), [(-0.15, "counterclockwise"), (0.3, "clockwise")])
 def test_rotation_left_in_is_named(degrees: float, way: str) -> None:
     views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(turn=math.radians(degrees))])

@@ -40,6 +40,7 @@ def test_polygons_are_as_good_as_discs(blades: int, rotation: float, distance: f
     assert errors[1] < 1.3 * errors[0]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("blades", "distance"), [(5, 0.65), (3, 1.2), pytest.param(5, 1.2, marks=pytest.mark.slow)])
 def test_odd_blades_tell_the_side_from_two_apertures_of_one_focus(blades: int, distance: float) -> None:
     shape = Polygon(blades, 0.2)

@@ -22,6 +22,7 @@ def covered(depth, truth):
     return float((off[depth.valid] < 2).mean())
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("psf", ["disc", "gaussian", "blend"])
 @pytest.mark.parametrize("distance", [1.05, 1.6])
 def test_a_right_model_is_left_alone(psf, distance):
@@ -37,6 +38,7 @@ def test_a_right_model_is_left_alone(psf, distance):
     assert "fit_by_shape" not in depth.details
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     ("real", "k", "assumed"), [("gaussian", 0.5, "disc"), ("disc", 0.5, "gaussian"), ("blend", 0.35, "disc")]
 )

@@ -112,6 +112,7 @@ def test_a_map_without_a_valid_pixel_says_why():
     assert "rejected" not in recover_depth([first, second], near=0.86, far=2.4).details
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     ("focus", "near", "sds"),
     [

@@ -209,6 +209,7 @@ def test_two_sessions_at_one_time_keep_their_own_gaze(series: Path, tmp_path: Pa
         assert set(found[-100:]) == {place}
 
 
+@pytest.mark.slow
 @psychopy_here
 def test_a_kill_leaves_samples_that_repair_brings_out(series: Path, tmp_path: Path) -> None:
     data = tmp_path / "data"

@@ -164,6 +164,7 @@ print(json.dumps([said, screen.size, sides, place]))
 """
 
 
+@pytest.mark.slow
 @psychopy_here
 def test_one_window_spans_two_screens_side_by_side(tmp_path: Path) -> None:
     with headless(tmp_path / "x", (1280, 480)) as screen:
@@ -231,6 +232,7 @@ def test_alignment_by_keys_is_stored_and_recorded(language: str, tmp_path: Path)
     )
 
 
+@pytest.mark.fast_cases(1)
 @psychopy_here
 @pytest.mark.parametrize("more", [["--pointer"], ["--stereoscope", "missing.toml"]])
 def test_what_does_not_go_with_a_stereoscope_is_refused_before_the_window(more: list[str], tmp_path: Path) -> None:

@@ -235,6 +235,7 @@ keys = ["f", "left"]
 """
 
 
+@pytest.mark.slow
 @beside_others
 def test_experiment_2_keeps_every_press_with_its_time(screen, tmp_path):
     (tmp_path / "watching.toml").write_text(WATCHING)

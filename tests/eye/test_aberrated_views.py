@@ -93,6 +93,7 @@ def test_the_wrong_optics_give_nothing_or_the_wrong_depth() -> None:
     assert abs(np.median(wrong.vergence) - 1.4) > 0.3
 
 
+@pytest.mark.slow
 def test_over_the_plane_depth_is_that_of_the_radial_way() -> None:
     """A clear pupil, and one whose coma of a picometre asks for both dimensions."""
     eye = Eye(0.003, 2.0)

@@ -50,6 +50,7 @@ def test_a_sine_is_followed_with_the_plants_gain_and_phase():
     assert -0.55 < np.angle(found) - np.angle(expected) < 0
 
 
+@pytest.mark.slow
 def test_fluctuations_grow_with_the_response():
     """A still target at 0.5 and at 6 D: fluctuations of 0.125 and 0.4 D, of the same course."""
     eye = Accommodation(fluctuation=Microfluctuations(0.2, high_share=0.5), noise=0.05)

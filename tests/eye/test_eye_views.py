@@ -33,6 +33,7 @@ def scored(rendered, fixation: float = EYE.accommodation, clear: float = 0.1, **
     return score(depth.vergence, depth.valid, rendered[0].distance, fixation, clear) | depth.details
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("beyond", [-1.5, -0.5, 0.2, 1.5])
 def test_bands_of_equal_contrast_tell_depth_and_its_side(beyond: float) -> None:
     """Without noise: error up to 0.05 D and the side right in 99 %, within 1.5 D."""
@@ -44,6 +45,7 @@ def test_bands_of_equal_contrast_tell_depth_and_its_side(beyond: float) -> None:
     assert found["shared_texture"]["S"]["correlation"] > 0.99
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("beyond", [-1.0, -0.3, 0.15, 0.8])
 def test_bands_that_share_most_of_their_texture(beyond: float) -> None:
     """Textures correlated at 0.95, S cut at 10 cycles/degree, 1 % noise: 0.05 D at the median, side right in 97 %."""
@@ -74,6 +76,7 @@ def test_what_bands_share_is_measured() -> None:
         assert found["gain"] == pytest.approx(correlation * gain, abs=max(0.02, 3 * found["gain_sd"]))
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_optics_own_transfer_is_the_default(seed: int) -> None:
     """A wall at 0.40 D, without any option: within 0.01 D, where the model of discs errs or is refused."""
@@ -95,6 +98,7 @@ def test_uncertainty_covers_what_bands_do_not_share() -> None:
     assert np.median(depth.vergence_sd) > 1.5 * np.median(recover_depth(alike, psf="optics").vergence_sd)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("beyond", [-1.5, -0.3, 0.12, 1.5])
 def test_two_moments_half_a_dioptre_apart(beyond: float) -> None:
     """1 % noise: 0.02 D at the median, and the side right in 99 % beyond 0.1 D."""
@@ -116,6 +120,7 @@ def test_more_moments_tell_more() -> None:
     assert series < pair
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("beyond", [-1.0, -0.4, 0.4])
 def test_photons_of_a_lit_room(beyond: float) -> None:
     """100 cd/m^2, natural colours (correlated at 0.91): the side right in 90 % beyond 0.3 D."""

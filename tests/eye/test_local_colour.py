@@ -48,6 +48,7 @@ def wall(colour, side: int = 128) -> tuple[SpectralPicture, np.ndarray]:
     return SpectralPicture(texture(side) * np.array(colour), BASIS), np.full((side, side), 1 / VERGENCE)
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("colour", [RED, BLUE, (0.5, 0.5, 0.5)])
 @pytest.mark.parametrize("vergence", [0.4, 1.0, 2.0])
 def test_the_spectrum_is_found_through_blur_where_depth_is_known(colour, vergence: float) -> None:
@@ -61,6 +62,7 @@ def test_the_spectrum_is_found_through_blur_where_depth_is_known(colour, vergenc
         assert focus == pytest.approx(BASIS.mixed("L+M", colour).difference(), abs=0.025)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("colour", [RED, BLUE])
 def test_depth_of_coloured_walls_by_moments(colour) -> None:
     rendered = accommodation_views(wall(colour), EYE, (0.125, 0.375), Oscillation(), (128, 128), PIXEL, noise=0.005)
@@ -86,6 +88,7 @@ def test_depth_of_a_red_wall_by_bands() -> None:
     assert abs(np.median(depth.vergence[depth.valid]) - VERGENCE) < 0.03
 
 
+@pytest.mark.slow
 def test_two_colours_side_by_side_lie_at_one_depth() -> None:
     """Red and blue, whose foci differ by 0.6 D and more: a mixture of colours over the field."""
     colour = np.where((np.arange(160) < 80)[None, :, None], np.array(RED), np.array(BLUE) * 1.3)

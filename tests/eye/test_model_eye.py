@@ -54,6 +54,7 @@ def walls(eyes: list[Eye], distance: float, seed: int) -> list[View]:
     return [noisy(view, 0.01 * float(view.image.mean()), 10 * seed + n) for n, view in enumerate(views)]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("vergence", [0.9, 1.8, 2.7])
 def test_depth_from_two_colours(vergence: float) -> None:
     """Views in blue and orange light, 1.1 D apart: the side of focus is told, on either side of both."""
@@ -83,6 +84,7 @@ def test_depth_when_one_colour_is_focused_beyond_infinity() -> None:
     assert np.median(np.abs(depth.vergence[depth.valid] - 0.5)) < 0.05
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("vergence", [0.7, 2.4])
 def test_depth_from_blur_with_diffraction(vergence: float) -> None:
     """Blur by wave optics, read by a core that takes it for discs: within 0.1 D, and on the right side."""

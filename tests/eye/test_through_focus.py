@@ -19,6 +19,7 @@ NATURAL: Aberrations = (
 )
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     ("diameter", "aberrations", "stiles_crawford"),
     [

@@ -69,6 +69,7 @@ def test_what_cannot_be_looked_at_is_refused(layout, fixation, words):
         OBSERVERS["default"].look(light, DISPLAY, DistanceOfFixated(RelativeLayout(layout), fixation))
 
 
+@pytest.mark.slow
 def test_blur_at_odds_with_the_layout_changes_distance_less():
     """Held et al. 2010: a gradient along the ground's makes a model of a town, one across it hardly does."""
     display = Display(distance=Display().distance * 14 / Display().pixels_per_degree)

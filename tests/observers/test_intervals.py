@@ -30,6 +30,7 @@ def threshold(one, observer=DEFAULT):
     return math.exp(np.interp(0.75, np.maximum.accumulate(share), np.log(levels)))
 
 
+@pytest.mark.slow
 def test_the_more_is_added_the_more_are_right_and_the_least_is_not_seen(seen):
     for _, levels in seen:
         share = levels["spheres-01"].right_shares(DEFAULT)

@@ -107,6 +107,7 @@ def test_regions_that_do_not_meet_are_ordered_by_blur_alone():
         observer.look(drawn.picture, FINE, FigureGround(*apart))
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("pedestal", [0.25, 1.0, 4.0])
 def test_pictures_at_the_threshold_of_the_rule_are_told_apart_in_three_of_four(pedestal):
     """Seen as pixels, of an edge: the dipper comes of the pictures and is not put in."""

@@ -28,6 +28,7 @@ def test_two_halves_of_unequal_blur_look_deep_on_a_flat_layout():
         assert observer.look(halves(1, 4), DISPLAY, DepthExtent()).median < 0.006
 
 
+@pytest.mark.slow
 def test_ratings_by_looking_are_those_of_the_experiment(stimuli, encoded):
     """Fig. 3 by `look`: up with the near in focus, level with the far, and otherwise without the mechanism."""
     scene = stimuli.scenes[1]

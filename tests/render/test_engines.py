@@ -38,6 +38,7 @@ def test_mitsuba_runs_here() -> None:
     assert variant() in (LLVM, SCALAR)
 
 
+@pytest.mark.fast_cases(5)
 @pytest.mark.parametrize(
     ("focus", "vergence", "x", "y"),
     [
@@ -68,6 +69,7 @@ def test_blur_disc(focus: float, vergence: float, x: float, y: float) -> None:
     assert image[middle].mean() == pytest.approx(side**2 / (math.pi * theory**2), rel=0.03)
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("engine", ["shaded", "path"])
 @pytest.mark.parametrize("focus", [1.0, -0.3])
 @pytest.mark.parametrize("name", ["slant", "plane"])

@@ -61,6 +61,7 @@ def test_step_edge_spreads_as_a_disc_does(distance: float) -> None:
     assert np.abs(profile - segment).max() < 0.003
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("psf", [Polygon(blades=5), Annulus(), Gaussian(), Blend()], ids=str)
 @pytest.mark.parametrize("distance", [0.7, 1.7])
 def test_a_point_shows_the_shape_of_the_aperture(psf: Psf, distance: float) -> None:

@@ -92,7 +92,8 @@ def test_an_edge_of_an_eye_has_no_seam() -> None:
     assert np.abs(np.diff(seen, axis=0)).max() < 0.03
 
 
-@pytest.mark.parametrize(("number", "rays"), [(23, 256), pytest.param(3, 1024, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "rays"), [(23, 256), (3, 1024)])
 def test_against_rays_through_a_lens(number: int, rays: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A card that leans on a wall; balls that stand on a floor: no place is sharper than its blur allows."""
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "benchmarks")

@@ -56,6 +56,7 @@ def test_a_measured_function_is_tested_against_the_prediction_and_the_best_cue()
     assert best.p_best == pytest.approx(0.5)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("rule", CUE_RULES)
 def test_the_rule_that_was_simulated_is_recovered(rule):
     found = fit_cue_combination(*people(rule, 4, 1, each=300), bootstrap=0)

@@ -122,6 +122,7 @@ def test_the_control_of_the_miniature_has_a_planar_gradient_with_as_much_blur(gr
     np.testing.assert_array_equal(control.depth_m, one.depth_m)
 
 
+@pytest.mark.slow
 def test_a_miniature_of_ones_own_scene() -> None:
     picture = 0.5 + 0.1 * noise((48, 64), 1)
     depth = np.broadcast_to(np.linspace(50, 200, 64), (48, 64))

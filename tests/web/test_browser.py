@@ -107,6 +107,7 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
         assert all(np.diff(stamps) > 0)
 
 
+@pytest.mark.slow
 def test_the_cube_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER)
     page = browser.new_page(viewport={"width": 1024, "height": 768})

@@ -57,9 +57,8 @@ def go_on(page: Any, trials: int) -> None:
         time.sleep(0.1)
 
 
-@pytest.mark.parametrize(
-    "task", ["bipolar", *(pytest.param(one, marks=pytest.mark.slow) for one in TASKS if one != "bipolar")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("task", TASKS)
 def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser, tmp_path: Path, task: str) -> None:
     server = served(
         tmp_path, TASKS[task].replace("least_break_s = 0.0", "least_break_s = 2.0") + "practice_rounds = 2\n"

@@ -67,6 +67,7 @@ def rating(shown: dict[str, Any], catch: bool) -> float:
     return 1.2 + 0.05 * (shown["trial"] % 5)
 
 
+@pytest.mark.slow
 def test_each_level_shows_its_own_picture_and_the_report_compares_levels(tmp_path: Path) -> None:
     study = made(tmp_path)
     table = csv.DictReader((tmp_path / "pictures.csv").read_text(encoding="utf-8").splitlines())

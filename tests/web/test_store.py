@@ -35,6 +35,7 @@ def two(address: str, folder: Path, design: str = NECKER) -> tuple[Study, Study]
     return kept_in(address, folder, **options), kept_in(address, folder, **options)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("design", [NECKER, DEPTH], ids=["necker", "depthrating"])
 def test_each_request_may_reach_another_server(databases: Cluster, tmp_path: Path, design: str) -> None:
     address = databases.address()
