@@ -229,11 +229,14 @@ def mean_in_squares(image: Image, side: int) -> Image:
     return np.asarray(cv2.blur(image, (side, side), borderType=cv2.BORDER_REFLECT), np.float32)
 
 
-def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> list[NDArray[np.complex64]]:
-    """Return half spectra of `images` (H x W), mirrored all around to `size`, with `reach` pixels before the first."""
+def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> NDArray[np.complex64]:
+    """Return half spectra of n images (H x W), mirrored all around to `size`, with `reach` pixels before the first."""
     height, width = images[0].shape
     around = ((reach, size[0] - height - reach), (reach, size[1] - width - reach))
-    return [fft.rfft2(np.pad(image - image.mean(), around, mode="symmetric"), workers=-1) for image in images]
+    spectra = np.empty((len(images), size[0], size[1] // 2 + 1), np.complex64)
+    for spectrum, image in zip(spectra, images, strict=True):
+        spectrum[:] = fft.rfft2(np.pad(image - image.mean(), around, mode="symmetric"), workers=-1)
+    return spectra
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +257,7 @@ class Spectra:
         rows, columns = (fft.next_fast_len(n + 2 * reach, real=True) for n in (height, width))
         frequency = np.hypot(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None])
         return cls(
-            np.stack(mirrored_spectra(images, reach, (rows, columns))),
+            mirrored_spectra(images, reach, (rows, columns)),
             (height, width),
             (rows, columns),
             reach,

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import equalise, view_spectra
-from focalgradient.depth.equalise.residual_power import QUARTER, band_power
+from focalgradient.depth.equalise.residual_power import band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
+from focalgradient.depth.quartile import QUARTER
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import TypeVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import stats
 
 from focalgradient.parallel import linear_algebra_on_one_thread, share_rows
 
 Value = TypeVar("Value", bound=np.generic)
 
 REORDERED = {"contract", "reassoc", "nsz", "arcp"}
-"""What compiled sums may change, for several terms at a time: their order. Infinity and NaN stay what they are."""
+"""Compiler options for sums: terms may be added in another order, several at a time. Infinity and NaN are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,28 +232,26 @@ def _block_sum(image, step, first, last, sums):  # type: ignore[no-untyped-def]
                 sums[row, column] += total[x]
 
 
-def at_levels(
-    values: NDArray[np.floating], level: NDArray[np.float32], first: float = 0.0, spacing: float = 1.0
-) -> NDArray[np.float32]:
-    """Interpolate `values`, given at levels `spacing` apart from `first` on, linearly to the `level` of each pixel.
+def at_levels(values: NDArray[np.floating], level: NDArray[np.float32], spacing: float = 1.0) -> NDArray[np.float32]:
+    """Interpolate `values`, given at levels `spacing` apart from 0 on, linearly to the `level` of each pixel (H x W).
 
-    Before the first and beyond the last level they stay as they are there.
+    Outside these levels the first or the last value is returned.
 
     >>> at_levels(np.array([1.0, 3.0, 4.0]), np.array([[-1, 0.5, 9]], np.float32)).tolist()
     [[1.0, 2.0, 4.0]]
     """
     found, table = np.empty(level.shape, np.float32), np.asarray(values, np.float64)
-    share_rows(len(level), lambda top, end: _at_levels(table, level, first, spacing, top, end, found))
+    share_rows(len(level), lambda first, last: _at_levels(table, level, spacing, first, last, found))
     return found
 
 
 @njit(nogil=True, cache=True)
-def _at_levels(values, level, first, spacing, top, end, found):  # type: ignore[no-untyped-def]
-    last, over = len(values) - 1, 1 / spacing
-    for y in range(top, end):
+def _at_levels(values, level, spacing, first, last, found):  # type: ignore[no-untyped-def]
+    end, over = len(values) - 1, 1 / spacing
+    for y in range(first, last):
         for x in range(level.shape[1]):
-            place = min(max((level[y, x] - first) * over, 0.0), float(last))
-            base = min(int(place), last - 1)
+            place = min(max(level[y, x] * over, 0.0), float(end))
+            base = min(int(place), end - 1)
             found[y, x] = values[base] + (place - base) * (values[base + 1] - values[base])
 
 
@@ -381,21 +377,6 @@ def weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) ->
     """
     order = np.argsort(values)
     return float(values[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
-
-
-def quarter_by_chance(freedom: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the lower quartile of chi-square over its degrees of `freedom`, by interpolation, to 1e-3.
-
-    >>> quarter_by_chance(np.array([2.0, 2000.0])).round(3).tolist()
-    [0.288, 0.978]
-    """
-    return np.interp(freedom, *_quarters())
-
-
-@cache
-def _quarters() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    freedom = np.geomspace(1, 1e6, 512)
-    return freedom, stats.chi2.ppf(0.25, freedom) / freedom
 
 
 def grow_planes(

@@ -255,8 +255,8 @@ class RegisteredViews:
     warnings: tuple[str, ...] = ()
     shares: NDArray[np.floating] | None = None
     """Share of each of the optics of which the blur is a mixture (`optics.Mixture`), C x H x W."""
-    crops: dict[int, RegisteredViews] = field(default_factory=dict, compare=False, repr=False)
-    """What `most_textured_crop` has returned, by side."""
+    crops: dict[int, RegisteredViews] = field(init=False, default_factory=dict, compare=False, repr=False)
+    """Crops already made by `most_textured_crop`, by side."""
 
     @property
     def shape(self) -> tuple[int, int]:

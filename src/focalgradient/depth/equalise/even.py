@@ -69,14 +69,17 @@ class EvenCoordinate:
         """Return the coordinate of each `level`."""
         return np.interp(level, self.place, self.value)
 
-    def at_pixels(self, level: Image) -> tuple[Image, Image]:
-        """Return the rate of change of the coordinate at each pixel's `level` (H x W), and the coordinate."""
-        spacing = 1 / PLACES_PER_LEVEL
-        return at_levels(self.rate, level, spacing=spacing), at_levels(self.value, level, spacing=spacing)
+    def at_pixels(self, level: Image) -> Image:
+        """Return `at` of each pixel (H x W), in single precision."""
+        return at_levels(self.value, level, 1 / PLACES_PER_LEVEL)
 
     def rate_at(self, level: NDArray[np.floating]) -> FloatArray:
         """Return the rate of change of the coordinate by level."""
         return np.interp(level, self.place, self.rate)
+
+    def rate_at_pixels(self, level: Image) -> Image:
+        """Return `rate_at` of each pixel (H x W), in single precision."""
+        return at_levels(self.rate, level, 1 / PLACES_PER_LEVEL)
 
     def levels(self, value: FloatArray, sd: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the level of each `value`, and its standard deviation: half the wider side of two."""

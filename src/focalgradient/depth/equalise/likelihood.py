@@ -34,6 +34,7 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 from focalgradient.depth.numerics import SMOOTH, Growth
+from focalgradient.depth.quartile import QUARTER, quartile_by_chance
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 
@@ -222,8 +223,8 @@ class Equalised:
         freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
         for some in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
             if some.mean() > 0.02:
-                quarter = np.quantile(nodes.misfit[some] / numerics.quarter_by_chance(freedom[some]), 0.25)
-                return max(MIN_NOISE_VARIANCE, float(quarter))
+                found = np.quantile(nodes.misfit[some] / quartile_by_chance(freedom[some]), QUARTER)
+                return max(MIN_NOISE_VARIANCE, float(found))
         return 1.0
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
@@ -254,7 +255,7 @@ class Equalised:
         """
         # What noise alone puts into r r' on average is known, and taken out.
         drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (noise / 2)
-        rate, start = self.even.at_pixels(local.level)
+        rate, start = self.even.rate_at_pixels(local.level), self.even.at_pixels(local.level)
         score, slope = (numerics.at_levels(drift, local.level) - local.cross) / rate, local.slope / rate**2
         # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
         noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))

@@ -16,8 +16,9 @@ from scipy import fft, optimize
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
+from focalgradient.depth.quartile import QUARTER, quartile_by_chance
 
-__all__ = ["QUARTER", "BandPower", "band_power"]
+__all__ = ["BandPower", "band_power"]
 
 EDGES: FloatArray = np.array([0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])
 """Limits of the bands in cycles per pixel: windows contain too few periods of lower frequencies, and higher ones are
@@ -32,9 +33,6 @@ GROUP_NODES = 16
 LEAST_FREEDOM = 1.0
 """Minimum number of degrees of freedom of a window's power in a band; with fewer the band is omitted, because the
 expected lower quartile, which corrects the power, approaches 0."""
-
-QUARTER = 0.25
-"""Quantile of the grid points' power that is compared: contradictions of the model only increase power."""
 
 MIN_GAIN = 0.02
 """Minimum power gain of a compared band, relative to the largest; below it, rounding and leakage dominate. Chosen by
@@ -143,7 +141,7 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
                 freedom = share[place] * size[at]
                 if freedom.min() < LEAST_FREEDOM:
                     continue
-                by_chance = numerics.quarter_by_chance(freedom)
+                by_chance = quartile_by_chance(freedom)
                 gain = by_level[:, place].sum(axis=0)
                 ratio = np.quantile(mean[at] / np.maximum(gain, 1e-30) / by_chance, QUARTER)
                 each = (by_level[:, place] / np.maximum(gain, 1e-30)).mean(axis=1) * gain.mean()

@@ -114,7 +114,7 @@ def own_texture(
     count, own_count = (smoothed(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
     around = smoothed(power, equalised.window) / count
     own = smoothed(power, OWN_SD) / own_count
-    at_focus = equalised.even.at_pixels(local.level)[0] < CHANGING
+    at_focus = equalised.even.rate_at_pixels(local.level) < CHANGING
     has = (own >= OWN * around) | (OWN * around < SEEN_LACK * by_noise) | at_focus
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
     lacks = weight * ~(shows if compressed else _without_gaps(shows))

@@ -406,7 +406,7 @@ def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
 class _Whole:
     """Whole images as spectra, mirrored all around so that no filter wraps."""
 
-    values: list[NDArray[np.complex64]]
+    values: NDArray[np.complex64]  # n x rows x columns
     shape: tuple[int, int]
     size: tuple[int, int]
     reach: int
