@@ -24,9 +24,12 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from functools import cache
 from itertools import pairwise
 from multiprocessing.connection import wait
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 __all__ = [
     "MOST_THREADS",
@@ -93,6 +96,13 @@ def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) 
         other.result()
 
 
+@cache
+def _libraries() -> ThreadpoolController:  # finding them takes as long as filtering a small image
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
 class _OneThread:
     """Context manager that limits BLAS to one thread while any thread is inside, since the callers use all cores.
 
@@ -103,11 +113,9 @@ class _OneThread:
         self._lock, self._inside, self._limit = threading.Lock(), 0, ExitStack()
 
     def __enter__(self) -> None:
-        from threadpoolctl import threadpool_limits
-
         with self._lock:
             if self._inside == 0:
-                self._limit.enter_context(threadpool_limits(limits=1, user_api="blas"))
+                self._limit.enter_context(_libraries().limit(limits=1, user_api="blas"))
             self._inside += 1
 
     def __exit__(self, *error: object) -> None:

@@ -275,14 +275,17 @@ class Spectra:
         power /= np.maximum(counts, 1)
         return counts / counts.sum(), power / (self.size[0] * self.size[1])
 
-    def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
-        """Return `measure_and_power` at the `frequencies` of the filters; power over the plane is its radial mean."""
-        measure, power = self.measure_and_power()
+    def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return `measure_and_power` at the `frequencies` of filters, between them the measure at the radial samples.
+
+        Power over the plane is its radial mean.
+        """
+        radial, power = self.measure_and_power()
         if frequencies.down is None:
-            return measure, power
-        some = measure > 0
+            return radial, radial, power
+        some = radial > 0
         everywhere = np.stack([np.interp(frequencies.radius, RADII[some], row[some]) for row in power])
-        return frequencies.measure, everywhere
+        return frequencies.measure, radial, everywhere
 
     def filtered(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """Return the sum of the images, each filtered by its row of `filters` (n x F): H x W."""

@@ -7,6 +7,7 @@ is the tightest depends on what is in the frame: texture all over, a few edges, 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import equalise, view_spectra
 from focalgradient.depth.equalise.residual_power import band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
-from focalgradient.depth.quartile import QUARTER
+from focalgradient.depth.quartile import QUARTER, lower_quartile
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 
@@ -72,6 +73,9 @@ walls, slants and steps noise does not increase with contrast."""
 CONTRASTS = (0.03, 3000.0)
 """Range of the variance added by the median contrast, relative to that without contrast: from negligible to dominant.
 """
+
+LAW_STRIDE = 16
+"""Number of steps of brightness's share or of contrast at a time, a power of 4, at which the law's search begins."""
 
 LAW_ROUNDS = 3
 """Maximum number of alternating fits of brightness and contrast. Chosen by hand."""
@@ -211,7 +215,7 @@ def noise_law(
 
     def loss(law: NoiseLaw) -> float:
         left = seen - np.log(law.variance(bright, varied))
-        left -= 0.0 if level_known else np.quantile(left, QUARTER)
+        left -= 0.0 if level_known else lower_quartile(left)
         return float(np.mean(left * (QUARTER - (left < 0))))
 
     def rise(law: NoiseLaw) -> float:
@@ -222,14 +226,12 @@ def noise_law(
     by_contrast, share = 0.0, 0.0
     shares = np.linspace(0, 0.0 if level_known else MOST_PHOTONS, 1 if level_known else 100).round(4).tolist()
     for _ in range(LAW_ROUNDS):
-        share = min(shares, key=lambda one: loss(NoiseLaw(one, at, by_contrast)))
+        share = _best([NoiseLaw(one, at, by_contrast) for one in shares], loss).share
         if not rise(NoiseLaw(share, at)) > RISES:
             share = 0.0
         before, least = by_contrast, loss(NoiseLaw(share, at))
-        steps = np.geomspace(*CONTRASTS, 41) / usual
-        by_contrast = min(steps.tolist(), key=lambda one: loss(NoiseLaw(share, at, one)))
-        fine = by_contrast * np.geomspace(0.75, 1.33, 15)
-        by_contrast = min(fine.tolist(), key=lambda one: loss(NoiseLaw(share, at, one)))
+        steps = np.geomspace(*CONTRASTS, 281) / usual
+        by_contrast = _best([NoiseLaw(share, at, one) for one in steps.tolist()], loss).by_contrast
         low, high = NoiseLaw(share, at, by_contrast).variance(np.full(2, at), np.quantile(varied, [0.05, 0.95]))
         clearly = loss(NoiseLaw(share, at, by_contrast)) < LOSS_RATIO * least
         if not (clearly and high > RISES_BY_CONTRAST * low):
@@ -237,6 +239,16 @@ def noise_law(
         if abs(by_contrast - before) <= 0.01 * by_contrast:
             break
     return NoiseLaw(share, at, by_contrast) if share or by_contrast else None
+
+
+def _best(laws: Sequence[NoiseLaw], loss: Callable[[NoiseLaw], float]) -> NoiseLaw:
+    """Return the law of least loss: the best of a few far apart, then of those beside it, ever closer."""
+    low, high, stride = 0, len(laws) - 1, LAW_STRIDE
+    while True:
+        at = min([*range(low, high, stride), high], key=lambda number: loss(laws[number]))
+        if stride == 1:
+            return laws[at]
+        low, high, stride = max(0, at - stride), min(len(laws) - 1, at + stride), stride // 4
 
 
 def noise_from_residuals(

@@ -9,10 +9,23 @@ from scipy import stats
 
 from focalgradient.depth.filters import FloatArray
 
-__all__ = ["QUARTER", "quartile_by_chance"]
+__all__ = ["QUARTER", "lower_quartile", "quartile_by_chance"]
 
 QUARTER = 0.25
 """Quantile of the grid points' power that is compared: the lower quartile."""
+
+
+def lower_quartile(values: FloatArray) -> float:
+    """Return the lower quartile of one or more `values`, as `numpy.quantile` does, in a fifth of the time for few.
+
+    >>> lower_quartile(np.array([4.0, 1.0, 3.0, 2.0]))
+    1.75
+    """
+    place = QUARTER * (values.size - 1)
+    low = int(place)
+    high = min(low + 1, values.size - 1)
+    ordered = np.partition(values, (low, high))
+    return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
 
 
 def quartile_by_chance(freedom: FloatArray) -> FloatArray:

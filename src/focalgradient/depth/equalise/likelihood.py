@@ -34,7 +34,7 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 from focalgradient.depth.numerics import SMOOTH, Growth
-from focalgradient.depth.quartile import QUARTER, quartile_by_chance
+from focalgradient.depth.quartile import lower_quartile, quartile_by_chance
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 
@@ -223,8 +223,8 @@ class Equalised:
         freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
         for some in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
             if some.mean() > 0.02:
-                found = np.quantile(nodes.misfit[some] / quartile_by_chance(freedom[some]), QUARTER)
-                return max(MIN_NOISE_VARIANCE, float(found))
+                found = lower_quartile(nodes.misfit[some] / quartile_by_chance(freedom[some]))
+                return max(MIN_NOISE_VARIANCE, found)
         return 1.0
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:

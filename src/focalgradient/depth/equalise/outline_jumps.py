@@ -206,15 +206,16 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
                 down, right = np.sin(np.pi * direction / DIRECTIONS), np.cos(np.pi * direction / DIRECTIONS)
                 if _rises_little(level, information, reach[i, j], i, j, down, right, least / 2):
                     continue
-                count, weights, low, high = _sides(level, information, reach[i, j], i, j, down, right)
+                count, other = _equations(level, information, reach[i, j], i, j, down, right, a)
                 apart = APART if reach[i, j] >= 2 * APART else 1
-                if count < max(5, MIN_COVERAGE * (reach[i, j] / apart) ** 2):
+                if min(count, other) < max(5, MIN_COVERAGE * (reach[i, j] / apart) ** 2):
                     continue
-                rise = high - low
-                sure = abs(rise) / np.sqrt((1 / weights[0] + 1 / weights[1]) / 2)
+                one, two = a[0, 0] / 2 - a[0, 3], a[0, 0] / 2 + a[0, 3]  # weight of either side
+                low, high = (a[0, 4] / 2 - a[3, 4]) / one, (a[0, 4] / 2 + a[3, 4]) / two
+                one, two, rise = one / count, two / other, high - low
+                sure = abs(rise) / np.sqrt((1 / one + 1 / two) / 2)
                 if sure < JUMP_SDS or min(-low / rise, high / rise) < BETWEEN:
                     continue
-                _equations(level, information, reach[i, j], i, j, down, right, a)
                 for p in range(4):
                     for q in range(5):
                         b[p, q] = a[p, q]  # as b[:] = a, which takes numba five seconds to compile
@@ -227,7 +228,6 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
                     found[0, i, j] = level[i, j] + middle - abs(jump) / 2
                     found[1, i, j] = level[i, j] + middle + abs(jump) / 2
                     # Windows give the mean of both sides, weighted by their information.
-                    one, two = weights
                     found[2, i, j] = level[i, j] + middle + jump * (two - one) / (two + one) / 2
 
 
@@ -244,55 +244,52 @@ def _rises_little(level, information, reach, i, j, down, right, least):  # type:
 
 
 @njit(nogil=True, cache=True, fastmath=REORDERED)
-def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-untyped-def]
-    """Return the smaller number of nodes, and each side's mean weight and mean difference of level."""
+def _equations(level, information, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
+    """Normal equations (4 x 5) of a plane with a jump through the nodes on either side; also returns their numbers."""
     rows, columns = level.shape
     far, here = SIDE_LENGTH * reach, level[i, j]
-    count0 = count1 = weight0 = weight1 = off0 = off1 = 0.0
+    one = along1 = across1 = side1 = along2 = both = side_along = across2 = side_across = 0.0
+    r1 = r_along = r_across = r_side = 0.0
+    before = after = 0
     apart = APART if reach >= 2 * APART else 1
     for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
-        left, end = max(0, j - int(far)), min(columns, j + int(far) + 1)
-        if down > 1e-6:  # what lies across is a strip, and little of the square
-            middle, half = j + (k - i) * right / down, SIDE_WIDTH * reach / down + 1
-            left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
-        left += (j - left) % apart  # the columns that `_equations` takes
+        left, end = _strip(columns, reach, far, k - i, j, down, right, apart)
         for m in range(left, end, apart):
-            along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
-            away = abs(along)
-            if information[k, m] == 0 or away < reach or away > far or abs(across) > SIDE_WIDTH * reach:
-                continue
-            weight, off = information[k, m], information[k, m] * (level[k, m] - here)
-            if along > 0:
-                count1 += 1
-                weight1 += weight
-                off1 += off
-            else:
-                count0 += 1
-                weight0 += weight
-                off0 += off
-    if min(count0, count1) == 0:
-        return 0.0, (0.0, 0.0), 0.0, 0.0
-    return min(count0, count1), (weight0 / count0, weight1 / count1), off0 / weight0, off1 / weight1
-
-
-@njit(nogil=True, cache=True, fastmath=REORDERED)
-def _equations(level, information, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
-    """Normal equations (4 x 5) of a plane with a jump through the nodes on either side of a node."""
-    rows, columns = level.shape
-    far, term = SIDE_LENGTH * reach, np.empty(4)
-    a[:] = 0
-    apart = APART if reach >= 2 * APART else 1
-    for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
-        for m in range(j - min(j, int(far)) // apart * apart, min(columns, j + int(far) + 1), apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             if information[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > SIDE_WIDTH * reach:
                 continue
-            weight = information[k, m]
-            term[0], term[1], term[2], term[3] = 1.0, along, across, 0.5 if along > 0 else -0.5
-            for p in range(4):
-                for q in range(4):
-                    a[p, q] += weight * term[p] * term[q]
-                a[p, 4] += weight * term[p] * (level[k, m] - level[i, j])
+            weight, off = information[k, m], information[k, m] * (level[k, m] - here)
+            side = 0.5 if along > 0 else -0.5
+            before += along <= 0
+            after += along > 0
+            one += weight
+            along1 += weight * along
+            across1 += weight * across
+            side1 += weight * side
+            along2 += weight * along * along
+            both += weight * along * across
+            side_along += weight * side * along
+            across2 += weight * across * across
+            side_across += weight * side * across
+            r1 += off
+            r_along += off * along
+            r_across += off * across
+            r_side += off * side
+    a[0, 0], a[0, 1], a[0, 2], a[0, 3], a[0, 4] = one, along1, across1, side1, r1
+    a[1, 0], a[1, 1], a[1, 2], a[1, 3], a[1, 4] = along1, along2, both, side_along, r_along
+    a[2, 0], a[2, 1], a[2, 2], a[2, 3], a[2, 4] = across1, both, across2, side_across, r_across
+    a[3, 0], a[3, 1], a[3, 2], a[3, 3], a[3, 4] = side1, side_along, side_across, one / 4, r_side
+    return before, after
+
+
+@njit(nogil=True, cache=True)
+def _strip(columns, reach, far, row, j, down, right, apart):  # type: ignore[no-untyped-def]
+    """Return the first column, and the end, of a row that lies within the strip across `row` rows below a node."""
+    left, end = max(0, j - int(far)), min(columns, j + int(far) + 1)
+    if down > 1e-6:  # what lies across is a strip, and little of the square
+        middle, half = j + row * right / down, SIDE_WIDTH * reach / down + 1
+        left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
+    return left + (j - left) % apart, end
 
 
 @njit(nogil=True, cache=True)

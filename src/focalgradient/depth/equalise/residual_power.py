@@ -6,17 +6,18 @@ frequencies and depths: a regression gives each variance (`docs/likelihood.md`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft, optimize
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
-from focalgradient.depth.quartile import QUARTER, quartile_by_chance
+from focalgradient.depth.quartile import lower_quartile, quartile_by_chance
 
 __all__ = ["BandPower", "band_power"]
 
@@ -120,19 +121,15 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
     size = equalised.window_size() * nodes.support[some]
     powers, gains = [], []
     for residual, image in zip(equalised.residuals, images, strict=True):
-        spectrum = fft.rfft2(weight * image, workers=-1)
-        radius = np.hypot(fft.fftfreq(image.shape[0])[:, None], fft.rfftfreq(image.shape[1]))
-        for low, high in pairwise(EDGES.tolist()):
-            inside = (low <= RADII) & (high > RADII) & (residual.measure > 0)
+        for band, energy in _by_band(weight * image, equalised.step, window):
+            inside = band & (residual.measure > 0)
             passed = residual.gains[:, :, inside] * residual.measure[inside]
             by_level = passed.sum(axis=2)
             spread = passed.sum(axis=0) ** 2 / residual.measure[inside]
             share = by_level.sum(axis=0) ** 2 / np.maximum(spread.sum(axis=1), 1e-30)
             if not share.all():  # a small image has no frequency there
                 continue
-            band = fft.irfft2(spectrum * ((radius >= low) & (radius < high)), image.shape, workers=-1)
-            energy = numerics.block_squares(band[None].astype(np.float32), np.ones_like(weight), equalised.step)
-            mean = numerics.gather(energy.astype(np.float32), window)[0][some] / usable[some]
+            mean = energy[some] / usable[some]
             for number in range(count):
                 at = group == number
                 if not at.any():
@@ -143,7 +140,7 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
                     continue
                 by_chance = quartile_by_chance(freedom)
                 gain = by_level[:, place].sum(axis=0)
-                ratio = np.quantile(mean[at] / np.maximum(gain, 1e-30) / by_chance, QUARTER)
+                ratio = lower_quartile(mean[at] / np.maximum(gain, 1e-30) / by_chance)
                 each = (by_level[:, place] / np.maximum(gain, 1e-30)).mean(axis=1) * gain.mean()
                 powers.append(ratio * gain.mean())
                 gains.append(each)
@@ -152,3 +149,13 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
     kept = total > MIN_GAIN * total.max(initial=0.0)
     # Every band counts alike, whatever the filters let through of it.
     return BandPower(power[kept] / total[kept], gain[kept] / total[kept, None])
+
+
+def _by_band(image: Image, step: int, window: float) -> Iterator[tuple[NDArray[np.bool_], Image]]:
+    """Yield the radial samples of each band, and an image's power in it, summed in windows about nodes (h x w)."""
+    radius = np.hypot(fft.fftfreq(image.shape[0])[:, None], fft.rfftfreq(image.shape[1]))
+    limits = list(pairwise(EDGES.tolist()))
+    kept = np.stack([(radius >= low) & (radius < high) for low, high in limits])
+    bands = fft.irfft2(fft.rfft2(image) * kept, image.shape, workers=-1)
+    energy = numerics.gather(numerics.block_squares(bands, np.ones_like(image), step), window)
+    yield from zip([(low <= RADII) & (high > RADII) for low, high in limits], energy, strict=True)

@@ -61,7 +61,7 @@ class Residuals:
         `own` (m x n x L x F) is the amplitude of further sources of noise in the views, and `variance` that of each
         view's own noise (`noise_passed`); `tolerance` the energy by which the images may err.
         """
-        measure, power = spectra.measure_and_power_at(frequencies)
+        measure, radial, power = spectra.measure_and_power_at(frequencies)
         views, levels, count = filters.shape
         weight = np.sqrt(measure * power) + 1e-6 * np.sqrt(power.max())  # the energy that a filter meets
         rows = np.empty((levels, views, count), filters.dtype)
@@ -85,7 +85,7 @@ class Residuals:
                 filters = _combined(coefficients, parts)
         sources = np.zeros((0, *filters.shape), filters.dtype) if own is None else own
         gains, noise, noise_slope, change, derivative = noise_passed(filters, sources, measure, variance)
-        gains, radial = frequencies.to_radial(gains), spectra.measure_and_power()[0]
+        gains = frequencies.to_radial(gains)
         return cls(images, coefficients, noise, noise_slope, gains, radial, change, derivative, bend)
 
     def measure_at(self, frequencies: Frequencies) -> FloatArray:
