@@ -189,6 +189,7 @@ def test_a_measured_eye_through_focus():
     assert "--eye describes the whole eye" in refused.stderr
 
 
+@pytest.mark.slow
 def test_a_scene_beside_the_fovea():
     result = run("plane", "--out", "out", "--views", "oscillation", "--eccentricity", "10", "--scatter")
     assert result.exit_code in (0, 1), result.output

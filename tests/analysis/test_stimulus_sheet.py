@@ -27,6 +27,7 @@ def test_conditions_are_controlled(shown):
     assert worst < 15  # at this coarse pixel
 
 
+@pytest.mark.slow
 def test_every_condition_is_drawn_and_named(shown):
     pictures = [ax for ax in shown.figure.findobj(lambda artist: hasattr(artist, "images")) if ax.images]
     assert len(pictures) == 8

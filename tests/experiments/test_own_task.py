@@ -8,6 +8,7 @@ import os
 import runpy
 from pathlib import Path
 
+import pytest
 from extended import ROOT, build, command
 from headless import SIZE, Running, headless, keep, psychopy_here
 
@@ -23,6 +24,7 @@ unit = "points"
 """
 
 
+@pytest.mark.slow
 def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
     installed = build("A task", "edge_blur.py", tmp_path)
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]

@@ -99,7 +99,8 @@ SCALES = {
 }
 
 
-@pytest.mark.parametrize("scale", ["ratio", *(pytest.param(name, marks=pytest.mark.slow) for name in [*SCALES][1:])])
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", SCALES)
 def test_each_scale_from_its_first_page_to_a_valid_data_set(scale, tmp_path):
     design, answer, (low, high) = SCALES[scale]
     folder = tmp_path / scale

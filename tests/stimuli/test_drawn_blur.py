@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import convolve, gaussian_filter, map_coordinates
 from scipy.stats import norm, qmc
@@ -127,6 +127,7 @@ def test_leaves_in_front_that_are_in_focus_stay_sharp_and_blurred_ones_never_ble
 
 
 @settings(max_examples=20, deadline=None)
+@example(left=0.0, right=8.0, edge=8.0, psf="disc", border="straight", seed=1)  # a sharp side shows through the border
 @given(
     left=st.floats(0, 8),
     right=st.floats(0, 8),

@@ -187,6 +187,7 @@ def overview(client: TestClient) -> list[dict[str, Any]]:
     return list(client.get("/experimenter/overview.json", auth=("experimenter", PASSWORD)).json()["participants"])
 
 
+@pytest.mark.fast_cases(60)
 @pytest.mark.parametrize("number", range(len(CELLS)), ids=[f"{column}, {row}" for row, column, _ in CELLS])
 def test_each_cell(tmp_path: Path, number: int) -> None:
     row, column, cell = CELLS[number]

@@ -178,8 +178,8 @@ def texture_border(
     }
     blur_map = np.where(masks["left"], sides["left"], sides["right"]).astype(float)
     at_border = maximum_filter(covered, 3) - minimum_filter(covered, 3) > 1e-4
-    least = np.where(at_border, edge, np.inf)
-    allowed = np.minimum(least, blur_map * frame.pixels(1.0))
+    # Through the near side's blurred border shows the far side, at its own blur.
+    allowed = np.where(at_border, min(edge, *blur.values()), blur_map * frame.pixels(1.0))
     return Stimulus(
         "texture_border",
         picture,
