@@ -1,6 +1,6 @@
 # make             sets up what is needed, in .venv, and says first what that is
 # make reproduce   every figure, its numbers and report.html, in results/
-# make test        style, types and tests, but the slow ones; coverage
+# make test        style, types and tests, but the slow ones; with coverage: make test COVERAGE=--cov
 # make test-slow   the slow tests
 # make test-all    both
 # make docs        the documents as pages, in docs/_build/html; makes the figures first where there are none
@@ -34,7 +34,7 @@ test:
 	$(run) -m ruff format --check
 	$(run) -m mypy
 	$(run) -m mypy --config-file tests/mypy.ini
-	$(pytest) -m "not slow" --durations 10 --cov
+	$(pytest) -m "not slow" --durations 10 $(COVERAGE)
 
 test-slow:
 	@requirements/setup.sh test
