@@ -43,9 +43,10 @@ that fewer are attributed to the wrong one where they meet; planes extend as far
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block. Chosen by hand."""
 
-CACHED_PIXELS = 4096
-"""Approximate number of pixels whose residuals at all levels are worked out at a time: 64 images of 16 kB, which a
-processor's cache holds. Twice as fast as 100 times this number."""
+CACHED_PIXELS = 8192
+"""Approximate number of pixels whose residuals at all levels are worked out at a time: 64 images of 32 kB, which a
+processor's cache holds. With half of it depth from three foci takes 7 % longer, with 50 times of it 4 %; depth from two
+views takes the same time."""
 
 NODES = 1.6
 """Number of grid points of depth per standard deviation of the window: 5 pixels apart for 8. Chosen by hand."""
