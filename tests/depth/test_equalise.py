@@ -2,18 +2,28 @@
 
 import numpy as np
 import pytest
-from blurred import PIXEL, lens
+from blurred import PIXEL, lens, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from focalgradient.depth.equalise.comparing import whitened_filters
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
 from focalgradient.depth.equalise.residuals import Residuals
 from focalgradient.depth.numerics import block_sum
-from focalgradient.psf import transfer
+from focalgradient.depth.search import Search
+from focalgradient.psf import Disc, transfer
 
 COUNTS = st.tuples(st.integers(2, 5), st.integers(1, 3), st.integers(1, 4))
 TRANSFERS = hnp.arrays(float, COUNTS, elements=st.floats(-1, 1)).filter(lambda h: (np.abs(h).max(axis=0) > 1e-2).all())
+
+
+def equalised_wall() -> Equalised:
+    """Part of a wall's views at two apertures, 64 x 80 pixels, compared at every level."""
+    views = wall([lens(16), lens(4)], 1.25)
+    images = [np.ascontiguousarray(view.image[:64, :80], np.float32) for view in views]
+    search = Search.over([view.optics for view in views], PIXEL, 1.0, None)
+    return equalise(images, search.blurs(Disc()), [0.01, 0.01], window=8)
 
 
 def residual_filters(transfers: np.ndarray) -> list[np.ndarray]:
@@ -66,8 +76,12 @@ def test_what_is_left_of_a_scene_is_nothing_and_of_noise_all_that_is_unexplained
     assert left == pytest.approx((noise**2).sum(axis=0) - explained, abs=1e-3)
 
 
+@pytest.mark.parametrize("at_a_time", [1, 4_000_000], ids=["one block at a time", "all at once"])
 @pytest.mark.parametrize("low_rank", [True, False])
-def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bool) -> None:
+def test_blocks_whose_weight_changed_are_summed_again_and_no_others(
+    low_rank: bool, at_a_time: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("focalgradient.depth.equalise.residuals.BAND", at_a_time)
     rng = np.random.default_rng(3)
     count, levels, step, shape = 4, 9, 3, (20, 31)  # neither side is a multiple of the block's
     coefficients = rng.normal(size=(levels, count)) if low_rank else None
@@ -88,3 +102,21 @@ def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bo
     energy[:, blocks] = residuals.energy_of_blocks(blocks, after, step)
     assert energy == pytest.approx(truth, rel=1e-5)
     assert residuals.energy_of_blocks(np.zeros_like(blocks), after, step).shape == (levels, 0)
+
+
+def test_minima_of_some_nodes_at_a_time_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    equalised = equalised_wall()
+    weight = np.ones((64, 80), np.float32)
+    whole = equalised.read(weight)
+    monkeypatch.setattr("focalgradient.depth.equalise.likelihood.BAND", 7 * equalised.levels)
+    for name in Nodes.__slots__:
+        np.testing.assert_allclose(getattr(equalised.read(weight), name), getattr(whole, name), rtol=1e-4)  # of float32
+
+
+def test_a_part_of_what_is_equalised_holds_no_copy_and_what_is_kept_for_all_parts_no_image() -> None:
+    equalised = equalised_wall()
+    part = equalised.part(slice(10, 30), slice(20, 50))
+    assert all(
+        np.shares_memory(own.images, one.images) for own, one in zip(part.residuals, equalised.residuals, strict=True)
+    )
+    assert all(one.images.size == 0 and one.images.base is None for one in equalised.without_images().residuals)

@@ -183,29 +183,28 @@ def _half_sums(value, slope, coarse, weight, step, first, last, sums):  # type: 
 
 def gather(blocks: NDArray[np.float32], window: float) -> NDArray[np.float32]:
     """Return the Gaussian sums over blocks (L x h x w), of sd `window` blocks and weight 1 at the middle."""
-    across, down = np.empty_like(blocks), np.empty_like(blocks)
+    sums = np.zeros_like(blocks)
     fall = np.exp(-(np.arange(int(np.ceil(4 * window)) + 1) ** 2) / (2 * window**2)).astype(np.float32)
-    share_rows(len(blocks), lambda first, last: _gather(blocks, fall, first, last, across, down))
-    return down
+    share_rows(len(blocks), lambda first, last: _gather(blocks, fall, first, last, sums))
+    return sums
 
 
 @njit(nogil=True, cache=True, fastmath=True)
-def _gather(blocks, fall, first, last, across, down):  # type: ignore[no-untyped-def]
+def _gather(blocks, fall, first, last, sums):  # type: ignore[no-untyped-def]
     rows, columns = blocks.shape[1:]
+    across = np.empty((rows, columns), np.float32)
     for k in range(first, last):
         for row in range(rows):
             for x in range(columns):
-                across[k, row, x] = fall[0] * blocks[k, row, x]
+                across[row, x] = fall[0] * blocks[k, row, x]
             for d in range(1, min(len(fall), columns)):
                 for x in range(columns - d):
-                    across[k, row, x] += fall[d] * blocks[k, row, x + d]
-                    across[k, row, x + d] += fall[d] * blocks[k, row, x]
+                    across[row, x] += fall[d] * blocks[k, row, x + d]
+                    across[row, x + d] += fall[d] * blocks[k, row, x]
         for row in range(rows):
-            for x in range(columns):
-                down[k, row, x] = 0
             for other in range(max(0, row - len(fall) + 1), min(rows, row + len(fall))):
                 for x in range(columns):
-                    down[k, row, x] += fall[abs(other - row)] * across[k, other, x]
+                    sums[k, row, x] += fall[abs(other - row)] * across[other, x]
 
 
 def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:

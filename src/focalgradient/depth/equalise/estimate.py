@@ -56,7 +56,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         if settings.outlines and one_waveband:
             outlines = find_outlines(whitened, refined, part, blurs.radius, split.tau)
         frame.fill(tile, refined, split, outlines)
-        grid = whitened.part(slice(0), slice(0))  # what all tiles share, without images
+        grid = whitened.without_images()
         # Before the next tile's are made, for memory.
         del part, whitened, energy, likelihood, inliers, local, refined, outlines
 

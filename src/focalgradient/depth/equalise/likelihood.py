@@ -22,7 +22,7 @@ from focalgradient.depth.equalise.candidates import Candidates
 from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.minima import read_minima
-from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
+from focalgradient.depth.equalise.residuals import BAND, Residuals, mixed_residuals
 from focalgradient.depth.filters import (
     RADII,
     FloatArray,
@@ -145,10 +145,12 @@ class Equalised:
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
     def part(self, rows: slice, columns: slice) -> Equalised:
-        """Return the residuals of these rows and columns of pixels."""
-        images = [np.ascontiguousarray(residual.images[:, rows, columns]) for residual in self.residuals]
-        residuals = [replace(residual, images=own) for residual, own in zip(self.residuals, images, strict=True)]
-        return replace(self, residuals=residuals)
+        """Return the residuals of these rows and columns of pixels, without a copy of them."""
+        return replace(self, residuals=[replace(one, images=one.images[:, rows, columns]) for one in self.residuals])
+
+    def without_images(self) -> Equalised:
+        """Return what all parts of a frame share, which holds no image."""
+        return replace(self, residuals=[replace(one, images=one.images[:, :0, :0].copy()) for one in self.residuals])
 
     def in_windows(self, window: float) -> Equalised:
         """Return the same residuals, averaged in windows of another size at their own nodes."""
@@ -196,15 +198,17 @@ class Equalised:
         expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
         # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
-        with linear_algebra_on_one_thread:
-            every = np.matmul(mean.reshape(len(mean), -1).T, self.candidates.weights.T)
-        values, flags = read_minima(
-            every + more.astype(np.float32),
-            expected,
-            np.sum([r.noise_slope for r in self.residuals], axis=0),
-            noise,
-            np.maximum(self.window_size() * support.ravel(), 1e-3),
-        )
+        slope = np.sum([r.noise_slope for r in self.residuals], axis=0)
+        size = np.maximum(self.window_size() * support.ravel(), 1e-3)
+        by_node, weights = mean.reshape(len(mean), -1).T, self.candidates.weights.T
+        values, flags = np.empty((4, size.size)), np.empty((2, size.size), np.bool_)
+        each = max(1, BAND // self.levels)
+        for first in range(0, size.size, each):  # some nodes at a time, for memory
+            some = slice(first, first + each)
+            with linear_algebra_on_one_thread:
+                every = np.matmul(by_node[some], weights)
+            every += more.astype(np.float32)
+            values[:, some], flags[:, some] = read_minima(every, expected, slope, noise, size[some])
         level, sd, misfit, texture = values.reshape(4, *support.shape)
         # That also adds to the least cost, but is not misfit, of which a little always stays.
         added = np.interp(level, np.arange(self.levels), more / expected)

@@ -13,7 +13,7 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import noise_passed
 from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, Image, Spectra
 
-__all__ = ["Residuals", "mixed_residuals"]
+__all__ = ["BAND", "Residuals", "mixed_residuals"]
 
 BAND = 4_000_000
 """Number of values computed at a time: 16 MB; limits memory."""
@@ -103,8 +103,25 @@ class Residuals:
         self, blocks: NDArray[np.bool_], weight: Image, step: int, levels: NDArray[np.intp] | None = None
     ) -> Image:
         """Return `energy` only for the n blocks that are true in `blocks` (h x w): L x n."""
+        rows, columns = np.nonzero(blocks)
+        each = max(1, BAND // (len(self.images) * step**2))
+        parts = [
+            self._energy_at(rows[first : first + each], columns[first : first + each], weight, step, levels)
+            for first in range(0, max(1, len(rows)), each)
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def _energy_at(
+        self,
+        row: NDArray[np.intp],
+        column: NDArray[np.intp],
+        weight: Image,
+        step: int,
+        levels: NDArray[np.intp] | None,
+    ) -> Image:
+        """Return `energy` for the n blocks at each `row` and `column` of the nodes: L x n."""
         height, width = weight.shape
-        rows, columns = (index[:, None] * step + np.arange(step) for index in np.nonzero(blocks))
+        rows, columns = (index[:, None] * step + np.arange(step) for index in (row, column))
         within = (rows < height)[:, :, None] & (columns < width)[:, None, :]  # the last blocks may be partial
         at = np.minimum(rows, height - 1)[:, :, None], np.minimum(columns, width - 1)[:, None, :]
 

@@ -27,8 +27,8 @@ CORE = 1920
 LEAST_CORE = 640
 """Minimum side in pixels of a tile without its overlap; smaller ones would be mostly overlap (2 x 160 pixels)."""
 
-HELD = 140_000_000
-"""Approximate maximum number of pixels of filtered images per tile: 0.56 GB."""
+HELD = 110_000_000
+"""Approximate maximum number of pixels of filtered images per tile: 0.44 GB."""
 
 MUCH = 0.75
 """Maximum proportion of the frame in which parts are processed one by one; limits the time. Chosen by hand."""
