@@ -112,3 +112,7 @@ def test_wrong_input_is_refused_and_too_few_trials_are_said():
     alone = fit_cue_combination(a[~np.isnan(a)], b[~np.isnan(a)], larger[~np.isnan(a)])
     assert isinstance(alone, NotComputed)
     assert "second cue alone" in alone.reason
+    few = np.flatnonzero(np.isnan(a + b)).tolist() + np.flatnonzero(~np.isnan(a + b))[:3].tolist()
+    by_both = fit_cue_combination(a[few], b[few], larger[few])
+    assert isinstance(by_both, NotComputed)
+    assert "3 trials by both cues" in by_both.reason

@@ -107,6 +107,14 @@ def test_one_answer_to_everything_is_left_out_by_scenes_that_most_tell_apart(sca
         assert left_out(rows, scale) == {"12"}
 
 
+@pytest.mark.parametrize("varied", [4, 5])
+def test_the_majority_must_tell_scenes_apart(varied: int) -> None:
+    """Where only half of eight do, the scenes may be alike to honest eyes."""
+    rows = table(1, "ratio", [1.0] * varied, constant=8 - varied, level=0.8, catch=0)
+    constant = {f"{who:02}" for who in range(varied, 8)}
+    assert left_out(rows) == (constant if varied == 5 else set())
+
+
 def test_one_key_of_a_choice_is_no_reason_where_blur_alone_decides() -> None:
     """Who sees no difference and prefers the first picture is honest; catch trials find who does not look."""
     rows = table(3, "choice", [3.0] * 6, constant=1, catch=0)

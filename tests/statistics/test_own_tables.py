@@ -55,6 +55,25 @@ def test_decimal_commas_and_conditions_in_another_language(tmp_path: Path) -> No
     assert own.table["aperture"].tolist() == ["pinhole", "f/5.6", "f/11"]
 
 
+def test_each_word_for_true_and_false_is_read(tmp_path: Path) -> None:
+    words = {"true": True, "1": True, "YES": True, "False": False, "0": False, "no": False, "": False, "n/a": False}
+    rows = [f"A,0,near,{1 + number / 10},{word}" for number, word in enumerate(words)]
+    own = read_ratings(write(tmp_path, "\n".join(["subject,aperture,focus,rating,catch", *rows])))
+    assert own.table["catch"].tolist() == list(words.values())
+
+
+def test_common_f_numbers_are_read_without_a_stroke(tmp_path: Path) -> None:
+    """The full stops from f/0.7, and the fastest lenses; numbers between two stops may be diameters."""
+    full = ["0.7", "1", "1.4", "2", "2.8", "4", "5.6", "8", "11", "16", "22", "32", "45", "64", "90", "128"]
+    fast = ["0.8", "0.85", "0.9", "0.95", "1.1", "1.2", "1.25", "1.3", "1.5", "1.6", "1.7", "1.8", "1.9"]
+    rows = [f"A,{number},near,1" for number in [*full, *fast]]
+    own = read_ratings(write(tmp_path, "\n".join(["subject,aperture,focus,rating", *rows])))
+    assert own.table["aperture"].tolist() == [f"f/{number}" for number in [*full, *fast]]
+    for between in ("0.6", "2.1", "3.1", "6.8", "12", "17", "70"):
+        with pytest.raises(InputError, match="no lens has as its f-number, " + between):
+            read_ratings(write(tmp_path, f"subject,aperture,focus,rating\nA,{between},near,1\n"))
+
+
 def test_wide(tmp_path: Path) -> None:
     text = "id\tscene\tnear_pinhole\tnear_f5.6\tfar f/5.6\n1\troom\t1\t1.5\t1.1\n2\troom\t1\tNaN\t\n"
     own = read_ratings(write(tmp_path, text))

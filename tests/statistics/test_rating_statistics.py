@@ -8,16 +8,25 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import special, stats
+from scipy import optimize, special, stats
 
 from focalgradient import InputError
 from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
-from focalgradient.statistics.crossed import components, crossed_effect, moments, over_subjects
+from focalgradient.statistics.crossed import (
+    components,
+    crossed_effect,
+    moments,
+    noise_share,
+    noise_shares,
+    over_subjects,
+)
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
+from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.skewness import Scatter, robust
+from focalgradient.statistics.subject_integrals import _height, conditional_modes, joint_densities
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -158,6 +167,42 @@ def test_the_ordinal_likelihood_is_the_integral_over_subjects(spread: float) -> 
     density = np.exp(-(v[:, 0] ** 2) / 2) / np.sqrt(2 * np.pi)
     wanted = [np.log(np.trapezoid(p[:, subject == one].prod(axis=1) * density, v[:, 0])) for one in (0, 1)]
     assert found == pytest.approx(sum(wanted), abs=0.02 if spread > 5 else 1e-6)
+
+
+SIGNS = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+"""Corners of a square, for the mixed second difference."""
+
+
+def test_densities_and_modes_of_each_subject_are_those_of_direct_sums() -> None:
+    """Three subjects of unequal numbers of answers, so that no trial can count for another subject unnoticed."""
+    rng = np.random.default_rng(4)
+    first = np.array([0, 2, 7, 10])
+    eta = rng.normal(0, 1.5, 10)
+    low, high = eta - rng.uniform(0.2, 2, 10), eta + rng.uniform(0.2, 2, 10)
+    low[[0, 5]], high[[3, 9]] = -np.inf, np.inf
+    random, v = rng.normal(0, 3, (10, 2)), rng.normal(0, 1, (3, 2, 4))
+
+    def log_probability(subject: int, effects: np.ndarray) -> float:
+        own = slice(first[subject], first[subject + 1])
+        moved = random[own] @ effects
+        return float(np.log(special.expit(high[own] - moved) - special.expit(low[own] - moved)).sum())
+
+    wanted = [[log_probability(subject, v[subject, :, n]) for n in range(4)] for subject in range(3)]
+    assert joint_densities(low, high, random, first, v) == pytest.approx(np.array(wanted))
+    mode = np.zeros((3, 2))
+    curvature, finite = conditional_modes(low, high, random, first, mode)
+    assert finite
+    for subject in range(3):
+        start, end = first[subject : subject + 2]
+        for n in range(4):
+            whole = wanted[subject][n] - (v[subject, :, n] ** 2).sum() / 2
+            assert _height(low, high, random, start, end, v[subject, :, n].copy()) == pytest.approx(whole)
+        found = optimize.minimize(lambda at, who=subject: at @ at / 2 - log_probability(who, at), np.zeros(2))
+        assert mode[subject] == pytest.approx(found.x, abs=1e-4)
+        for one, other in ((0, 0), (0, 1), (1, 1)):
+            step, across = 1e-3 * np.eye(2)[[one, other]]
+            corners = [log_probability(subject, mode[subject] + a * step + b * across) * a * b for a, b in SIGNS]
+            assert curvature[subject, one, other] == pytest.approx((one == other) - sum(corners) / 4e-6, abs=1e-3)
 
 
 def test_one_subject_is_described_but_not_tested() -> None:
@@ -370,6 +415,30 @@ def test_few_scenes_are_taken_as_they_are() -> None:
     apart[:2, :4], apart[2:, 4:] = rng.normal(size=(2, 4)), rng.normal(size=(2, 4))
     assert "Satterthwaite" in crossed_effect(apart).method  # half the subjects saw other scenes than the rest
     assert "these scenes" in crossed_effect(np.where(np.eye(6, dtype=bool), table[:6, :6], np.nan)).method
+
+
+def test_noise_shares_are_those_of_each_table() -> None:
+    """And by their definition: residual mean square by number of scenes, over the variance of subject means."""
+    tables = np.random.default_rng(6).normal(0, 1, (5, 4, 6)) + np.arange(4)[:, None]
+    shares = noise_shares(tables)
+    assert shares == pytest.approx([noise_share(table) for table in tables])
+    left = tables - tables.mean(1, keepdims=True) - tables.mean(2, keepdims=True) + tables.mean((1, 2), keepdims=True)
+    by_hand = (left**2).sum((1, 2)) / (3 * 5) / 6 / tables.mean(2).var(axis=1, ddof=1)
+    assert shares == pytest.approx(by_hand)
+    assert noise_shares(tables[:, :, :1]).tolist() == [noise_share(table[:, :1]) for table in tables] == [1.0] * 5
+
+
+@pytest.mark.parametrize("sizes", [(2, 3), (4, 9)])
+def test_groups_of_unequal_variance_are_compared_as_scipy_does(sizes: tuple[int, int]) -> None:
+    rng = np.random.default_rng(sum(sizes))
+    one, other = rng.normal(0.5, 0.2, sizes[0]), rng.normal(0, 1, sizes[1])
+    found, wanted = welch(one, other), stats.ttest_ind(one, other, equal_var=False)
+    assert isinstance(found, Effect)
+    assert (found.statistic, found.df, found.p) == pytest.approx((wanted.statistic, wanted.df, wanted.pvalue))
+    ends = wanted.confidence_interval()
+    assert (found.low, found.high) == pytest.approx((ends.low, ends.high))
+    assert found.subjects == sum(sizes)
+    assert "there are 1 and" in welch(one[:1], other).reason
 
 
 def test_the_rise_is_measured_where_the_line_misses_it() -> None:
