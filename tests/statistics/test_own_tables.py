@@ -207,6 +207,13 @@ def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str
         read_reports(write(tmp_path, text), NAMES, MEANT)
 
 
+def test_at_most_twenty_unknown_percepts_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    for words, said in ((20, r"'word19'[^;]*: give its"), (23, r"'word19'[^;]*; and 3 more: give its")):
+        rows = [f"A,{number},none,word{number},0,4" for number in range(words)]
+        with pytest.raises(InputError, match=said):
+            read_reports(write(tmp_path, "\n".join(["subject,trial,gradient,percept,onset,end", *rows])))
+
+
 def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:
     rows = [
         f"{who},s{scene},{aperture},near,{1 + 0.1 * who * number + 0.02 * scene * number}"

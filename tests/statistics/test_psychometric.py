@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import optimize, special
+from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics import (
@@ -109,6 +109,26 @@ def test_conditions_and_people_are_recovered_and_drawn_together():
     assert abs(math.log(own.threshold.estimate / 0.2)) < 0.5
     whole = next(one for one in found.people if one.participant_id == "p0")
     assert math.log(own.threshold.high / own.threshold.low) > math.log(whole.threshold.high / whole.threshold.low)
+
+
+def test_people_in_one_condition_each_leave_fewer_degrees_of_freedom():
+    """One for each mean, as in a t-test between groups; the half width of every interval is by that t."""
+    table = answered(4, trials=36, lapse=0.0)
+    found = fit_psychometric_groups(
+        table[table["participant_id"].isin(["p0", "p1"]) == (table["condition"] == "near")], lapse=0.0
+    )
+    assert [one.subjects for one in found.groups] == [2, 2]
+    (effect,) = (one.effect for one in found.differences)
+    assert effect.df == 2
+    assert effect.high - effect.low == pytest.approx(2 * stats.t.ppf(0.975, 2) * effect.standard_error)
+    assert effect.method.endswith("t on subjects - conditions")
+
+
+def test_without_a_maximum_no_function_is_given(monkeypatch):
+    monkeypatch.setattr(_Model, "_find_mode", lambda *_, **__: False)
+    found = fit_psychometric_groups(answered(2, trials=18), lapse=0.0)
+    assert isinstance(found, NotComputed)
+    assert "no maximum" in found.reason
 
 
 def test_levels_may_be_negative_and_guessing_estimated():

@@ -19,6 +19,7 @@ from focalgradient.statistics.crossed import (
     noise_share,
     noise_shares,
     over_subjects,
+    own_means,
 )
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.hypotheses import equivalence
@@ -426,6 +427,19 @@ def test_noise_shares_are_those_of_each_table() -> None:
     by_hand = (left**2).sum((1, 2)) / (3 * 5) / 6 / tables.mean(2).var(axis=1, ddof=1)
     assert shares == pytest.approx(by_hand)
     assert noise_shares(tables[:, :, :1]).tolist() == [noise_share(table[:, :1]) for table in tables] == [1.0] * 5
+
+
+def test_means_of_subjects_with_gaps_are_of_all_scenes_where_shared_scenes_link_them() -> None:
+    """Additive cells are filled exactly, so that no residual is left; subjects without a link keep their own scenes."""
+    table = np.add.outer(np.arange(4.0), np.array([0.3, 0.1, 0.5, 0.2]))
+    gappy = np.where(np.eye(4, dtype=bool), np.nan, table)
+    assert own_means(gappy) == pytest.approx(table.mean(axis=1))
+    assert noise_share(gappy) == pytest.approx(0, abs=1e-12)
+    apart = table.copy()
+    apart[:2, 2:] = apart[2:, :2] = np.nan
+    assert own_means(apart).tolist() == pytest.approx([0.2, 1.2, 2.35, 3.35])
+    within = 2 * (0.1**2 + 0.15**2) * 2 / 4  # squares from four means of two, over four degrees of freedom
+    assert noise_share(apart) == pytest.approx(within / 2 / np.var([0.2, 1.2, 2.35, 3.35], ddof=1))
 
 
 @pytest.mark.parametrize("sizes", [(2, 3), (4, 9)])
