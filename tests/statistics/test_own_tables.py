@@ -175,6 +175,20 @@ def test_reports_with_a_column_less_say_the_same(tmp_path: Path, left_out: str) 
         assert own[column].astype(str).tolist() == whole[column].astype(str).tolist(), column
 
 
+@pytest.mark.parametrize("conditions", [1, 2, 3])
+def test_a_trial_has_one_condition_and_a_number_that_comes_back_is_another_trial(
+    tmp_path: Path, conditions: int
+) -> None:
+    head = "subject,trial,gradient,strength,percept,onset,duration"
+    shown = ["none,0", "rigid,2", "nonrigid,4"][:conditions]
+    rows = [f"A,1,{each},{seen}" for each in shown for seen in ("rigid,0,4", "nonrigid,4,6")]
+    own = read_reports(write(tmp_path, "\n".join([head, *rows])))
+    assert own.table["trial"].nunique() == conditions
+    assert own.table.groupby("trial")["duration"].sum().tolist() == [10.0] * conditions
+    said = "Trials of different conditions have one number: they count as trials of their own."
+    assert (said in own.notes) == (conditions > 1)
+
+
 def test_reports_of_no_duration_are_left_out_and_counted(tmp_path: Path) -> None:
     head = "subject,trial,gradient,percept,onset,end"
     rows = [f"A,1,none,{seen}" for seen in ("rigid,0,4", "none,4,4", "nonrigid,4,9")]

@@ -17,7 +17,7 @@ from focalgradient.statistics import (
     fit_psychometric_groups,
 )
 from focalgradient.statistics.psychometric import psychometric_data
-from focalgradient.statistics.psychometric_model import _Model
+from focalgradient.statistics.psychometric_model import _Model, _outer_errors
 
 
 def answered(people=6, conditions=("near", "far"), trials=90, ratio=1.5, seed=1, lapse=0.02, guess=0.5):
@@ -129,6 +129,19 @@ def test_without_a_maximum_no_function_is_given(monkeypatch):
     found = fit_psychometric_groups(answered(2, trials=18), lapse=0.0)
     assert isinstance(found, NotComputed)
     assert "no maximum" in found.reason
+
+
+def test_errors_of_the_spreads_are_those_of_the_curvature_and_none_at_a_limit():
+    curvature = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, -0.4], [0.5, -0.4, 2.0]])
+    low, high = np.full(3, -3.0), np.full(3, 3.0)
+
+    def errors(at):
+        return _outer_errors(lambda free: 7 + free @ curvature @ free / 2, np.array(at), low, high)
+
+    assert errors([0.5, -1.0, 2.0]) == pytest.approx(np.sqrt(np.diag(np.linalg.inv(curvature))))
+    one_less = np.sqrt(np.diag(np.linalg.inv(curvature[1:, 1:])))
+    assert errors([-3.0, -1.0, 2.0]) == pytest.approx([math.nan, *one_less], nan_ok=True)
+    assert errors([-3.0, 3.0, 2.95]) == pytest.approx([math.nan] * 3, nan_ok=True)
 
 
 def test_levels_may_be_negative_and_guessing_estimated():

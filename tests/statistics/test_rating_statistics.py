@@ -25,6 +25,7 @@ from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
+from focalgradient.statistics.ordinal_people import _thresholds
 from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.skewness import Scatter, robust
 from focalgradient.statistics.subject_integrals import _height, conditional_modes, joint_densities
@@ -378,6 +379,14 @@ def test_within_subject_intervals_of_two_conditions_are_the_paired_test(pairs, s
     assert widths == pytest.approx([half / np.sqrt(2)] * 2, abs=1e-9)
 
 
+def test_within_subject_intervals_need_two_subjects_and_two_conditions() -> None:
+    pair = np.array([[1.0, 1.2], [1.0, 1.5]])
+    test = paired_effect(pair[:, 1] - pair[:, 0], "")
+    assert within_half_widths(pair) == pytest.approx([(test.high - test.low) / 2 / np.sqrt(2)] * 2)
+    for few in (pair[:1], pair[:, :1]):
+        assert np.isnan(within_half_widths(few)).tolist() == [True] * few.shape[1]
+
+
 def test_intervals_of_few_skewed_subjects_cover_what_they_say() -> None:
     """Four subjects; 1500 draws measure a coverage of .95 to .6 %."""
     rng = np.random.default_rng(1)
@@ -555,6 +564,24 @@ def test_answers_at_the_floor_always_have_a_test(rise: float) -> None:
     assert isinstance(test, Effect)
     assert "own depth effects" in test.remarks[0]
     assert (test.low > 0) == (rise > 0)
+
+
+def test_thresholds_of_known_levels_follow_the_shares_and_move_with_the_levels() -> None:
+    """Without levels each is the logit of the share below it, and at the maximum the likelihood is flat."""
+    rng = np.random.default_rng(8)
+    category, start = rng.integers(0, 4, 300), np.array([-1.0, 0.0, 1.0])
+    shares = np.cumsum(np.bincount(category))[:-1] / 300
+    assert _thresholds(category, np.zeros(300), start) == pytest.approx(special.logit(shares), abs=2e-3)
+    level = rng.normal(0, 1, 300)
+    cuts = _thresholds(category, level, start)
+    assert _thresholds(category, level + 0.7, start) == pytest.approx(cuts + 0.7, abs=2e-3)
+
+    def log_likelihood(at: np.ndarray) -> float:
+        edges = np.concatenate([[-np.inf], at, [np.inf]])
+        p = special.expit(edges[category + 1] - level) - special.expit(edges[category] - level)
+        return float(np.log(p).sum())
+
+    assert optimize.approx_fprime(cuts, log_likelihood, 1e-5) == pytest.approx([0] * 3, abs=0.1)
 
 
 def test_two_fixations_at_the_floor_differ_by_one_test() -> None:
