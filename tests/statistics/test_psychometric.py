@@ -113,10 +113,14 @@ def test_conditions_and_people_are_recovered_and_drawn_together():
 
 def test_people_in_one_condition_each_leave_fewer_degrees_of_freedom():
     """One for each mean, as in a t-test between groups; the half width of every interval is by that t."""
-    table = answered(4, trials=36, lapse=0.0)
+    table, shares = answered(4, trials=36, lapse=0.0), []
     found = fit_psychometric_groups(
-        table[table["participant_id"].isin(["p0", "p1"]) == (table["condition"] == "near")], lapse=0.0
+        table[table["participant_id"].isin(["p0", "p1"]) == (table["condition"] == "near")],
+        lapse=0.0,
+        progress=lambda share, _: shares.append(share),
     )
+    assert (np.diff(shares) > 0).all()
+    assert 0 < shares[0] < shares[-1] <= 1
     assert [one.subjects for one in found.groups] == [2, 2]
     (effect,) = (one.effect for one in found.differences)
     assert effect.df == 2
