@@ -228,6 +228,14 @@ def test_at_most_twenty_unknown_percepts_are_listed_and_the_rest_counted(tmp_pat
             read_reports(write(tmp_path, "\n".join(["subject,trial,gradient,percept,onset,end", *rows])))
 
 
+def test_ten_unused_columns_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    for unused, said in ((10, "u8, u9."), (11, "u8, u9 and 1 more."), (13, "u8, u9 and 3 more.")):
+        names = [f"u{number}" for number in range(unused)]
+        head = ",".join(["subject,aperture,focus,rating", *names])
+        own = read_ratings(write(tmp_path, f"{head}\nA,0,near,1{',x' * unused}\n"))
+        assert f"Columns that were not used: {', '.join(names[:8])}, {said}" in own.notes
+
+
 def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:
     rows = [
         f"{who},s{scene},{aperture},near,{1 + 0.1 * who * number + 0.02 * scene * number}"

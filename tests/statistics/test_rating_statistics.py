@@ -501,6 +501,18 @@ def test_residuals_of_many_subjects_are_checked_by_a_part_of_them() -> None:
     assert components(rng.normal(0, 0.3, (500, 12)), "log_ratio").shapiro_p > 1e-4
 
 
+def test_residuals_are_those_of_least_squares_on_subjects_and_scenes() -> None:
+    rng = np.random.default_rng(12)
+    cells = rng.normal(0, 0.3, (6, 5)) + rng.normal(0, 1, (6, 1)) + rng.normal(0, 1, 5)
+    subject, scene = (place.ravel() for place in np.indices(cells.shape))
+    design = np.column_stack([subject[:, None] == np.arange(6), scene[:, None] == np.arange(1, 5)]).astype(float)
+    left = cells.ravel() - design @ np.linalg.lstsq(design, cells.ravel(), rcond=None)[0]
+    found = components(cells, "log_ratio")
+    assert found.residual == pytest.approx(math.sqrt(left @ left / (30 - 10)))
+    assert (found.shapiro_w, found.shapiro_p) == pytest.approx(tuple(stats.shapiro(left)))
+    assert found.largest == pytest.approx(np.abs(left).max() / found.residual)
+
+
 def test_results_print_in_short_and_tell_their_tests() -> None:
     result = analyse(ratings(6, 0.5, 0.0))
     assert repr(result) == "<DepthRatingResult: 6 subjects, 192 ratings, scale 'ratio'>"
