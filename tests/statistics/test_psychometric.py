@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -133,6 +134,24 @@ def test_without_a_maximum_no_function_is_given(monkeypatch):
     found = fit_psychometric_groups(answered(2, trials=18), lapse=0.0)
     assert isinstance(found, NotComputed)
     assert "no maximum" in found.reason
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.02, 0.4])
+def test_correlated_answers_have_the_variance_that_the_correlation_says(rho):
+    """All counts of 9 answers: with correlation rho the variance is 1 + 8 rho times the binomial one."""
+    right, p = np.arange(10.0), np.full(10, 0.7)
+    of = SimpleNamespace(
+        counts=SimpleNamespace(right=right, shown=np.full(10, 9.0)), layout=SimpleNamespace(overdispersed=rho > 0)
+    )
+    free = np.array([0.0, special.logit(rho)]) if rho else np.zeros(1)
+    value, slope, curve, _ = _Model._answers(of, p, free)
+    share = special.comb(9, right) * np.exp(value)
+    assert share.sum() == pytest.approx(1)
+    assert share @ right == pytest.approx(9 * 0.7)
+    assert share @ (right - 6.3) ** 2 == pytest.approx(9 * 0.7 * 0.3 * (1 + 8 * rho))
+    above, below = (_Model._answers(of, p + step, free) for step in (1e-5, -1e-5))
+    assert slope == pytest.approx((above[0] - below[0]) / 2e-5, rel=1e-5, abs=1e-5)
+    assert curve == pytest.approx(-(above[1] - below[1]) / 2e-5, rel=1e-5, abs=1e-5)
 
 
 def test_errors_of_the_spreads_are_those_of_the_curvature_and_none_at_a_limit():
