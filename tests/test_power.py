@@ -143,6 +143,9 @@ def test_pooling_is_the_t_test_where_data_sets_are_alike_in_error_and_differ() -
     assert (found.statistic, found.p) == pytest.approx((exact.statistic, exact.pvalue))
     assert (found.low, found.high) == pytest.approx(tuple(exact.confidence_interval()))
     assert found.tau**2 == pytest.approx(estimates.var(ddof=1) - 0.05**2, rel=1e-6)
+    new = stats.t(3, found.estimate, math.sqrt(estimates.var(ddof=1) * (1 + 1 / 5) - 0.05**2))
+    assert (found.predicted_low, found.predicted_high) == pytest.approx(new.interval(0.95))
+    assert random_effects(estimates[:2], [0.05, 0.05]).predicted_low is None
 
 
 def test_pooling_covers_and_agrees_with_statsmodels() -> None:

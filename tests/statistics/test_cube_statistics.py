@@ -185,6 +185,15 @@ def test_bad_rows_are_named(change: dict[str, object], sentence: str) -> None:
         necker(table)
 
 
+def test_a_report_may_last_three_frames_beyond_its_trial() -> None:
+    table = reports(2, 0.5)
+    last = table.groupby(["participant_id", "trial"]).cumcount(ascending=False) == 0
+    for frames in (0, 2.9):
+        necker(table.assign(duration=table["duration"] + last * frames / 60))
+    with pytest.raises(InputError, match="must end with its trial"):
+        necker(table.assign(duration=table["duration"] + last * 3.5 / 60))
+
+
 def test_missing_columns_are_named() -> None:
     with pytest.raises(InputError, match="reports on the cube has no column onset, censored"):
         necker(reports(2, 0.5).drop(columns=["censored", "onset"]))

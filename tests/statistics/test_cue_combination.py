@@ -12,6 +12,7 @@ from focalgradient.statistics import (
     predict_combined,
     simulate_cue_judgements,
 )
+from focalgradient.statistics.cue_combination import LAPSES, _Person
 
 SDS = (1.0, 1.4)
 
@@ -69,6 +70,17 @@ def test_the_rule_that_was_simulated_is_recovered(rule):
             assert estimate.sd == pytest.approx(true, abs=3.5 * estimate.sd_se)
 
 
+@pytest.mark.parametrize("rule", CUE_RULES)
+def test_both_answers_together_are_certain_and_lapses_limit_each(rule):
+    """By every rule, at levels near to the thresholds and far from them."""
+    a, b = trials(4)
+    person = _Person(10 * a, 10 * b, np.ones(len(a), bool))
+    free = np.concatenate([np.log(SDS), [0.1, -0.2], CUE_RULES[rule].start])
+    each = [person.probability(free, CUE_RULES[rule], np.full(len(a), sign)) for sign in (1.0, -1.0)]
+    assert sum(each) == pytest.approx(np.ones(len(a)))
+    assert [one.min() for one in each] == pytest.approx([LAPSES / 2] * 2, rel=1e-3)
+
+
 def test_weights_come_from_conflicts_only():
     found = fit_cue_combination(*people("optimal", 2, 3, each=300), bootstrap=0)
     for one in found.people:
@@ -112,3 +124,7 @@ def test_wrong_input_is_refused_and_too_few_trials_are_said():
     alone = fit_cue_combination(a[~np.isnan(a)], b[~np.isnan(a)], larger[~np.isnan(a)])
     assert isinstance(alone, NotComputed)
     assert "second cue alone" in alone.reason
+    few = np.flatnonzero(np.isnan(a + b)).tolist() + np.flatnonzero(~np.isnan(a + b))[:3].tolist()
+    by_both = fit_cue_combination(a[few], b[few], larger[few])
+    assert isinstance(by_both, NotComputed)
+    assert "3 trials by both cues" in by_both.reason

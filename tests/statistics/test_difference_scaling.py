@@ -90,6 +90,24 @@ def test_the_six_point_condition_has_its_analytic_likelihood(turned):
     assert _six_point_score(eta, kept, triples, up) == pytest.approx(np.log(1 - violated))
 
 
+def test_pairs_that_change_places_turn_their_sign_in_the_six_point_test(monkeypatch):
+    """Pairs with a common stimulus too, as in designs of one's own."""
+    shown = np.vstack([draw_quadruples(6, 60, seed=2), [[0, 1, 0, 2], [0, 3, 0, 2], [1, 4, 1, 3], [2, 0, 1, 0]]])
+    larger, signs = judged(shown, 3, SCALE[:6]), []
+
+    def score(eta, larger, triples, up):
+        signs.append(up)
+        return 0.0
+
+    monkeypatch.setattr("focalgradient.statistics.difference_scaling._six_point_score", score)
+    for trials, answers in ((shown, larger), (shown[:, [2, 3, 0, 1]], ~larger), (shown[:, [1, 0, 2, 3]], larger)):
+        fit_difference_scale(trials, answers, bootstrap=2)
+    one, turned, mirrored = signs[0], signs[3], signs[6]
+    assert one[-4:].tolist() == [1, -1, -1, -1]
+    assert turned.tolist() == (-one).tolist()
+    assert mirrored.tolist() == one.tolist()
+
+
 def test_what_determines_no_scale_is_said():
     shown = draw_quadruples(6, 60)
     for shown_now, larger, reason in [

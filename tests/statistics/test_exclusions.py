@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from statsmodels.stats.inter_rater import cohens_kappa  # type: ignore[import-untyped]
 
 from focalgradient.statistics import Rules, blur_thresholds, depth_rating, quality
+from focalgradient.statistics.judging import _start_agreement
 from focalgradient.statistics.thresholds import Interval
 
 APERTURES = (("pinhole", 0.0), ("f/22", 2.27), ("f/11", 4.55), ("f/5.6", 8.93))
@@ -107,6 +109,14 @@ def test_one_answer_to_everything_is_left_out_by_scenes_that_most_tell_apart(sca
         assert left_out(rows, scale) == {"12"}
 
 
+@pytest.mark.parametrize("varied", [4, 5])
+def test_the_majority_must_tell_scenes_apart(varied: int) -> None:
+    """Where only half of eight do, the scenes may be alike to honest eyes."""
+    rows = table(1, "ratio", [1.0] * varied, constant=8 - varied, level=0.8, catch=0)
+    constant = {f"{who:02}" for who in range(varied, 8)}
+    assert left_out(rows) == (constant if varied == 5 else set())
+
+
 def test_one_key_of_a_choice_is_no_reason_where_blur_alone_decides() -> None:
     """Who sees no difference and prefers the first picture is honest; catch trials find who does not look."""
     rows = table(3, "choice", [3.0] * 6, constant=1, catch=0)
@@ -147,6 +157,20 @@ def test_honest_answers_agree_with_random_places_by_chance(steps: int) -> None:
         rows["rating"] = rng.integers(1, steps + 1, len(rows)).astype(float)
         rows.loc[rows["participant_id"] == "01", "rating"] = rows["start"]
         assert left_out(rows, "ordinal") == {"01"}
+
+
+def test_agreement_with_the_start_is_cohens_kappa_and_needs_twenty_answers_in_two_steps() -> None:
+    rng = np.random.default_rng(9)
+    answers, start = rng.integers(1, 5, (2, 60)).astype(float)
+    start[:30] = answers[:30]
+    counts = np.histogram2d(answers, start, bins=np.arange(0.5, 5))[0]
+    found = _start_agreement({"rating": answers, "start": start})
+    assert found == pytest.approx(cohens_kappa(counts).kappa)
+    for number, judged in ((18, False), (20, True)):  # places where two steps are equally frequent
+        two = np.tile([1.0, 2.0], number // 2)
+        assert (_start_agreement({"rating": two, "start": two}) is not None) == judged
+    same = np.ones(40)
+    assert _start_agreement({"rating": same, "start": same}) is None  # one step: every answer agrees by chance
 
 
 def test_keys_are_judged_without_a_gradient_only() -> None:

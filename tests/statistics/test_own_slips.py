@@ -283,6 +283,15 @@ def test_conditions_that_lead_nowhere_are_noted_or_refused(tmp_path: Path) -> No
         read(tmp_path, own, columns={"rating": "rating", "scene": "rating"})
 
 
+def test_known_words_may_change_places(tmp_path: Path) -> None:
+    """Labels that were mixed up are put right; only a meaning that is no known word itself must not be a word."""
+    swapped = {"near": "far", "far": "near", "f/22": "pinhole", "pinhole": "f/22"}
+    plain, found = read(tmp_path, rows()), read(tmp_path, rows(), conditions=swapped)
+    other = {"nearest": "farthest", "farthest": "nearest", **swapped}
+    for name in ("fixation", "aperture"):
+        assert found.table[name].tolist() == [other.get(cell, cell) for cell in plain.table[name]]
+
+
 def test_one_trial_with_two_answers_is_refused(tmp_path: Path) -> None:
     own = [[*row, str(number % 16 + 1)] for number, row in enumerate(rows())]
     read(tmp_path, own, [*HEAD, "trial"])

@@ -55,6 +55,25 @@ def test_decimal_commas_and_conditions_in_another_language(tmp_path: Path) -> No
     assert own.table["aperture"].tolist() == ["pinhole", "f/5.6", "f/11"]
 
 
+def test_each_word_for_true_and_false_is_read(tmp_path: Path) -> None:
+    words = {"true": True, "1": True, "YES": True, "False": False, "0": False, "no": False, "": False, "n/a": False}
+    rows = [f"A,0,near,{1 + number / 10},{word}" for number, word in enumerate(words)]
+    own = read_ratings(write(tmp_path, "\n".join(["subject,aperture,focus,rating,catch", *rows])))
+    assert own.table["catch"].tolist() == list(words.values())
+
+
+def test_common_f_numbers_are_read_without_a_stroke(tmp_path: Path) -> None:
+    """The full stops from f/0.7, and the fastest lenses; numbers between two stops may be diameters."""
+    full = ["0.7", "1", "1.4", "2", "2.8", "4", "5.6", "8", "11", "16", "22", "32", "45", "64", "90", "128"]
+    fast = ["0.8", "0.85", "0.9", "0.95", "1.1", "1.2", "1.25", "1.3", "1.5", "1.6", "1.7", "1.8", "1.9"]
+    rows = [f"A,{number},near,1" for number in [*full, *fast]]
+    own = read_ratings(write(tmp_path, "\n".join(["subject,aperture,focus,rating", *rows])))
+    assert own.table["aperture"].tolist() == [f"f/{number}" for number in [*full, *fast]]
+    for between in ("0.6", "2.1", "3.1", "6.8", "12", "17", "70"):
+        with pytest.raises(InputError, match="no lens has as its f-number, " + between):
+            read_ratings(write(tmp_path, f"subject,aperture,focus,rating\nA,{between},near,1\n"))
+
+
 def test_wide(tmp_path: Path) -> None:
     text = "id\tscene\tnear_pinhole\tnear_f5.6\tfar f/5.6\n1\troom\t1\t1.5\t1.1\n2\troom\t1\tNaN\t\n"
     own = read_ratings(write(tmp_path, text))
@@ -156,6 +175,20 @@ def test_reports_with_a_column_less_say_the_same(tmp_path: Path, left_out: str) 
         assert own[column].astype(str).tolist() == whole[column].astype(str).tolist(), column
 
 
+@pytest.mark.parametrize("conditions", [1, 2, 3])
+def test_a_trial_has_one_condition_and_a_number_that_comes_back_is_another_trial(
+    tmp_path: Path, conditions: int
+) -> None:
+    head = "subject,trial,gradient,strength,percept,onset,duration"
+    shown = ["none,0", "rigid,2", "nonrigid,4"][:conditions]
+    rows = [f"A,1,{each},{seen}" for each in shown for seen in ("rigid,0,4", "nonrigid,4,6")]
+    own = read_reports(write(tmp_path, "\n".join([head, *rows])))
+    assert own.table["trial"].nunique() == conditions
+    assert own.table.groupby("trial")["duration"].sum().tolist() == [10.0] * conditions
+    said = "Trials of different conditions have one number: they count as trials of their own."
+    assert (said in own.notes) == (conditions > 1)
+
+
 def test_reports_of_no_duration_are_left_out_and_counted(tmp_path: Path) -> None:
     head = "subject,trial,gradient,percept,onset,end"
     rows = [f"A,1,none,{seen}" for seen in ("rigid,0,4", "none,4,4", "nonrigid,4,9")]
@@ -186,6 +219,21 @@ def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str
     text, said = BAD_REPORTS[name]
     with pytest.raises(InputError, match=said):
         read_reports(write(tmp_path, text), NAMES, MEANT)
+
+
+def test_at_most_twenty_unknown_percepts_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    for words, said in ((20, r"'word19'[^;]*: give its"), (23, r"'word19'[^;]*; and 3 more: give its")):
+        rows = [f"A,{number},none,word{number},0,4" for number in range(words)]
+        with pytest.raises(InputError, match=said):
+            read_reports(write(tmp_path, "\n".join(["subject,trial,gradient,percept,onset,end", *rows])))
+
+
+def test_ten_unused_columns_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    for unused, said in ((10, "u8, u9."), (11, "u8, u9 and 1 more."), (13, "u8, u9 and 3 more.")):
+        names = [f"u{number}" for number in range(unused)]
+        head = ",".join(["subject,aperture,focus,rating", *names])
+        own = read_ratings(write(tmp_path, f"{head}\nA,0,near,1{',x' * unused}\n"))
+        assert f"Columns that were not used: {', '.join(names[:8])}, {said}" in own.notes
 
 
 def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:

@@ -2,11 +2,12 @@
 
 import importlib.util
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import optimize, special
+from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics import (
@@ -17,7 +18,7 @@ from focalgradient.statistics import (
     fit_psychometric_groups,
 )
 from focalgradient.statistics.psychometric import psychometric_data
-from focalgradient.statistics.psychometric_model import _Model
+from focalgradient.statistics.psychometric_model import _Model, _outer_errors
 
 
 def answered(people=6, conditions=("near", "far"), trials=90, ratio=1.5, seed=1, lapse=0.02, guess=0.5):
@@ -109,6 +110,61 @@ def test_conditions_and_people_are_recovered_and_drawn_together():
     assert abs(math.log(own.threshold.estimate / 0.2)) < 0.5
     whole = next(one for one in found.people if one.participant_id == "p0")
     assert math.log(own.threshold.high / own.threshold.low) > math.log(whole.threshold.high / whole.threshold.low)
+
+
+def test_people_in_one_condition_each_leave_fewer_degrees_of_freedom():
+    """One for each mean, as in a t-test between groups; the half width of every interval is by that t."""
+    table, shares = answered(4, trials=36, lapse=0.0), []
+    found = fit_psychometric_groups(
+        table[table["participant_id"].isin(["p0", "p1"]) == (table["condition"] == "near")],
+        lapse=0.0,
+        progress=lambda share, _: shares.append(share),
+    )
+    assert (np.diff(shares) > 0).all()
+    assert 0 < shares[0] < shares[-1] <= 1
+    assert [one.subjects for one in found.groups] == [2, 2]
+    (effect,) = (one.effect for one in found.differences)
+    assert effect.df == 2
+    assert effect.high - effect.low == pytest.approx(2 * stats.t.ppf(0.975, 2) * effect.standard_error)
+    assert effect.method.endswith("t on subjects - conditions")
+
+
+def test_without_a_maximum_no_function_is_given(monkeypatch):
+    monkeypatch.setattr(_Model, "_find_mode", lambda *_, **__: False)
+    found = fit_psychometric_groups(answered(2, trials=18), lapse=0.0)
+    assert isinstance(found, NotComputed)
+    assert "no maximum" in found.reason
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.02, 0.4])
+def test_correlated_answers_have_the_variance_that_the_correlation_says(rho):
+    """All counts of 9 answers: with correlation rho the variance is 1 + 8 rho times the binomial one."""
+    right, p = np.arange(10.0), np.full(10, 0.7)
+    of = SimpleNamespace(
+        counts=SimpleNamespace(right=right, shown=np.full(10, 9.0)), layout=SimpleNamespace(overdispersed=rho > 0)
+    )
+    free = np.array([0.0, special.logit(rho)]) if rho else np.zeros(1)
+    value, slope, curve, _ = _Model._answers(of, p, free)
+    share = special.comb(9, right) * np.exp(value)
+    assert share.sum() == pytest.approx(1)
+    assert share @ right == pytest.approx(9 * 0.7)
+    assert share @ (right - 6.3) ** 2 == pytest.approx(9 * 0.7 * 0.3 * (1 + 8 * rho))
+    above, below = (_Model._answers(of, p + step, free) for step in (1e-5, -1e-5))
+    assert slope == pytest.approx((above[0] - below[0]) / 2e-5, rel=1e-5, abs=1e-5)
+    assert curve == pytest.approx(-(above[1] - below[1]) / 2e-5, rel=1e-5, abs=1e-5)
+
+
+def test_errors_of_the_spreads_are_those_of_the_curvature_and_none_at_a_limit():
+    curvature = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, -0.4], [0.5, -0.4, 2.0]])
+    low, high = np.full(3, -3.0), np.full(3, 3.0)
+
+    def errors(at):
+        return _outer_errors(lambda free: 7 + free @ curvature @ free / 2, np.array(at), low, high)
+
+    assert errors([0.5, -1.0, 2.0]) == pytest.approx(np.sqrt(np.diag(np.linalg.inv(curvature))))
+    one_less = np.sqrt(np.diag(np.linalg.inv(curvature[1:, 1:])))
+    assert errors([-3.0, -1.0, 2.0]) == pytest.approx([math.nan, *one_less], nan_ok=True)
+    assert errors([-3.0, 3.0, 2.95]) == pytest.approx([math.nan] * 3, nan_ok=True)
 
 
 def test_levels_may_be_negative_and_guessing_estimated():

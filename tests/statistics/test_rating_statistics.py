@@ -8,16 +8,27 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import special, stats
+from scipy import optimize, special, stats
 
 from focalgradient import InputError
 from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
-from focalgradient.statistics.crossed import components, crossed_effect, moments, over_subjects
-from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
+from focalgradient.statistics.crossed import (
+    components,
+    crossed_effect,
+    moments,
+    noise_share,
+    noise_shares,
+    over_subjects,
+    own_means,
+)
+from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal, cumulative_fit
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
+from focalgradient.statistics.ordinal_people import _thresholds
+from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.skewness import Scatter, robust
+from focalgradient.statistics.subject_integrals import _height, conditional_modes, joint_densities
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -158,6 +169,55 @@ def test_the_ordinal_likelihood_is_the_integral_over_subjects(spread: float) -> 
     density = np.exp(-(v[:, 0] ** 2) / 2) / np.sqrt(2 * np.pi)
     wanted = [np.log(np.trapezoid(p[:, subject == one].prod(axis=1) * density, v[:, 0])) for one in (0, 1)]
     assert found == pytest.approx(sum(wanted), abs=0.02 if spread > 5 else 1e-6)
+
+
+SIGNS = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+"""Corners of a square, for the mixed second difference."""
+
+
+def test_densities_and_modes_of_each_subject_are_those_of_direct_sums() -> None:
+    """Three subjects of unequal numbers of answers, so that no trial can count for another subject unnoticed."""
+    rng = np.random.default_rng(4)
+    first = np.array([0, 2, 7, 10])
+    eta = rng.normal(0, 1.5, 10)
+    low, high = eta - rng.uniform(0.2, 2, 10), eta + rng.uniform(0.2, 2, 10)
+    low[[0, 5]], high[[3, 9]] = -np.inf, np.inf
+    random, v = rng.normal(0, 3, (10, 2)), rng.normal(0, 1, (3, 2, 4))
+
+    def log_probability(subject: int, effects: np.ndarray) -> float:
+        own = slice(first[subject], first[subject + 1])
+        moved = random[own] @ effects
+        return float(np.log(special.expit(high[own] - moved) - special.expit(low[own] - moved)).sum())
+
+    wanted = [[log_probability(subject, v[subject, :, n]) for n in range(4)] for subject in range(3)]
+    assert joint_densities(low, high, random, first, v) == pytest.approx(np.array(wanted))
+    mode = np.zeros((3, 2))
+    curvature, finite = conditional_modes(low, high, random, first, mode)
+    assert finite
+    for subject in range(3):
+        start, end = first[subject : subject + 2]
+        for n in range(4):
+            whole = wanted[subject][n] - (v[subject, :, n] ** 2).sum() / 2
+            assert _height(low, high, random, start, end, v[subject, :, n].copy()) == pytest.approx(whole)
+        found = optimize.minimize(lambda at, who=subject: at @ at / 2 - log_probability(who, at), np.zeros(2))
+        assert mode[subject] == pytest.approx(found.x, abs=1e-4)
+        for one, other in ((0, 0), (0, 1), (1, 1)):
+            step, across = 1e-3 * np.eye(2)[[one, other]]
+            corners = [log_probability(subject, mode[subject] + a * step + b * across) * a * b for a, b in SIGNS]
+            assert curvature[subject, one, other] == pytest.approx((one == other) - sum(corners) / 4e-6, abs=1e-3)
+
+
+def test_the_progress_of_the_ordinal_model_rises_and_ends_at_most_at_one() -> None:
+    rng, shares = np.random.default_rng(5), []
+    subject, blur = np.repeat(np.arange(6), 20), np.tile([0.0, 1.0], 60)
+    latent = 1.5 * blur + rng.normal(0, 0.8, 6)[subject] + rng.logistic(size=120)
+    ones = np.ones((120, 1))
+    category = np.digitize(latent, [0.0, 1.5])
+    fit = cumulative_fit(category, blur[:, None], ones, subject, 9, lambda share, _: shares.append(share))
+    assert fit is not None
+    assert len(shares) > 2
+    assert (np.diff(shares) > 0).all()
+    assert 0 < shares[0] < shares[-1] <= 1
 
 
 def test_one_subject_is_described_but_not_tested() -> None:
@@ -332,6 +392,14 @@ def test_within_subject_intervals_of_two_conditions_are_the_paired_test(pairs, s
     assert widths == pytest.approx([half / np.sqrt(2)] * 2, abs=1e-9)
 
 
+def test_within_subject_intervals_need_two_subjects_and_two_conditions() -> None:
+    pair = np.array([[1.0, 1.2], [1.0, 1.5]])
+    test = paired_effect(pair[:, 1] - pair[:, 0], "")
+    assert within_half_widths(pair) == pytest.approx([(test.high - test.low) / 2 / np.sqrt(2)] * 2)
+    for few in (pair[:1], pair[:, :1]):
+        assert np.isnan(within_half_widths(few)).tolist() == [True] * few.shape[1]
+
+
 def test_intervals_of_few_skewed_subjects_cover_what_they_say() -> None:
     """Four subjects; 1500 draws measure a coverage of .95 to .6 %."""
     rng = np.random.default_rng(1)
@@ -372,6 +440,43 @@ def test_few_scenes_are_taken_as_they_are() -> None:
     assert "these scenes" in crossed_effect(np.where(np.eye(6, dtype=bool), table[:6, :6], np.nan)).method
 
 
+def test_noise_shares_are_those_of_each_table() -> None:
+    """And by their definition: residual mean square by number of scenes, over the variance of subject means."""
+    tables = np.random.default_rng(6).normal(0, 1, (5, 4, 6)) + np.arange(4)[:, None]
+    shares = noise_shares(tables)
+    assert shares == pytest.approx([noise_share(table) for table in tables])
+    left = tables - tables.mean(1, keepdims=True) - tables.mean(2, keepdims=True) + tables.mean((1, 2), keepdims=True)
+    by_hand = (left**2).sum((1, 2)) / (3 * 5) / 6 / tables.mean(2).var(axis=1, ddof=1)
+    assert shares == pytest.approx(by_hand)
+    assert noise_shares(tables[:, :, :1]).tolist() == [noise_share(table[:, :1]) for table in tables] == [1.0] * 5
+
+
+def test_means_of_subjects_with_gaps_are_of_all_scenes_where_shared_scenes_link_them() -> None:
+    """Additive cells are filled exactly, so that no residual is left; subjects without a link keep their own scenes."""
+    table = np.add.outer(np.arange(4.0), np.array([0.3, 0.1, 0.5, 0.2]))
+    gappy = np.where(np.eye(4, dtype=bool), np.nan, table)
+    assert own_means(gappy) == pytest.approx(table.mean(axis=1))
+    assert noise_share(gappy) == pytest.approx(0, abs=1e-12)
+    apart = table.copy()
+    apart[:2, 2:] = apart[2:, :2] = np.nan
+    assert own_means(apart).tolist() == pytest.approx([0.2, 1.2, 2.35, 3.35])
+    within = 2 * (0.1**2 + 0.15**2) * 2 / 4  # squares from four means of two, over four degrees of freedom
+    assert noise_share(apart) == pytest.approx(within / 2 / np.var([0.2, 1.2, 2.35, 3.35], ddof=1))
+
+
+@pytest.mark.parametrize("sizes", [(2, 3), (4, 9)])
+def test_groups_of_unequal_variance_are_compared_as_scipy_does(sizes: tuple[int, int]) -> None:
+    rng = np.random.default_rng(sum(sizes))
+    one, other = rng.normal(0.5, 0.2, sizes[0]), rng.normal(0, 1, sizes[1])
+    found, wanted = welch(one, other), stats.ttest_ind(one, other, equal_var=False)
+    assert isinstance(found, Effect)
+    assert (found.statistic, found.df, found.p) == pytest.approx((wanted.statistic, wanted.df, wanted.pvalue))
+    ends = wanted.confidence_interval()
+    assert (found.low, found.high) == pytest.approx((ends.low, ends.high))
+    assert found.subjects == sum(sizes)
+    assert "there are 1 and" in welch(one[:1], other).reason
+
+
 def test_the_rise_is_measured_where_the_line_misses_it() -> None:
     """A curve that saturates: the line's end is beyond it, the rise is not; and the lack of fit shows."""
     table = ratings(12, 0.0, 0.0, differ=0.0)
@@ -394,6 +499,18 @@ def test_residuals_of_many_subjects_are_checked_by_a_part_of_them() -> None:
     """Shapiro and Wilk's test is good for 5000; warnings are errors here."""
     rng = np.random.default_rng(4)
     assert components(rng.normal(0, 0.3, (500, 12)), "log_ratio").shapiro_p > 1e-4
+
+
+def test_residuals_are_those_of_least_squares_on_subjects_and_scenes() -> None:
+    rng = np.random.default_rng(12)
+    cells = rng.normal(0, 0.3, (6, 5)) + rng.normal(0, 1, (6, 1)) + rng.normal(0, 1, 5)
+    subject, scene = (place.ravel() for place in np.indices(cells.shape))
+    design = np.column_stack([subject[:, None] == np.arange(6), scene[:, None] == np.arange(1, 5)]).astype(float)
+    left = cells.ravel() - design @ np.linalg.lstsq(design, cells.ravel(), rcond=None)[0]
+    found = components(cells, "log_ratio")
+    assert found.residual == pytest.approx(math.sqrt(left @ left / (30 - 10)))
+    assert (found.shapiro_w, found.shapiro_p) == pytest.approx(tuple(stats.shapiro(left)))
+    assert found.largest == pytest.approx(np.abs(left).max() / found.residual)
 
 
 def test_results_print_in_short_and_tell_their_tests() -> None:
@@ -472,6 +589,24 @@ def test_answers_at_the_floor_always_have_a_test(rise: float) -> None:
     assert isinstance(test, Effect)
     assert "own depth effects" in test.remarks[0]
     assert (test.low > 0) == (rise > 0)
+
+
+def test_thresholds_of_known_levels_follow_the_shares_and_move_with_the_levels() -> None:
+    """Without levels each is the logit of the share below it, and at the maximum the likelihood is flat."""
+    rng = np.random.default_rng(8)
+    category, start = rng.integers(0, 4, 300), np.array([-1.0, 0.0, 1.0])
+    shares = np.cumsum(np.bincount(category))[:-1] / 300
+    assert _thresholds(category, np.zeros(300), start) == pytest.approx(special.logit(shares), abs=2e-3)
+    level = rng.normal(0, 1, 300)
+    cuts = _thresholds(category, level, start)
+    assert _thresholds(category, level + 0.7, start) == pytest.approx(cuts + 0.7, abs=2e-3)
+
+    def log_likelihood(at: np.ndarray) -> float:
+        edges = np.concatenate([[-np.inf], at, [np.inf]])
+        p = special.expit(edges[category + 1] - level) - special.expit(edges[category] - level)
+        return float(np.log(p).sum())
+
+    assert optimize.approx_fprime(cuts, log_likelihood, 1e-5) == pytest.approx([0] * 3, abs=0.1)
 
 
 def test_two_fixations_at_the_floor_differ_by_one_test() -> None:

@@ -286,7 +286,8 @@ def _result(fit: ModelFit, data: PsychometricData, unit: str) -> PsychometricGro
     )
     effects: list[Effect | NotComputed] = []
     pairs = list(combinations(range(c), 2))
-    method = "hierarchical psychometric model, restricted maximum likelihood (Laplace), t on subjects - 1"
+    spent = "1" if layout.within or c == 1 else "conditions"
+    method = f"hierarchical psychometric model, restricted maximum likelihood (Laplace), t on subjects - {spent}"
     for one, other in pairs:
         weights = np.eye(layout.fixed)[one] - np.eye(layout.fixed)[other]
         error = data.scale * math.sqrt(float(weights @ fit.covariance @ weights))
