@@ -24,7 +24,9 @@ from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Table, as_html, as_markdown
-from focalgradient.report.words import rating_findings
+from focalgradient.report.export import trial_files
+from focalgradient.report.provenance import listed
+from focalgradient.report.words import necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
 
@@ -270,6 +272,64 @@ def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float
     assert ("not straight" in first) == (power != 1)
     assert "did not change reliably" in second
     assert ("did not differ reliably" in difference) == (near == 0)
+
+
+def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
+    result = rated(0.7, 0.0, 1.0)
+    low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
+    told = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
+    assert told.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
+    assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in told
+
+
+def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path) -> None:
+    result = analyse_necker(data).result
+    told = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
+    assert len(told) == len(result.effects) + 1
+    for effect, sentence in zip(result.effects, told, strict=False):
+        points, low, high = (100 * value for value in (effect.share.estimate, effect.share.low, effect.share.high))
+        assert effect.share.significant
+        assert f" mm) {'raised' if points > 0 else 'lowered'} the nonrigid share of the time (" in sentence
+        wanted = (
+            f"({points:.1f} percentage points, 95 % CI [{low:.1f}, {high:.1f}]; t(5) = {effect.share.statistic:.2f}"
+        )
+        assert wanted.replace("-", "−") in sentence
+    assert told[-1] == "p values are corrected by Holm’s method over the gradients."
+
+
+def wide_table(trials: pd.DataFrame) -> pd.DataFrame:
+    files = trial_files(trials, trials, depth_rating(trials, equivalence_bound=1.2))
+    return pd.read_csv(io.BytesIO(files["depth_rating_wide.csv"]))
+
+
+def test_the_wide_table_has_log_ratios_of_the_ends_by_subject_and_scene() -> None:
+    """By hand: a middle aperture counts for nothing, repetitions are averaged on their logarithm."""
+    rows = [
+        ("01", "a", "nearest", 0.0, 1.0),
+        ("01", "a", "nearest", 4.0, 9.0),
+        ("01", "a", "nearest", 8.0, 2.0),
+        ("01", "a", "nearest", 8.0, 8.0),
+        ("01", "a", "farthest", 0.0, 2.0),
+        ("01", "a", "farthest", 4.0, 5.0),
+        ("01", "a", "farthest", 8.0, 1.0),
+    ]
+    names = ["participant_id", "scene", "fixation", "aperture_mm", "rating"]
+    table = pd.DataFrame(rows, columns=names).assign(catch=False, trial=range(1, len(rows) + 1))
+    table["aperture"] = table["aperture_mm"].map({0.0: "pinhole", 4.0: "f/4", 8.0: "f/2"})
+    wide = wide_table(table)
+    assert wide.loc[0, ["nearest", "farthest", "difference"]].tolist() == pytest.approx(np.log([4.0, 0.5, 8.0]))
+    # without a pinhole nothing is compared with it
+    without = wide_table(table.query("fixation == 'nearest' or aperture_mm > 0"))
+    assert list(without) == ["participant_id", "scene", "nearest"]
+
+
+def test_numbers_of_a_list_are_rounded_where_shown_and_whole_in_the_file() -> None:
+    rows = [["a", 12345.678], ["b", -0.5], ["c", None], ["d", float("nan")], ["e", "text"], ["f", 3]]
+    sheet = listed("own.csv", "Own", ["what", "value"], rows)
+    assert sheet.table is not None
+    shown = [row[1] for row in sheet.table.rows]
+    assert shown == ["1.235e+04", "−0.5", "", "", "text", "3"]
+    assert sheet.digits["value"].iloc[0] == 12345.678
 
 
 def test_ordinal_answers_have_their_own_tables(tmp_path):
