@@ -10,13 +10,14 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, latent, rise_power, sequential_power, spending_bounds
+from focalgradient.power import AnyStudy, Model, Study, latent, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power
 from focalgradient.power.sensitivity import sensitivity
-from focalgradient.power.thresholds import ThresholdStudy
+from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 from focalgradient.statistics import Effect
+from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.meta_analysis import random_effects
 from focalgradient.statistics.skewness import Scatter, robust_factor
@@ -52,6 +53,14 @@ def test_rises_that_differ_by_nothing_are_found_to_differ_in_no_more_than_the_le
     found = rise_power(model, design, 1.2, 10, 2000, deciding_test="t")
     assert found["near_rise"] > 0.5
     assert found["interaction"] < 0.05
+
+
+@pytest.mark.parametrize(("scenes", "least", "most"), [(FEWEST_SCENES - 1, 0.3, 1.0), (FEWEST_SCENES, 0.0, 0.08)])
+def test_scenes_are_random_from_their_fewest_on(scenes: int, least: float, most: float) -> None:
+    """Scenes that differ by much and people by little: without an effect, a test for these scenes finds one often."""
+    design = DepthRatingDesign(scenes=tuple(f"spheres-{n:02}" for n in range(scenes)), fixations=("nearest",))
+    model = Model(effect=1.0, between=0.05, between_scenes=0.5, noise=0.1)
+    assert least <= rise_power(model, design, 1.2, 12, 1000, deciding_test="t")["near_rise"] <= most
 
 
 @pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])
@@ -233,6 +242,49 @@ def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
     study = LatentStudy(LatentModel(), DepthRatingDesign(scale="choice"))
     few, many = (np.mean([study.experiment(subjects, number)["width"] for number in range(8)]) for subjects in (6, 24))
     assert 0.3 < many / few < 0.7  # 1/2, and less freedom with few
+
+
+def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_test() -> None:
+    design = DepthRatingDesign(scale="choice")
+    latent_study = LatentStudy(LatentModel(effect=20.0, far_effect=1.0), design)
+    table = latent_study.table(8, np.random.default_rng(1))
+    primary, outcome = latent_study.primary(table), latent_study.outcome(table)
+    assert isinstance(primary, Effect)
+    assert primary.low > 0
+    assert outcome["left_out"] == 0
+    assert outcome["width"] == pytest.approx(primary.high - primary.low)
+
+    study = Study(Model(effect=2.0, far_effect=1.0), DepthRatingDesign(scenes=("spheres-01", "spheres-02")))
+    table = study.table(8, np.random.default_rng(1))
+    near, outcome = study.primary(table), study.outcome(table)
+    far = study.analysed(table).fixations[1].rise
+    assert isinstance(near, Effect)
+    assert isinstance(far, Effect)
+    assert near.estimate == pytest.approx(math.log(2.0), abs=0.35)
+    assert abs(far.estimate) < 0.35
+    assert outcome["left_out"] == 0
+    for name, rise in (("width", near), ("far_width", far)):
+        assert outcome[name] == pytest.approx(rise.deciding.high - rise.deciding.low)
+
+
+def test_a_study_of_steps_refuses_ratios_by_the_name_of_the_scale() -> None:
+    design = DepthRatingDesign()
+    with pytest.raises(InputError, match=f"^scale is {design.scale!r}, whose answers are ratios: use Study"):
+        LatentStudy(LatentModel(), design)
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        Study(Model(), DepthRatingDesign()),
+        LatentStudy(LatentModel(), DepthRatingDesign(scale="choice")),
+        CubeStudy(CubeModel(), NeckerDesign()),
+        ThresholdStudy(ThresholdModel(), BlurThresholdDesign()),
+    ],
+    ids=lambda study: type(study).__name__,
+)
+def test_the_settings_of_every_study_say_that_its_subjects_are_simulated(study: AnyStudy) -> None:
+    assert study.settings()["simulated"] is True
 
 
 @pytest.mark.parametrize(("far_effect", "least", "most"), [(1.0, 5, 6), (20.0, 0, 2)])

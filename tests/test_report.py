@@ -26,8 +26,9 @@ from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Table, as_html, as_markdown
 from focalgradient.report.export import trial_files
 from focalgradient.report.provenance import listed
+from focalgradient.report.tables import rating_sheets
 from focalgradient.report.words import necker_findings, rating_findings
-from focalgradient.statistics import DepthRatingResult, depth_rating
+from focalgradient.statistics import DepthRatingResult, Effect, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
 
 
@@ -280,6 +281,21 @@ def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
     told = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
     assert told.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
     assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in told
+
+
+def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
+    result = rated(0.7, 0.0, 1.0)
+    table = next(sheet.table for sheet in rating_sheets(result) if sheet.file == "depth_rating_rises.csv")
+    assert table is not None
+    tests = [each.rise_these_scenes for each in result.fixations] + [result.interaction_these_scenes]
+    assert [row[0] for row in table.rows] == ["nearest", "farthest", "nearest / farthest"]
+    for row, test in zip(table.rows, tests, strict=True):
+        assert isinstance(test, Effect)
+        assert row[2:4] == [
+            f"{test.ratio.estimate:.2f}",
+            f"[{test.ratio.low:.2f},\N{NO-BREAK SPACE}{test.ratio.high:.2f}]",
+        ]
+    assert float(table.rows[0][2]) == pytest.approx(np.exp(0.7), rel=0.05)
 
 
 def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path) -> None:
