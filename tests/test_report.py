@@ -1,5 +1,6 @@
 """The report of a data set: its numbers are those of the analysis, it holds all it needs, and says what it lacks."""
 
+import dataclasses
 import hashlib
 import io
 import json
@@ -23,10 +24,11 @@ from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.displays import screens, screens_sheet
-from focalgradient.report.document import Heading, Table, as_html, as_markdown
+from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import trial_files
+from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import rating_sheets
+from focalgradient.report.tables import Sheet, rating_sheets
 from focalgradient.report.words import necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, Effect, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
@@ -296,6 +298,23 @@ def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
             f"[{test.ratio.low:.2f},\N{NO-BREAK SPACE}{test.ratio.high:.2f}]",
         ]
     assert float(table.rows[0][2]) == pytest.approx(np.exp(0.7), rel=0.05)
+
+
+def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: Path) -> None:
+    part = analyse_ratings(data)
+    table = part.table.reset_index(drop=True).assign(gaze_left=False, gaze_away=0.5)
+    shown = table.index[~table["catch"]]
+    table.loc[shown[:3], ["gaze_left", "gaze_away"]] = [[True, 4.0], [True, 6.0], [True, np.nan]]
+    table.loc[table.index[table["catch"]][0], "gaze_left"] = True  # of a catch trial: not counted
+    sheets: list[Sheet] = []
+    blocks = list(gaze_part(dataclasses.replace(part, table=table, fixated=part), sheets))
+    told = [block.text for block in blocks if isinstance(block, Paragraph)]
+    assert told[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
+    findings = rating_findings(part.result)
+    assert told[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
+    each = len(shown) // 6
+    rows = sheets[0].digits.to_numpy().tolist()
+    assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
 
 
 def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path) -> None:

@@ -200,6 +200,20 @@ def test_what_a_full_disk_cut_off_is_overwritten_however_short_it_is(tmp_path: P
     assert [link.participant for link in read_links(links).links] == ["001"]
 
 
+@pytest.mark.parametrize("line", [b'{"participant": 5, "stopped": true}', b'{"participant": "002"}', b"[]", b"002"])
+def test_what_is_whole_but_no_link_is_refused_and_not_overwritten(tmp_path: Path, line: bytes) -> None:
+    links = tmp_path / "links.jsonl"
+    people = People(links)
+    people.join({"id": "1"})
+    people.close()
+    whole = links.read_bytes() + line + b"\n"
+    links.write_bytes(whole)
+    for act in (read_links, forget_links):
+        with pytest.raises(InputError, match=r"links\.jsonl, line 2, is not a link: give a file of links"):
+            act(links)
+    assert links.read_bytes() == whole
+
+
 def columns(address: str) -> bytes:
     """All columns of all tables of a study's schema."""
     import psycopg
