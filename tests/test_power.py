@@ -15,6 +15,7 @@ from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power
 from focalgradient.power.sensitivity import sensitivity
+from focalgradient.power.sequential import Rule, bayes_factor
 from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 from focalgradient.statistics import Effect
 from focalgradient.statistics.crossed import FEWEST_SCENES
@@ -296,6 +297,36 @@ def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) ->
     assert sum(one["near_rise"] for one in outcomes) == 6
 
 
+@pytest.mark.parametrize("rule", ["obrien-fleming", "pocock", "bayes-factor"])
+def test_a_sequential_design_is_what_a_count_of_its_experiments_gives(rule: Rule) -> None:
+    """Each experiment by SciPy's t-test, look by look, until one decides: errors in either direction, power in one."""
+    counts, experiments, factor = (6, 12, 24), 80, 2.0
+    looks = sequential_power(Drawn(0.3), counts, experiments, rule, factor=factor)
+    ends = []
+    for study in (Drawn(0.0), Drawn(0.3)):
+        for number in range(experiments):
+            values = study.table(24, study.stream(24, number))["value"].to_numpy()
+            for at, (count, look) in enumerate(zip(counts, looks, strict=True)):
+                t, p = stats.ttest_1samp(values[:count], 0.0)
+                odds = bayes_factor(float(t), count)
+                found = odds >= factor if rule == "bayes-factor" else p < look.bound
+                null = rule == "bayes-factor" and odds <= 1 / factor
+                if found or null or count == counts[-1]:
+                    ends.append((at, "null" if null else "none" if not found else "up" if t > 0 else "down"))
+                    break
+    blind, real = ends[:experiments], ends[experiments:]
+    for at, look in enumerate(looks):
+        assert look.error == pytest.approx(sum(end <= at and of in ("up", "down") for end, of in blind) / experiments)
+        assert look.power == pytest.approx(sum(end <= at and of == "up" for end, of in real) / experiments)
+        assert look.missed == pytest.approx(sum(end <= at and of == "null" for end, of in real) / experiments)
+        assert look.stopped_without_effect == pytest.approx(sum(end == at for end, _ in blind) / experiments)
+        assert look.stopped_with_effect == pytest.approx(sum(end == at for end, _ in real) / experiments)
+        assert look.mean_subjects_without_effect == pytest.approx(np.mean([counts[end] for end, _ in blind]))
+        assert look.mean_subjects_with_effect == pytest.approx(np.mean([counts[end] for end, _ in real]))
+    assert looks[-1].error > 0
+    assert (looks[-1].missed > 0) == (rule == "bayes-factor")
+
+
 def test_a_sequential_design_has_two_looks_or_more() -> None:
     assert [one.subjects for one in sequential_power(Drawn(0.8), [10, 20], 20, "pocock")] == [10, 20]
     with pytest.raises(InputError, match="looks has one number of subjects"):
@@ -305,11 +336,12 @@ def test_a_sequential_design_has_two_looks_or_more() -> None:
 
 
 def test_shares_of_experiments_have_binomial_errors() -> None:
-    found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 1, 0] * 4})
+    found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 0, 0] * 4})
     [one] = power(found.assign(width=2.0, far_width=3.0, left_out=0.5), logs=False)
-    assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.75, 0.25)
-    for error in (one.standard_error["a"], one.standard_error["b"], one.joint_error):
-        assert error == pytest.approx(math.sqrt(3 / 16 / 16))
+    assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.5, 0.25)
+    for error in (one.standard_error["a"], one.joint_error):
+        assert error == pytest.approx(math.sqrt(0.25 * 0.75 / 16))
+    assert one.standard_error["b"] == pytest.approx(math.sqrt(0.5 * 0.5 / 16))
     assert (one.experiments, one.left_out) == (16, 0.5)
 
 
