@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from focalgradient.dataset import Apparatus, Chosen, Session, export, read_datas
 from focalgradient.design import BlurThresholdDesign, Procedure, check_design, design_text
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose, known_threshold, right_share
+from focalgradient.report.thresholds import analyse_thresholds
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 SHORT = BlurThresholdDesign(scenes=["spheres-01"], repetitions=3, catch_trials=2, practice_trials=2, level_steps=9)
@@ -172,6 +175,21 @@ def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):
     export(next((tmp_path / "data").rglob("sub-01*.jsonl")))
     assert path.read_text() == text
     assert read_journal(next((tmp_path / "data").rglob("sub-01*.jsonl"))).head["about"]["threshold"] > 0
+
+
+def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
+    root = Path(shutil.copytree(simulated, tmp_path / "data"))
+    shutil.rmtree(root / "sourcedata")
+    for label in ("02", "03", "04"):
+        shutil.move(root / f"sub-{label}", tmp_path)
+    assert [one.participant for one in analyse_thresholds(root).result.subjects] == ["sub-01"]
+    shutil.move(tmp_path / "sub-02", root)
+    (sidecar,) = root.glob("sub-02/**/*_beh.json")
+    told = json.loads(sidecar.read_text())
+    told["Design"]["most_level"] = 1.5
+    sidecar.write_text(json.dumps(told))
+    with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
+        analyse_thresholds(root)
 
 
 @pytest.mark.slow

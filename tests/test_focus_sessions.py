@@ -3,11 +3,13 @@
 import gzip
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from focalgradient.dataset import Files, Journal, begin_dataset, read_journal, repair, validate
 from focalgradient.dataset.bids import add_participant
+from focalgradient.dataset.events import wrong_event
 from focalgradient.dataset.focus import Change, export_focus
 from focalgradient.dataset.journal import whole_lines
 
@@ -146,3 +148,31 @@ def test_a_damaged_journal_is_repaired(session: tuple[Path, Path]) -> None:
     assert any("Line 5" in one for one in made.done)
     assert any("Line 7" in one for one in made.done)
     assert validate(root).problems == ()
+
+
+TRACKER = {"name": "mouse", "pixels_per_degree": 40.0, "window_px": [1024, 768], "picture_px": [300, 201]}
+CHANGE = {"onset": 1.0, "focus_dioptre": 0.5, "gaze_x": 10.0, "gaze_y": 20.0, "gaze_dioptre": 0.5} | {
+    "latency_ms": 20,
+    "latency_frames": 1.2,
+}
+
+
+@pytest.mark.parametrize(
+    ("event", "why"),
+    [
+        ({"kind": "gaze", "samples": []}, None),
+        ({"kind": "gaze", "samples": [[0.1, 1, 2.0]]}, None),
+        ({"kind": "gaze"}, "samples of the gaze are not a list"),
+        ({"kind": "gaze", "samples": [[0.1, 1.0]]}, "a sample of the gaze is [0.1, 1.0], but must be a time, x and y"),
+        ({"kind": "gaze", "samples": [[0.1, 1.0, None]]}, "a sample of the gaze is [0.1, 1.0, None], but must be"),
+        ({"kind": "eye tracker", **TRACKER}, None),
+        ({"kind": "focus", "time": 1.0}, None),  # when it was asked for
+        ({"kind": "focus", **CHANGE}, None),
+        ({"kind": "focus", **CHANGE, "gaze_x": "10"}, "gaze_x is '10', but must be a number"),
+        ({"kind": "focus", **CHANGE, "latency_ms": True}, "latency_ms is True, but must be a number"),
+        ({"kind": "ready", "latency_ms": "soon"}, None),  # of no change of focus
+    ],
+)
+def test_notes_of_a_session_are_checked_by_their_kind(event: dict[str, Any], why: str | None) -> None:
+    found = wrong_event({"event": "note", **event}, {"event": "begun", "task": "gazefocus"})
+    assert found is None if why is None else str(found).startswith(why)

@@ -10,13 +10,15 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, latent, rise_power, sequential_power, spending_bounds
+from focalgradient.power import AnyStudy, Model, Study, latent, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power
 from focalgradient.power.sensitivity import sensitivity
-from focalgradient.power.thresholds import ThresholdStudy
+from focalgradient.power.sequential import Rule, bayes_factor
+from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 from focalgradient.statistics import Effect
+from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.meta_analysis import random_effects
 from focalgradient.statistics.skewness import Scatter, robust_factor
@@ -52,6 +54,14 @@ def test_rises_that_differ_by_nothing_are_found_to_differ_in_no_more_than_the_le
     found = rise_power(model, design, 1.2, 10, 2000, deciding_test="t")
     assert found["near_rise"] > 0.5
     assert found["interaction"] < 0.05
+
+
+@pytest.mark.parametrize(("scenes", "least", "most"), [(FEWEST_SCENES - 1, 0.3, 1.0), (FEWEST_SCENES, 0.0, 0.08)])
+def test_scenes_are_random_from_their_fewest_on(scenes: int, least: float, most: float) -> None:
+    """Scenes that differ by much and people by little: without an effect, a test for these scenes finds one often."""
+    design = DepthRatingDesign(scenes=tuple(f"spheres-{n:02}" for n in range(scenes)), fixations=("nearest",))
+    model = Model(effect=1.0, between=0.05, between_scenes=0.5, noise=0.1)
+    assert least <= rise_power(model, design, 1.2, 12, 1000, deciding_test="t")["near_rise"] <= most
 
 
 @pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])
@@ -238,6 +248,49 @@ def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
     assert 0.3 < many / few < 0.7  # 1/2, and less freedom with few
 
 
+def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_test() -> None:
+    design = DepthRatingDesign(scale="choice")
+    latent_study = LatentStudy(LatentModel(effect=20.0, far_effect=1.0), design)
+    table = latent_study.table(8, np.random.default_rng(1))
+    primary, outcome = latent_study.primary(table), latent_study.outcome(table)
+    assert isinstance(primary, Effect)
+    assert primary.low > 0
+    assert outcome["left_out"] == 0
+    assert outcome["width"] == pytest.approx(primary.high - primary.low)
+
+    study = Study(Model(effect=2.0, far_effect=1.0), DepthRatingDesign(scenes=("spheres-01", "spheres-02")))
+    table = study.table(8, np.random.default_rng(1))
+    near, outcome = study.primary(table), study.outcome(table)
+    far = study.analysed(table).fixations[1].rise
+    assert isinstance(near, Effect)
+    assert isinstance(far, Effect)
+    assert near.estimate == pytest.approx(math.log(2.0), abs=0.35)
+    assert abs(far.estimate) < 0.35
+    assert outcome["left_out"] == 0
+    for name, rise in (("width", near), ("far_width", far)):
+        assert outcome[name] == pytest.approx(rise.deciding.high - rise.deciding.low)
+
+
+def test_a_study_of_steps_refuses_ratios_by_the_name_of_the_scale() -> None:
+    design = DepthRatingDesign()
+    with pytest.raises(InputError, match=f"^scale is {design.scale!r}, whose answers are ratios: use Study"):
+        LatentStudy(LatentModel(), design)
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        Study(Model(), DepthRatingDesign()),
+        LatentStudy(LatentModel(), DepthRatingDesign(scale="choice")),
+        CubeStudy(CubeModel(), NeckerDesign()),
+        ThresholdStudy(ThresholdModel(), BlurThresholdDesign()),
+    ],
+    ids=lambda study: type(study).__name__,
+)
+def test_the_settings_of_every_study_say_that_its_subjects_are_simulated(study: AnyStudy) -> None:
+    assert study.settings()["simulated"] is True
+
+
 @pytest.mark.parametrize(("far_effect", "least", "most"), [(1.0, 5, 6), (20.0, 0, 2)])
 def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) -> None:
     model = LatentModel(effect=20.0, far_effect=far_effect, between=0.5)
@@ -245,6 +298,36 @@ def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) ->
     outcomes = [study.experiment(12, number) for number in range(6)]
     assert least <= sum(one["interaction"] for one in outcomes) <= most
     assert sum(one["near_rise"] for one in outcomes) == 6
+
+
+@pytest.mark.parametrize("rule", ["obrien-fleming", "pocock", "bayes-factor"])
+def test_a_sequential_design_is_what_a_count_of_its_experiments_gives(rule: Rule) -> None:
+    """Each experiment by SciPy's t-test, look by look, until one decides: errors in either direction, power in one."""
+    counts, experiments, factor = (6, 12, 24), 80, 2.0
+    looks = sequential_power(Drawn(0.3), counts, experiments, rule, factor=factor)
+    ends = []
+    for study in (Drawn(0.0), Drawn(0.3)):
+        for number in range(experiments):
+            values = study.table(24, study.stream(24, number))["value"].to_numpy()
+            for at, (count, look) in enumerate(zip(counts, looks, strict=True)):
+                t, p = stats.ttest_1samp(values[:count], 0.0)
+                odds = bayes_factor(float(t), count)
+                found = odds >= factor if rule == "bayes-factor" else p < look.bound
+                null = rule == "bayes-factor" and odds <= 1 / factor
+                if found or null or count == counts[-1]:
+                    ends.append((at, "null" if null else "none" if not found else "up" if t > 0 else "down"))
+                    break
+    blind, real = ends[:experiments], ends[experiments:]
+    for at, look in enumerate(looks):
+        assert look.error == pytest.approx(sum(end <= at and of in ("up", "down") for end, of in blind) / experiments)
+        assert look.power == pytest.approx(sum(end <= at and of == "up" for end, of in real) / experiments)
+        assert look.missed == pytest.approx(sum(end <= at and of == "null" for end, of in real) / experiments)
+        assert look.stopped_without_effect == pytest.approx(sum(end == at for end, _ in blind) / experiments)
+        assert look.stopped_with_effect == pytest.approx(sum(end == at for end, _ in real) / experiments)
+        assert look.mean_subjects_without_effect == pytest.approx(np.mean([counts[end] for end, _ in blind]))
+        assert look.mean_subjects_with_effect == pytest.approx(np.mean([counts[end] for end, _ in real]))
+    assert looks[-1].error > 0
+    assert (looks[-1].missed > 0) == (rule == "bayes-factor")
 
 
 def test_a_sequential_design_has_two_looks_or_more() -> None:
@@ -256,11 +339,12 @@ def test_a_sequential_design_has_two_looks_or_more() -> None:
 
 
 def test_shares_of_experiments_have_binomial_errors() -> None:
-    found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 1, 0] * 4})
+    found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 0, 0] * 4})
     [one] = power(found.assign(width=2.0, far_width=3.0, left_out=0.5), logs=False)
-    assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.75, 0.25)
-    for error in (one.standard_error["a"], one.standard_error["b"], one.joint_error):
-        assert error == pytest.approx(math.sqrt(3 / 16 / 16))
+    assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.5, 0.25)
+    for error in (one.standard_error["a"], one.joint_error):
+        assert error == pytest.approx(math.sqrt(0.25 * 0.75 / 16))
+    assert one.standard_error["b"] == pytest.approx(math.sqrt(0.5 * 0.5 / 16))
     assert (one.experiments, one.left_out) == (16, 0.5)
 
 

@@ -1,5 +1,6 @@
 """The report of a data set: its numbers are those of the analysis, it holds all it needs, and says what it lacks."""
 
+import dataclasses
 import hashlib
 import io
 import json
@@ -23,9 +24,13 @@ from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.displays import screens, screens_sheet
-from focalgradient.report.document import Heading, Table, as_html, as_markdown
-from focalgradient.report.words import rating_findings
-from focalgradient.statistics import DepthRatingResult, depth_rating
+from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
+from focalgradient.report.export import trial_files
+from focalgradient.report.gaze import gaze_part
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import Sheet, rating_sheets
+from focalgradient.report.words import necker_findings, rating_findings
+from focalgradient.statistics import DepthRatingResult, Effect, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
 
 
@@ -270,6 +275,96 @@ def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float
     assert ("not straight" in first) == (power != 1)
     assert "did not change reliably" in second
     assert ("did not differ reliably" in difference) == (near == 0)
+
+
+def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
+    result = rated(0.7, 0.0, 1.0)
+    low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
+    told = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
+    assert told.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
+    assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in told
+
+
+def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
+    result = rated(0.7, 0.0, 1.0)
+    table = next(sheet.table for sheet in rating_sheets(result) if sheet.file == "depth_rating_rises.csv")
+    assert table is not None
+    tests = [each.rise_these_scenes for each in result.fixations] + [result.interaction_these_scenes]
+    assert [row[0] for row in table.rows] == ["nearest", "farthest", "nearest / farthest"]
+    for row, test in zip(table.rows, tests, strict=True):
+        assert isinstance(test, Effect)
+        assert row[2:4] == [
+            f"{test.ratio.estimate:.2f}",
+            f"[{test.ratio.low:.2f},\N{NO-BREAK SPACE}{test.ratio.high:.2f}]",
+        ]
+    assert float(table.rows[0][2]) == pytest.approx(np.exp(0.7), rel=0.05)
+
+
+def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: Path) -> None:
+    part = analyse_ratings(data)
+    table = part.table.reset_index(drop=True).assign(gaze_left=False, gaze_away=0.5)
+    shown = table.index[~table["catch"]]
+    table.loc[shown[:3], ["gaze_left", "gaze_away"]] = [[True, 4.0], [True, 6.0], [True, np.nan]]
+    table.loc[table.index[table["catch"]][0], "gaze_left"] = True  # of a catch trial: not counted
+    sheets: list[Sheet] = []
+    blocks = list(gaze_part(dataclasses.replace(part, table=table, fixated=part), sheets))
+    told = [block.text for block in blocks if isinstance(block, Paragraph)]
+    assert told[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
+    findings = rating_findings(part.result)
+    assert told[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
+    each = len(shown) // 6
+    rows = sheets[0].digits.to_numpy().tolist()
+    assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
+
+
+def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path) -> None:
+    result = analyse_necker(data).result
+    told = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
+    assert len(told) == len(result.effects) + 1
+    for effect, sentence in zip(result.effects, told, strict=False):
+        points, low, high = (100 * value for value in (effect.share.estimate, effect.share.low, effect.share.high))
+        assert effect.share.significant
+        assert f" mm) {'raised' if points > 0 else 'lowered'} the nonrigid share of the time (" in sentence
+        wanted = (
+            f"({points:.1f} percentage points, 95 % CI [{low:.1f}, {high:.1f}]; t(5) = {effect.share.statistic:.2f}"
+        )
+        assert wanted.replace("-", "−") in sentence
+    assert told[-1] == "p values are corrected by Holm’s method over the gradients."
+
+
+def wide_table(trials: pd.DataFrame) -> pd.DataFrame:
+    files = trial_files(trials, trials, depth_rating(trials, equivalence_bound=1.2))
+    return pd.read_csv(io.BytesIO(files["depth_rating_wide.csv"]))
+
+
+def test_the_wide_table_has_log_ratios_of_the_ends_by_subject_and_scene() -> None:
+    """By hand: a middle aperture counts for nothing, repetitions are averaged on their logarithm."""
+    rows = [
+        ("01", "a", "nearest", 0.0, 1.0),
+        ("01", "a", "nearest", 4.0, 9.0),
+        ("01", "a", "nearest", 8.0, 2.0),
+        ("01", "a", "nearest", 8.0, 8.0),
+        ("01", "a", "farthest", 0.0, 2.0),
+        ("01", "a", "farthest", 4.0, 5.0),
+        ("01", "a", "farthest", 8.0, 1.0),
+    ]
+    names = ["participant_id", "scene", "fixation", "aperture_mm", "rating"]
+    table = pd.DataFrame(rows, columns=names).assign(catch=False, trial=range(1, len(rows) + 1))
+    table["aperture"] = table["aperture_mm"].map({0.0: "pinhole", 4.0: "f/4", 8.0: "f/2"})
+    wide = wide_table(table)
+    assert wide.loc[0, ["nearest", "farthest", "difference"]].tolist() == pytest.approx(np.log([4.0, 0.5, 8.0]))
+    # without a pinhole nothing is compared with it
+    without = wide_table(table.query("fixation == 'nearest' or aperture_mm > 0"))
+    assert list(without) == ["participant_id", "scene", "nearest"]
+
+
+def test_numbers_of_a_list_are_rounded_where_shown_and_whole_in_the_file() -> None:
+    rows = [["a", 12345.678], ["b", -0.5], ["c", None], ["d", float("nan")], ["e", "text"], ["f", 3]]
+    sheet = listed("own.csv", "Own", ["what", "value"], rows)
+    assert sheet.table is not None
+    shown = [row[1] for row in sheet.table.rows]
+    assert shown == ["1.235e+04", "−0.5", "", "", "text", "3"]
+    assert sheet.digits["value"].iloc[0] == 12345.678
 
 
 def test_ordinal_answers_have_their_own_tables(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 
 from focalgradient.cli import main
 from focalgradient.report import make_report
-from focalgradient.report.observed import observed_ratings, observed_thresholds
+from focalgradient.report.observed import Observed, observed_ratings, observed_thresholds
 from focalgradient.scales import analysis_named
 from focalgradient.statistics import NotComputed
 
@@ -65,3 +65,16 @@ def test_too_few_people_and_ordinal_steps_are_refused_with_the_reason():
     steps = observed_ratings(pd.DataFrame(), analysis_named("ordinal"))
     assert isinstance(steps, NotComputed)
     assert steps.reason.startswith("Steps of a scale have no observer to fit")
+
+
+@pytest.mark.parametrize(("names", "codes"), [(None, [0.0]), (["far", "by"], [1.0, 0.0]), ([10, 9], [0.0, 1.0])])
+def test_conditions_of_thresholds_are_told_apart_by_name(names: list[object] | None, codes: list[float]) -> None:
+    """In the order of their names as texts; answers of catch trials are not those of an observer of levels."""
+    table = levels(3).rename(columns={"participant": "participant_id"})
+    table["catch"] = table.index < 2
+    if names is not None:
+        table["condition"] = np.resize(np.array(names, object), len(table))
+    found = observed_thresholds(table)
+    assert isinstance(found, Observed)
+    assert found.answers.conditions["condition"].tolist() == np.resize(codes, len(table) - 2).tolist()
+    assert found.answers.answer.tolist() == table["correct"].iloc[2:].tolist()

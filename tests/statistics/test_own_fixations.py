@@ -6,6 +6,7 @@ import pytest
 
 from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import depth_rating_figure, ordinal_figure
+from focalgradient.report.scales import comparison_findings
 from focalgradient.report.words import rating_findings
 from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating, read_ratings
 from focalgradient.statistics.bayes import bayes_depth_rating
@@ -62,6 +63,22 @@ def test_two_of_ones_own_are_one_pair(table: pd.DataFrame) -> None:
     named = two.assign(fixation=two["fixation"].map({"gate": "nearest", "house": "farthest"}))
     known = depth_rating(named, equivalence_bound=1.2)
     assert found.differences["gate", "house"][0] == known.interaction
+
+
+def test_findings_of_comparisons_name_the_primary_outcome_once_and_the_direction(table: pd.DataFrame) -> None:
+    signed = table.assign(rating=np.clip(np.round(2 * np.log(table["rating"])), -3, 3))
+    for rows, verb in ((signed, "rose"), (signed.assign(rating=-signed["rating"]), "fell")):
+        found = compare_pictures(rows[rows["fixation"] == "gate"], "bipolar")
+        (slope,) = found.slopes
+        assert isinstance(slope, Effect)
+        first, largest = comparison_findings(found)
+        assert first.startswith("Primary outcome. With “gate” in focus")
+        assert f" {verb} with the aperture (" in first
+        assert largest.startswith("At the largest aperture it differed from that of pictures that are alike (")
+    told = list(comparison_findings(compare_pictures(signed, "bipolar")))
+    assert [sentence.startswith("Primary outcome. ") for sentence in told] == [True, *[False] * (len(told) - 1)]
+    assert sum("With “" in sentence for sentence in told) == 3
+    assert sum(sentence.startswith("The slopes of “") for sentence in told) == 3
 
 
 @pytest.mark.slow

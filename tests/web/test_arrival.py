@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,9 @@ def test_a_script_that_is_faster_than_its_trials_is_found(tmp_path: Path, design
         someone.ask("finish")
     found = [one for one in validate(tmp_path / "data").problems if "by the server's clock" in one]
     assert len(found) == 1
+    # the clock stood still, so that the last answer is the earliest; all before it are counted with it
+    count, of_last = re.search(r"the (\d+) answers up to main trial (\d+) came", found[0]).groups()  # type: ignore[union-attr]
+    assert (int(count), int(of_last)) == (len(someone.trials), someone.trials[-1]["trial"])
     report = make_report(tmp_path / "data")
     assert any("by the server's clock" in problem for problem in report.problems)
     assert report.files["report.md"].decode().index("by the server's clock") < 3000  # at its top

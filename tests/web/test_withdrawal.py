@@ -18,7 +18,7 @@ from starlette.testclient import TestClient
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.dataset import validate, withdraw
-from focalgradient.dataset.links import links_beside, read_links
+from focalgradient.dataset.links import forget_links, links_beside, read_links
 from focalgradient.web import People
 
 PLATFORM = {"PROLIFIC_PID": "5f1e4c0d9b", "SESSION_ID": "session-17", "STUDY_ID": "study-4"}
@@ -180,6 +180,38 @@ def test_overwriting_that_was_cut_off_is_ended_by_the_next_server(tmp_path: Path
             assert again.of(tokens[1]).participant == "002"  # type: ignore[union-attr]
             again.close()
             assert PLATFORM["PROLIFIC_PID"].encode() not in links.read_bytes(), cut
+
+
+@pytest.mark.parametrize("kept", [1, 20, 30, 36, 37, 40])
+def test_what_a_full_disk_cut_off_is_overwritten_however_short_it_is(tmp_path: Path, kept: int) -> None:
+    links = tmp_path / "links.jsonl"
+    people = People(links)
+    people.join({"id": "1"})
+    people.close()
+    whole = links.read_bytes()
+    torn = b'{"participant": "002", "sha256": "0123456789"}'[:kept]
+    links.write_bytes(whole + torn)
+    assert forget_links(links) == 1
+    after = links.read_bytes()
+    assert after[: len(whole)] == whole
+    assert len(after) == len(whole) + kept
+    # what follows the whole lines says nothing of anybody: spaces, or the marked place of nobody
+    assert after[len(whole) :].rstrip() in (b"", b'{"participant": null, "labels": 1}')
+    assert [link.participant for link in read_links(links).links] == ["001"]
+
+
+@pytest.mark.parametrize("line", [b'{"participant": 5, "stopped": true}', b'{"participant": "002"}', b"[]", b"002"])
+def test_what_is_whole_but_no_link_is_refused_and_not_overwritten(tmp_path: Path, line: bytes) -> None:
+    links = tmp_path / "links.jsonl"
+    people = People(links)
+    people.join({"id": "1"})
+    people.close()
+    whole = links.read_bytes() + line + b"\n"
+    links.write_bytes(whole)
+    for act in (read_links, forget_links):
+        with pytest.raises(InputError, match=r"links\.jsonl, line 2, is not a link: give a file of links"):
+            act(links)
+    assert links.read_bytes() == whole
 
 
 def columns(address: str) -> bytes:

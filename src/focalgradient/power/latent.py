@@ -109,7 +109,7 @@ class LatentStudy(AnyStudy):
     def __post_init__(self) -> None:
         check_fields(self)
         if self.design.response_scale.analysis.ratios:
-            raise InputError("scale is {self.design.scale!r}, whose answers are ratios: use Study, or another scale.")
+            raise InputError(f"scale is {self.design.scale!r}, whose answers are ratios: use Study, or another scale.")
         if len(self.design.apertures) < 2:
             raise InputError("apertures has only one, but the change with aperture needs at least two: add another.")
 

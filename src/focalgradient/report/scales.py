@@ -39,7 +39,8 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
             yield f"At the largest aperture it {verb} from that of pictures that are alike {ends}."
         else:
             yield f"At the largest aperture it was not tested: {largest.reason}"
-    pairs = found.differences or ({FIXATIONS: found.interaction} if found.analysis.compares_slopes else {})
+    usual = found.analysis.compares_slopes and {*found.fixations} <= {*FIXATIONS}
+    pairs = found.differences or ({FIXATIONS: found.interaction} if usual else {})
     for (one, other), test in pairs.items():
         if isinstance(test, NotComputed):
             yield f"The slopes of “{one}” and “{other}” were not compared: {test.reason}"
