@@ -64,7 +64,10 @@ TESTS: dict[str, Sequence[str]] = {
         *("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
         *("tests/test_response_scales.py", "tests/test_blur_threshold.py", "tests/test_tasks.py"),
     ),
-    "statistics": ("tests/statistics/test_*.py", "tests/test_scales.py", "tests/test_power.py"),
+    "statistics": (
+        "tests/statistics/test_*.py",
+        *("tests/test_scales.py", "tests/test_power.py", "tests/test_report_own_*.py"),
+    ),
 }
 """The tests of a room, besides its doctests: those most likely to fail first."""
 
