@@ -76,9 +76,14 @@ def test_wrong_cells_are_named(tmp_path) -> None:
     (tmp_path / "a.csv").write_text("subject,first,second,larger\nA,,,1\n")
     with pytest.raises(InputError, match="row 2: neither cue was offered"):
         read_cue_judgements(tmp_path / "a.csv")
-    (tmp_path / "b.csv").write_text("subject,s1,s2,s3,larger\nA,1,1,2,1\n")
-    with pytest.raises(InputError, match="row 2: s1 and s2 are the same stimulus"):
-        read_difference_judgements(tmp_path / "b.csv")
+    for cells, pair in (
+        ("s1,s2,s3,larger\nA,1,1,2,1\n", "s1 and s2"),
+        ("s1,s2,s3,larger\nA,1,2,2,1\n", "s2 and s3"),
+        ("s1,s2,s3,s4,larger\nA,1,2,3,3,1\n", "s3 and s4"),
+    ):
+        (tmp_path / "b.csv").write_text(f"subject,{cells}")
+        with pytest.raises(InputError, match=f"row 2: {pair} are the same stimulus"):
+            read_difference_judgements(tmp_path / "b.csv")
     (tmp_path / "c.csv").write_text("subject,s1,s2,s3,larger\nA,1,x,2,1\n")
     with pytest.raises(InputError, match="must be a number"):
         read_difference_judgements(tmp_path / "c.csv")

@@ -179,10 +179,12 @@ def read_difference_judgements(path: str | os.PathLike[str], columns: Mapping[st
     """
     own = _read(path, columns, DIFFERENCES, STIMULI, empty=False)
     shown = own.table.filter(items=STIMULI).to_numpy()
-    alike = np.isclose(shown[:, :1], shown[:, 1:2]).ravel()
-    if alike.any():
-        raise InputError(
-            f"{place(own.table, pd.Series(alike, index=own.table.index))}: s1 and s2 are the same stimulus in "
-            f"{printable(Path(path))}, so that they do not differ: leave the trial out."
-        )
+    names = STIMULI[: shown.shape[1]]
+    for one, other in ((0, 1), (-2, -1)):
+        alike = pd.Series(np.isclose(shown[:, one], shown[:, other]), index=own.table.index)
+        if alike.any():
+            raise InputError(
+                f"{place(own.table, alike)}: {names[one]} and {names[other]} are the same stimulus in "
+                f"{printable(Path(path))}, so that they do not differ: leave the trial out."
+            )
     return own
