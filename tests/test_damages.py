@@ -408,7 +408,6 @@ def test_the_data_are_valid_before_they_are_damaged(made):
     assert len(DAMAGES) >= 60
 
 
-@pytest.mark.fast_cases(50)
 @pytest.mark.parametrize("name", DAMAGES)
 def test_no_damage_passes(data, name):
     is_seen(data, *DAMAGES[name])
