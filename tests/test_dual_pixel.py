@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy import special
 
 from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.calibration import calibrate_dual_pixel
@@ -59,6 +60,12 @@ def test_halves_are_alike_and_sharp_in_focus() -> None:
         even, odd = half_transfer(y, x, radius)
         np.testing.assert_allclose(even, 1, atol=1e-9)
         np.testing.assert_allclose(odd, 0, atol=1e-9)
+
+
+def test_little_blur_displaces_the_halves_as_bessel_functions_state() -> None:
+    for z in (1e-4, 5e-3, 0.02, 0.5):  # on either side of the change from a series to the functions
+        odd = half_transfer(np.array([0.0]), np.array([1.0]), z / (2 * np.pi))[1]
+        assert odd == pytest.approx(2 * special.jv(2, z) / z, rel=1e-5)
 
 
 def test_only_an_asymmetry_that_varies_makes_blur_vary_over_the_field() -> None:

@@ -306,6 +306,12 @@ def test_a_shape_needs_a_transfer() -> None:
     assert Plain().sd_per_radius == pytest.approx(1, rel=1e-4)
 
 
+def test_a_polygon_is_turned_by_degrees_in_files_and_by_radians_inside() -> None:
+    turned = Polygon.of({"blades": 5, "rotation_deg": 90})
+    assert turned == Polygon(5, np.pi / 2)
+    assert turned.stated()["rotation_deg"] == pytest.approx(90)
+
+
 @pytest.mark.parametrize(("blades", "rotation"), [(3, 0.2), (5, 0.3), (6, 0.1)])
 def test_polygon_is_the_fourier_transform_of_a_drawn_polygon(blades: int, rotation: float) -> None:
     """Drawn as the half planes of its sides, finely, the first corner at `rotation` from right towards down."""
