@@ -185,9 +185,9 @@ def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulat
     assert [one.participant for one in analyse_thresholds(root).result.subjects] == ["sub-01"]
     shutil.move(tmp_path / "sub-02", root)
     (sidecar,) = root.glob("sub-02/**/*_beh.json")
-    told = json.loads(sidecar.read_text())
-    told["Design"]["most_level"] = 1.5
-    sidecar.write_text(json.dumps(told))
+    settings = json.loads(sidecar.read_text())
+    settings["Design"]["most_level"] = 1.5
+    sidecar.write_text(json.dumps(settings))
     with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
         analyse_thresholds(root)
 

@@ -280,9 +280,9 @@ def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float
 def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
     result = rated(0.7, 0.0, 1.0)
     low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
-    told = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
-    assert told.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
-    assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in told
+    sentence = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
+    assert sentence.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
+    assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in sentence
 
 
 def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
@@ -308,10 +308,10 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: 
     table.loc[table.index[table["catch"]][0], "gaze_left"] = True  # of a catch trial: not counted
     sheets: list[Sheet] = []
     blocks = list(gaze_part(dataclasses.replace(part, table=table, fixated=part), sheets))
-    told = [block.text for block in blocks if isinstance(block, Paragraph)]
-    assert told[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
+    sentences = [block.text for block in blocks if isinstance(block, Paragraph)]
+    assert sentences[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
     findings = rating_findings(part.result)
-    assert told[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
+    assert sentences[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
     each = len(shown) // 6
     rows = sheets[0].digits.to_numpy().tolist()
     assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
@@ -319,9 +319,9 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: 
 
 def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path) -> None:
     result = analyse_necker(data).result
-    told = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
-    assert len(told) == len(result.effects) + 1
-    for effect, sentence in zip(result.effects, told, strict=False):
+    sentences = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
+    assert len(sentences) == len(result.effects) + 1
+    for effect, sentence in zip(result.effects, sentences, strict=False):
         points, low, high = (100 * value for value in (effect.share.estimate, effect.share.low, effect.share.high))
         assert effect.share.significant
         assert f" mm) {'raised' if points > 0 else 'lowered'} the nonrigid share of the time (" in sentence
@@ -329,7 +329,7 @@ def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path
             f"({points:.1f} percentage points, 95 % CI [{low:.1f}, {high:.1f}]; t(5) = {effect.share.statistic:.2f}"
         )
         assert wanted.replace("-", "−") in sentence
-    assert told[-1] == "p values are corrected by Holm’s method over the gradients."
+    assert sentences[-1] == "p values are corrected by Holm’s method over the gradients."
 
 
 def wide_table(trials: pd.DataFrame) -> pd.DataFrame:

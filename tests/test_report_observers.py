@@ -68,7 +68,7 @@ def test_too_few_people_and_ordinal_steps_are_refused_with_the_reason():
 
 
 @pytest.mark.parametrize(("names", "codes"), [(None, [0.0]), (["far", "by"], [1.0, 0.0]), ([10, 9], [0.0, 1.0])])
-def test_conditions_of_thresholds_are_told_apart_by_name(names: list[object] | None, codes: list[float]) -> None:
+def test_conditions_of_thresholds_are_distinguished_by_name(names: list[object] | None, codes: list[float]) -> None:
     """In the order of their names as texts; answers of catch trials are not those of an observer of levels."""
     table = levels(3).rename(columns={"participant": "participant_id"})
     table["catch"] = table.index < 2

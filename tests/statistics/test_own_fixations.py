@@ -75,10 +75,13 @@ def test_findings_of_comparisons_name_the_primary_outcome_once_and_the_direction
         assert first.startswith("Primary outcome. With “gate” in focus")
         assert f" {verb} with the aperture (" in first
         assert largest.startswith("At the largest aperture it differed from that of pictures that are alike (")
-    told = list(comparison_findings(compare_pictures(signed, "bipolar")))
-    assert [sentence.startswith("Primary outcome. ") for sentence in told] == [True, *[False] * (len(told) - 1)]
-    assert sum("With “" in sentence for sentence in told) == 3
-    assert sum(sentence.startswith("The slopes of “") for sentence in told) == 3
+    sentences = list(comparison_findings(compare_pictures(signed, "bipolar")))
+    assert [one.startswith("Primary outcome. ") for one in sentences] == [
+        True,
+        *[False] * (len(sentences) - 1),
+    ]
+    assert sum("With “" in sentence for sentence in sentences) == 3
+    assert sum(sentence.startswith("The slopes of “") for sentence in sentences) == 3
 
 
 @pytest.mark.slow

@@ -210,9 +210,9 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
                 apart = APART if reach[i, j] >= 2 * APART else 1
                 if min(count, other) < max(5, MIN_COVERAGE * (reach[i, j] / apart) ** 2):
                     continue
-                one, two = a[0, 0] / 2 - a[0, 3], a[0, 0] / 2 + a[0, 3]  # weight of either side
-                low, high = (a[0, 4] / 2 - a[3, 4]) / one, (a[0, 4] / 2 + a[3, 4]) / two
-                one, two, rise = one / count, two / other, high - low
+                before, after = a[0, 0] / 2 - a[0, 3], a[0, 0] / 2 + a[0, 3]  # weight of either side
+                low, high = (a[0, 4] / 2 - a[3, 4]) / before, (a[0, 4] / 2 + a[3, 4]) / after
+                one, two, rise = before / count, after / other, high - low  # mean weights
                 sure = abs(rise) / np.sqrt((1 / one + 1 / two) / 2)
                 if sure < JUMP_SDS or min(-low / rise, high / rise) < BETWEEN:
                     continue
