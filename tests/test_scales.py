@@ -88,7 +88,7 @@ def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
     assert ("within a factor 2 of 1" in page) == (scale == "ratio")
     assert ("the standard itself, rated within one step of 0" in page) == (scale == "bipolar")
     assert ("spread answers to one picture" in page) == (scale == "ratio")
-    assert ("judged of ratios" in page) == (scale != "ratio")
+    assert ("they apply to ratios" in page) == (scale != "ratio")
     assert ("the paper’s increase is relative to the same scene’s" in page) == (scale == "ratio")
 
 

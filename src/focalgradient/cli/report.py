@@ -220,7 +220,13 @@ def report(
     with (
         resumable("nothing was written.") as say,
         options_named(
-            {"equivalence_bound is": "--bound is", "guess_rate is": "--guess-rate is", "guess is": "--guess-rate is"}
+            {
+                "equivalence_bound is": "--bound is",
+                "bound is": "--bound is",
+                "bayes is": "--bayes is",
+                "guess_rate is": "--guess-rate is",
+                "guess is": "--guess-rate is",
+            }
         ),
         shared_work(workers, scheduler, seconds) as executor,
     ):

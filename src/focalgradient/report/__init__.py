@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -131,8 +131,8 @@ def make_report(
     Raises
     ------
     InputError
-        If nothing can be analysed (the message gives the first reason), or if `bound`, `scale`, `bayes` or
-        `focal_length_mm`, which apply to ratings, are given for a table of another kind.
+        If nothing can be analysed (the message gives the first reason), or if a setting is given that applies to none
+        of the data: `bound`, `scale`, `bayes` and `focal_length_mm` apply to ratings, rules also to the cube.
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
@@ -156,6 +156,8 @@ def make_report(
             analyse_table(own.table, bound=asked.used_bound, scale=scale, rules=stated.rules, progress=progress), asked
         )
         found = _Analysed(root.stem, [ratings], [*own.problems], [*own.notes], [*own.notices])
+    applied = {name for part in found.parts for name in part.rules}
+    _refuse_unused(applied, bound, stated, bayes, found.parts)
     output = Output()
     body: list[Block] = [Notice(f"Problem: {_local(problem, root)}") for problem in found.problems]
     body += map(Notice, found.notices)
@@ -178,12 +180,28 @@ def make_report(
     files = _files(found.title, body, output)
     for part in found.parts:
         files |= part.exports()
-    files["rules.toml"] = as_toml(stated.rules, asked.used_bound).encode()
+    if applied:
+        used = asked.used_bound if "bound" in applied else None
+        files["rules.toml"] = as_toml(stated.rules, used, applied).encode()
     results = main_results(output.sheets)
     problems = [_local(one, root) for one in found.problems]
     found_in_all = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
     files["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
     return Report(files, tuple(found.problems), tuple(results), tuple(found.notices))
+
+
+def _refuse_unused(
+    applied: Collection[str], bound: float | None, stated: Stated, bayes: bool, parts: Sequence[Part]
+) -> None:
+    """Raise `InputError` for settings that no part of the report goes by."""
+    if bound is not None and "bound" not in applied and not bayes:  # Bayesian models of steps have one, too
+        raise InputError("bound is for ratings on a ratio scale, of which the data contain none: leave it out.")
+    if stated.sha256 and not applied:
+        raise InputError(
+            f"{stated.file} has rules for depth ratings and the cube, of which the data contain none: leave it out."
+        )
+    if bayes and not any(isinstance(part, RatingPart) and part.posterior for part in parts):
+        raise InputError("bayes is for ratings in ratios or steps, of which the data contain none: leave it out.")
 
 
 @dataclass(frozen=True, slots=True)

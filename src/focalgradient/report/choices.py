@@ -7,14 +7,19 @@ from collections.abc import Iterator, Sequence
 from focalgradient.report.document import Anchored, Block, Heading, Links
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 
-__all__ = ["CUBE", "DETECTION", "JUDGEMENTS", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
+__all__ = ["CUBE", "CUES", "DETECTION", "DIFFERENCES", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
 
 CHOICES = {
-    "judgements": (
+    "cues": (
         "One likelihood of all judgements",
         "The predictions from single cues are themselves uncertain. All judgements are fitted in one "
         "likelihood, so that every comparison includes this uncertainty; thresholds fitted first and combined "
         "afterwards would be treated as known.",
+    ),
+    "differences": (
+        "Scale from judgements of differences",
+        "Which of two differences is larger is enough for a scale on which equal differences look equal: nobody has to "
+        "give numbers. The six-point test shows whether the judgements have such a scale (Maloney and Yang, 2003).",
     ),
     "exclusions": (
         "Exclusions",
@@ -54,9 +59,11 @@ CHOICES = {
         "subjects the units of the test. In full: docs/statistics.md, “Depth ratings”.",
     ),
     "choice": (
-        "Log odds of choices",
-        "A share of choices is bounded by 0 and 1, so that its change with the aperture is measured in log odds; what "
-        "one person chooses again and again counts as one person. In full: docs/statistics.md, “Depth ratings”.",
+        "Slope of the share of choices",
+        "A straight line through the choices of each subject and scene gives a single value, so that subjects are the "
+        "units of the test. It finds an effect more often than the Wald test of a marginal logistic model, whose "
+        "standard error grows with the slope. Slopes are not compared between fixations: a share ends at 0 and at 1. "
+        "In full: docs/statistics.md, “Steps and choices”.",
     ),
     "holm": (
         "Holm’s correction",
@@ -100,7 +107,8 @@ CUBE = ("exclusions", "share", "holm")
 THRESHOLDS = ("threshold",)
 DETECTION = ("d-prime", "over-subjects", "holm")
 OWN = ("over-subjects", "holm")
-JUDGEMENTS = ("judgements",)
+CUES = ("cues",)
+DIFFERENCES = ("differences",)
 
 
 def of_analysis(analysis: Analysis) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.tables import necker_sheets, quality_sheets
 from focalgradient.report.words import counts, methods_necker, necker_findings
 from focalgradient.statistics import NotComputed, Quality
+from focalgradient.statistics.criteria import OF_CUBE
 
 __all__ = ["CubePart"]
 
@@ -68,6 +69,10 @@ class CubePart(Part):
     def quality(self) -> Quality:
         """Data quality and exclusions."""
         return self.reports.quality
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        return OF_CUBE
 
     def findings(self, output: Output) -> Iterator[Block]:
         part = self.reports

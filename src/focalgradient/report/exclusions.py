@@ -51,9 +51,9 @@ TRIALS: Mapping[str, str] = {
 SUBJECTS: Mapping[str, str] = {
     "catch_passed": "passed less than {rules.catch_passed:.0%} of the catch trials ({catch})",
     "repeat_factor": "spread answers to one picture by more than a factor {rules.repeat_factor:g} (geometric SD)",
-    "lapses": "gave answers more than a factor {rules.lapse_factor:g} from what their own median for the condition, "
-    "and all subjects’ answers to the picture or their own to its scene, let expect in more than "
-    "{rules.lapses:.0%} of the trials",
+    "lapses": "differed by more than a factor {rules.lapse_factor:g} from the expected answer on more than "
+    "{rules.lapses:.0%} of the trials (expected from their own median for the condition, and all subjects’ answers to "
+    "the picture or their own to its scene)",
     "fast": "answered too fast in more than {rules.fast:.0%} of the trials",
     "same_answer": "gave one and the same answer to more than {rules.same_answer:.0%} of the pictures whose answers "
     "must differ whatever blur does",
@@ -86,7 +86,7 @@ def catch_answers(analysis: Analysis, catches: Collection[str] = ("standard",)) 
     if "standard" in catches and analysis.standard_known:
         kinds.append(f"the standard itself, rated {near}")
     if {"flatter", "deeper"} & set(catches):
-        right = "chosen rightly" if analysis.binary else "rated on its side of the scale’s middle"
+        right = "chosen correctly" if analysis.binary else "rated on its side of the scale’s middle"
         kinds.append(f"a clearly flat or deep drawing, {right}")
     return "; ".join(kinds)
 
@@ -187,7 +187,8 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
     if isinstance(result, NeckerResult):
         return [
             Headline(
-                f"change of the nonrigid share of time, {each.gradient} gradient, {each.strength:g} mm (per cent)",
+                f"change of the nonrigid share of time, {each.gradient} gradient, {each.strength:g} mm "
+                "(percentage points)",
                 each.share,
                 _percent,
             )

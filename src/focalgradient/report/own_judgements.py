@@ -12,7 +12,7 @@ import numpy as np
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.difference_scales import difference_scale_figure
 from focalgradient.progress import Progress
-from focalgradient.report.choices import JUDGEMENTS
+from focalgradient.report.choices import CUES, DIFFERENCES
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
@@ -50,10 +50,6 @@ class _Judgements(Part):
         people = many(table["participant_id"].nunique(), "person").replace("persons", "people")
         return f"{many(len(table), 'judgement')} by {people}"
 
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return JUDGEMENTS
-
     def exports(self) -> Mapping[str, bytes]:
         file = f"{self.name}_trials.csv"
         return {file: safe_csv(self.own.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.own.table)}
@@ -84,17 +80,20 @@ class CuePart(_Judgements):
     def name(self) -> str:
         return "cues"
 
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return CUES
+
     def findings(self, output: Output) -> Iterator[Block]:
         found = self.found
         if isinstance(found, NotComputed):
             yield Notice(found.reason)
             return
         best = found.models[0]
-        against = "against" if found.p_optimal < 0.05 else "not against"
+        verb = "rejects" if found.p_optimal < 0.05 else "does not reject"
         yield Paragraph(
             f"{self.people}: of the rules of combination “{best.name}” has the least AIC (weight "
-            f"{number(best.weight)}). The test of optimal combination speaks {against} it (p = "
-            f"{probability(found.p_optimal)})."
+            f"{number(best.weight)}). The test of optimal combination {verb} it (p = {probability(found.p_optimal)})."
         )
         head = ["rule", "log likelihood", "parameters", "AIC", "BIC", "weight", "Bayes factor over optimal"]
         values = [
@@ -169,6 +168,10 @@ class DifferencePart(_Judgements):
     @property
     def name(self) -> str:
         return "differences"
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return DIFFERENCES
 
     def findings(self, output: Output) -> Iterator[Block]:
         yield Paragraph(f"{self.people}, of {many(len(self.stimuli), 'stimulus').replace('stimuluss', 'stimuli')}.")

@@ -17,7 +17,7 @@ from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, many, number
+from focalgradient.report.tables import Sheet, decimals, freedom, many, number, probability
 from focalgradient.report.thresholds import fitted_values
 from focalgradient.statistics import (
     Interval,
@@ -141,8 +141,8 @@ class OwnThresholdPart(Part):
             ratio = pair.effect.ratio
             yield Paragraph(
                 f"Threshold of {pair.condition} over that of {pair.other}: {_ends(ratio, '')}, "
-                f"t({number(pair.effect.df)}) = {number(pair.effect.statistic)}, p = {number(pair.effect.p)}"
-                + (f" ({number(pair.effect.p_holm)} by Holm)" if len(groups.differences) > 1 else "")
+                f"t({freedom(pair.effect.df)}) = {decimals(pair.effect.statistic)}, p = {probability(pair.effect.p)}"
+                + (f" ({probability(pair.effect.p_holm)} by Holm)" if len(groups.differences) > 1 else "")
                 + "."
             )
         yield from map(Notice, groups.remarks)
@@ -183,7 +183,8 @@ class OwnThresholdPart(Part):
             "geometric, its interval by Student’s t over people. Catch trials do not count."
         )
         if isinstance(self.groups, PsychometricGroups):
-            yield Paragraph(f"All people and conditions together: {self.groups.method}")
+            method = self.groups.method.replace(" - ", " − ")
+            yield Paragraph(f"All people and conditions were also fitted together: {method}.")
 
     def observed(self) -> Observed | NotComputed:
         return observed_thresholds(self.own.table, self.own.guess)

@@ -105,6 +105,11 @@ class Part(ABC):
     def choices(self) -> tuple[str, ...]:
         """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
 
+    @property
+    def rules(self) -> tuple[str, ...]:
+        """Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so."""
+        return ()
+
     @abstractmethod
     def exports(self) -> Mapping[str, bytes]:
         """Return the files for other software by name: all trials as a table, and scripts."""

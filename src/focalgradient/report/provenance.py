@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import pandas as pd
 
@@ -18,21 +18,10 @@ from focalgradient.files import read_bytes
 from focalgradient.report.document import Table
 from focalgradient.report.rules import Stated
 from focalgradient.report.tables import Sheet
-from focalgradient.statistics import Quality
 
 __all__ = ["listed", "provenance"]
 
 PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
-
-
-@runtime_checkable
-class Judged(Protocol):
-    """Experiment whose subjects are subject to the exclusion rules."""
-
-    @property
-    def quality(self) -> Quality:
-        """Data quality and exclusions."""
-        ...
 
 
 class Analysed(Protocol):
@@ -41,6 +30,11 @@ class Analysed(Protocol):
     @property
     def data(self) -> DataSet | None:
         """The data set; None for the user's own table."""
+        ...
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        """Rules that the analysis goes by, as in `focalgradient.report.parts.Part`."""
         ...
 
 
@@ -75,11 +69,14 @@ def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stat
         for sitting in sidecar.get("Sittings", ()):
             for name, value in sitting.get("Versions", {}).items():
                 facts.setdefault(f"recorded with {name}", {})[str(value)] = None
-    judged = [part.quality.rules for part in parts if isinstance(part, Judged)]
-    for name, value in asdict((judged or [stated.rules])[0]).items():
-        facts[f"rule {name}"] = {str(value): None}
-    facts["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
-    facts["bound of equivalence"] = {f"{bound:g}": None}
+    applied = {name for part in parts for name in part.rules}
+    for name, value in asdict(stated.rules).items():
+        if name in applied:
+            facts[f"rule {name}"] = {"none" if value is None else str(value): None}
+    if applied:
+        facts["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
+    if "bound" in applied:
+        facts["bound of equivalence"] = {f"{bound:g}": None}
     rows = [[name, ", ".join(values)] for name, values in facts.items()]
     yield listed("data_set.csv", "Data set", ["what", "value"], rows)
     hashes = []

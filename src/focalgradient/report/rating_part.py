@@ -24,6 +24,7 @@ from focalgradient.report.scales import comparison_findings, comparison_sheets, 
 from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_findings
 from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Quality
+from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
 from focalgradient.statistics.residuals import rating_residuals
 
@@ -103,6 +104,10 @@ class RatingPart(Part):
     def quality(self) -> Quality:
         """Data quality and exclusions."""
         return self.ratings.quality
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        return (*OF_RATINGS, "deciding_test", "bound") if self.ratings.analysis.ratios else OF_RATINGS
 
     def findings(self, output: Output) -> Iterator[Block]:
         part = self.ratings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from focalgradient.report.plans import in_focus
@@ -14,6 +15,9 @@ from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = ["comparison_findings", "comparison_sheets", "factor_sheet"]
+
+MINUS = re.compile(r"(?<!\w)-(?=[\d.])")
+"""Hyphens that stand for a minus."""
 
 
 def comparison_findings(found: ComparisonResult) -> Iterator[str]:
@@ -65,7 +69,8 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
         [one.fixation, one.aperture, one.aperture_mm, one.subjects, one.mean.estimate, one.mean.low, one.mean.high]
         for one in found.means
     ]
-    yield listed("comparison_means.csv", f"Mean {found.analysis.unit} over subjects, 95 % intervals by t", head, rows)
+    by = "by t on the log odds" if found.analysis.binary else "by t"
+    yield listed("comparison_means.csv", f"Mean {found.analysis.unit} over subjects, 95 % intervals {by}", head, rows)
     rows = [
         [name, over, _worded(test)]
         for over, tests in ((BOTH, found), (HERE, found.these_scenes))
@@ -100,4 +105,4 @@ def factor_sheet(found: tuple[FactorEffect, ...], analysis: Analysis) -> Sheet:
 
 
 def _worded(effect: Effect | NotComputed) -> str:
-    return effect.reason if isinstance(effect, NotComputed) else effect.summary()
+    return effect.reason if isinstance(effect, NotComputed) else MINUS.sub("−", effect.summary())

@@ -50,6 +50,9 @@ NONE = "–"
 
 SPACE = "\N{NO-BREAK SPACE}"
 
+RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Digits as exponents."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
@@ -61,16 +64,19 @@ class Sheet:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Format a number with a given number of significant digits.
+    r"""Format a number with a given number of significant digits.
 
-    >>> number(0.12345), number(1234.5), number(None)
-    ('0.123', '1230', '–')
+    >>> number(0.12345), number(1234.5), number(-0.0000456), number(None)
+    ('0.123', '1230', '−4.56\xa0×\xa010⁻⁵', '–')
     """
     if value is None or not math.isfinite(value):
         return NONE
     if value == 0:
         return "0"
     text = f"{value:#.{digits}g}"
+    if "e-" in text:
+        shown, power = text.split("e-")
+        text = f"{shown}{SPACE}×{SPACE}10⁻{power.lstrip('0').translate(RAISED)}"
     return (f"{float(text):.0f}" if "e" in text else text).rstrip(".").replace("-", "−")
 
 

@@ -76,7 +76,7 @@ class Analysis:
     @property
     def no_ratios(self) -> str:
         """Reason why the spread and lapse criteria do not apply."""
-        return f"it is judged of ratios, and these answers are {self.answers}"
+        return f"they apply to ratios, and these answers are {self.answers}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,7 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
-from focalgradient.statistics.means import family, only_difference, t_interval
+from focalgradient.statistics.means import family, only_difference, share_interval, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
@@ -60,7 +60,7 @@ class ComparisonResult:
     participants, trials
         Participant names, and number of answers without catch trials.
     means
-        Means by fixation and aperture.
+        Means by fixation and aperture; intervals of shares by t on their log odds, within 0 and 1.
     fixations
         Fixations in the data, nearest first.
     slopes
@@ -175,7 +175,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
         analysis,
         tuple(sorted(set(table["participant_id"]))),
         len(table),
-        _means(table),
+        _means(table, analysis),
         present,
         both.slopes,
         both.against_reference,
@@ -249,7 +249,8 @@ def _largest(own: Cells, analysis: Slopes | Choices) -> tuple[Test, Test]:
     return _both(own.values[:, :, -1] - analysis.alike)
 
 
-def _means(table: pd.DataFrame) -> tuple[ComparisonMean, ...]:
+def _means(table: pd.DataFrame, analysis: Slopes | Choices) -> tuple[ComparisonMean, ...]:
+    interval = share_interval if analysis.binary else t_interval
     found = []
     for fixation in fixations_of(table):
         rows = table[table["fixation"] == fixation]
@@ -257,5 +258,5 @@ def _means(table: pd.DataFrame) -> tuple[ComparisonMean, ...]:
         for mm, name in zip(names["aperture_mm"], names["aperture"], strict=True):
             cell = rows[rows["aperture_mm"] == mm]
             own = cell.groupby("participant_id")["rating"].mean().to_numpy(float)
-            found.append(ComparisonMean(fixation, str(name), float(mm), len(own), t_interval(own)))
+            found.append(ComparisonMean(fixation, str(name), float(mm), len(own), interval(own)))
     return tuple(found)

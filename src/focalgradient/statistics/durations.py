@@ -35,6 +35,10 @@ Family = Literal["gamma", "lognormal"]
 FEWEST = 5
 """Minimum number of uncensored durations."""
 
+ALIKE = 1e-3
+"""Standard deviation over people of the log mean below which they are taken not to differ: down to 0 the log likelihood
+changes by less than 1e-4."""
+
 NODES = np.linspace(-8.0, 8.0, 81)
 """Integration nodes of a person's mean, in standard deviations; the trapezoidal rule is then exact to 1e-8."""
 
@@ -102,7 +106,7 @@ class DurationsOfPeople:
     shape
         Shape of the gamma distribution; 1 is the exponential distribution.
     log_sd
-        Standard deviation over people of the log mean.
+        Standard deviation over people of the log mean; 0, without a standard error, where people do not differ.
     log_likelihood
         Maximum of the log likelihood.
     people
@@ -211,13 +215,17 @@ def fit_durations_of_people(
     )
     cost = _PeopleCost(durations, censored, who, len(names))
     start = np.log([together.shape, together.mean, 0.5])
-    found = optimize.minimize(cost, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-7})
+    bounds = [(None, None), (None, None), (math.log(ALIKE), None)]
+    options = {"xatol": 1e-5, "fatol": 1e-7}
+    found = optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
     if not (found.success and math.isfinite(found.fun)):
         return NotComputed("The likelihood of the distributions has no maximum: too many durations are censored.")
     shape, mean, log_sd = (float(number) for number in np.exp(found.x))
     covariance = covariance_at(cost, found.x)
     log_se: list[float | None] = [None] * 3 if covariance is None else [*np.sqrt(np.diag(covariance)).tolist()]
     of_shape, of_mean, of_sd = log_se
+    if log_sd < 1.01 * ALIKE:
+        log_sd, of_sd = 0.0, None
     return DurationsOfPeople(
         mean,
         of_mean,
