@@ -58,15 +58,16 @@ TESTS: dict[str, Sequence[str]] = {
         "tests/test_dual_pixel.py",
         "tests/depth/test_own_blur.py",
     ),
-    "power": ("tests/test_power.py", "tests/test_cli_power.py"),
+    "power": ("tests/test_power.py", "tests/test_cli_power.py", "tests/test_kept_reports.py"),
     "psf": ("tests/test_psf.py", "tests/test_field.py", "tests/depth/test_shapes.py", "tests/render/test_shaped.py"),
     "report": (
         *("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
         *("tests/test_response_scales.py", "tests/test_blur_threshold.py", "tests/test_tasks.py"),
+        "tests/test_kept_reports.py",
     ),
     "statistics": (
         "tests/statistics/test_*.py",
-        *("tests/test_scales.py", "tests/test_power.py", "tests/test_report_own_*.py"),
+        *("tests/test_scales.py", "tests/test_power.py", "tests/test_report_own_*.py", "tests/test_kept_reports.py"),
     ),
 }
 """The tests of a room, besides its doctests: those most likely to fail first."""

@@ -226,7 +226,7 @@ def preregister_own_task(task: Task, design: Any, asked: Planned) -> Preregister
     settings = design.model_dump(mode="json")
     subjects, table = "State the number of subjects and its reason: the task has no simulated observer.", None
     if not tests:
-        subjects = "State the number of subjects and its reason: there is no test whose power could give it."
+        subjects = "State the number of subjects and its reason: no test is made whose power would give it."
     elif task.simulates:
         study = TaskStudy(task, design, asked.seed)
         found = {one.subjects: one.found for one in power(run_here(study, SUBJECTS, EXPERIMENTS))}

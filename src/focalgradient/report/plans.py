@@ -395,7 +395,7 @@ PLANS: dict[type[Analysis], type[Plan]] = {
 
 
 REFERENCES = {
-    "standard": "the standard, a pinhole picture of another scene",
+    "standard": "the standard, a pinhole picture of another scene,",
     "same-scene": "the pinhole picture of the same scene",
 }
 """Description of the reference picture, by the design setting `reference`."""

@@ -42,7 +42,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     }
     hypotheses = [
         f"H{number}{' (primary)' if number == 1 else ''}. Blur that agrees with the {claims[test][0]} reading "
-        f"({largest:g} mm) {claims[test][1]} the nonrigid share of the time."
+        f"({largest:g} mm) {claims[test][1]} the nonrigid share of the time (two-sided test)."
         for number, test in enumerate(study.tests, start=1)
     ]
     first = claims[next(iter(study.tests))][0]

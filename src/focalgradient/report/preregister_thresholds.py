@@ -34,15 +34,15 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Prere
         ["Nobody is left out of the mean; the mean without those who miss catch trials stands beside it."],
         None,
         [*methods_thresholds(settings)],
-        "State the number of participants and its reason: there is no test whose power could give it.",
+        "State the number of participants and its reason: no test is made, but focalgradient power blur-threshold "
+        "gives how precisely a number of them determines the mean.",
         None,
         neutral=[
-            f"Catch trials at the greatest level are answered rightly by {ATTENDING:.0%} or more of the participants’ "
-            "trials.",
+            f"Participants answer {ATTENDING:.0%} or more of the catch trials, at the greatest level, correctly.",
             "The levels reach beyond the thresholds: no interval of a threshold reaches an end of the levels.",
         ],
         failed=[
-            "Where a psychometric function cannot be fitted, or its interval reaches an end of the levels, the "
-            "participant is named, and the mean is given with and without.",
+            "Where a psychometric function cannot be fitted, or its interval reaches an end of the levels, the report "
+            "names the participant; the mean is over those with a fitted function.",
         ],
     )

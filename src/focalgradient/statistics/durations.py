@@ -215,9 +215,8 @@ def fit_durations_of_people(
     )
     cost = _PeopleCost(durations, censored, who, len(names))
     start = np.log([together.shape, together.mean, 0.5])
-    bounds = [(None, None), (None, None), (math.log(ALIKE), None)]
-    options = {"xatol": 1e-5, "fatol": 1e-7}
-    found = optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
+    bounds = optimize.Bounds(np.array([-np.inf, -np.inf, math.log(ALIKE)]), np.full(3, np.inf))
+    found = optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options={"xatol": 1e-5, "fatol": 1e-7})
     if not (found.success and math.isfinite(found.fun)):
         return NotComputed("The likelihood of the distributions has no maximum: too many durations are censored.")
     shape, mean, log_sd = (float(number) for number in np.exp(found.x))
