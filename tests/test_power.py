@@ -338,13 +338,28 @@ def test_a_sequential_design_has_two_looks_or_more() -> None:
         sequential_power(Drawn(0.8), [10, 20], 20, "bayes-factor", factor=1.0)
 
 
+def test_two_standard_errors_cover_the_share_of_a_few_experiments() -> None:
+    """Exactly, over all counts of 20 experiments; 2 times the root of p (1 - p) / n cover .86 of them, and .18 at .01."""
+    shares, errors = [], []
+    for count in range(21):
+        rows = pd.DataFrame({"subjects": 8, "a": [1.0] * count + [0.0] * (20 - count)})
+        [one] = power(rows.assign(width=2.0, far_width=3.0, left_out=0.0), logs=False)
+        shares.append(one.found["a"])
+        errors.append(one.standard_error["a"])
+    true = np.linspace(0.01, 0.99, 99)[:, None]
+    within = np.abs(np.array(shares) - true) <= 2 * np.array(errors)
+    covered = (within * stats.binom.pmf(np.arange(21), 20, true)).sum(axis=1)
+    assert covered.mean() > 0.93
+    assert covered.min() > 0.88
+
+
 def test_shares_of_experiments_have_binomial_errors() -> None:
     found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 0, 0] * 4})
     [one] = power(found.assign(width=2.0, far_width=3.0, left_out=0.5), logs=False)
     assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.5, 0.25)
     for error in (one.standard_error["a"], one.joint_error):
-        assert error == pytest.approx(math.sqrt(0.25 * 0.75 / 16))
-    assert one.standard_error["b"] == pytest.approx(math.sqrt(0.5 * 0.5 / 16))
+        assert error == pytest.approx(math.sqrt(0.3 * 0.7 / 20))  # 4 of 16, and two more of either outcome
+    assert one.standard_error["b"] == pytest.approx(math.sqrt(0.5 * 0.5 / 20))
     assert (one.experiments, one.left_out) == (16, 0.5)
 
 

@@ -36,7 +36,8 @@ class Power:
         Proportion of experiments in which each of the study's tests was significant; tests not computed count as not
         significant.
     standard_error
-        Standard error of these proportions, due to the number of experiments.
+        Standard error of these proportions, due to the number of experiments, with two experiments more of either
+        outcome (Agresti and Coull, 1998), so that it is not 0 where all or none of a few experiments are significant.
     joint, joint_error
         Proportion in which all tests were significant (power of all hypotheses together), and its standard error.
     width
@@ -200,4 +201,5 @@ def power(experiments: pd.DataFrame, *, logs: bool = True) -> list[Power]:
 
 
 def _error(share: float, experiments: int) -> float:
-    return math.sqrt(share * (1 - share) / experiments)
+    more = (share * experiments + 2) / (experiments + 4)
+    return math.sqrt(more * (1 - more) / (experiments + 4))
