@@ -339,7 +339,7 @@ def test_a_sequential_design_has_two_looks_or_more() -> None:
 
 
 def test_two_standard_errors_cover_the_share_of_a_few_experiments() -> None:
-    """Exactly, over all counts of 20 experiments; 2 times the root of p (1 - p) / n cover .86 of them, and .18 at .01."""
+    """Exactly, over all counts of 20; twice the root of p (1 - p) / n covers .86 on average, and .18 at .01."""
     shares, errors = [], []
     for count in range(21):
         rows = pd.DataFrame({"subjects": 8, "a": [1.0] * count + [0.0] * (20 - count)})
