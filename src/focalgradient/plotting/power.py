@@ -48,7 +48,7 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
             widths = [getattr(each, name) for each in found]
             if not all(map(math.isnan, widths)):
                 right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
-        right.set(ylabel=_folded(study.width_label, 38))
+        right.set(ylabel=_folded(study.width_label, 30))
         least = 1 if study.logs else 0
         right.set_ylim(least, least + 1.3 * (right.get_ylim()[1] - least))  # room for the legend
         right.legend(loc="upper right", fontsize=7)

@@ -26,8 +26,9 @@ METHODS = (
     "The main results of each data set, with exclusions where there are any, were pooled by a random-effects model: "
     "the variance between data sets by Paule and Mandel (1982), interval and test by Hartung and Knapp (2001), not "
     "narrower than without their factor (Röver, Knapp and Friede, 2015), Student’s t with one degree of freedom less "
-    "than data sets. The interval of prediction is that of the effect in a new data set (Higgins, Thompson and "
-    "Spiegelhalter, 2009). Ratios were pooled on their logarithm. Probabilities are not corrected for several effects."
+    "than data sets. The interval of prediction is that of the effect in a new data set, with the uncertainty of the "
+    "variance between data sets (Nagashima, Noma and Furukawa, 2019). Ratios were pooled on their logarithm. "
+    "Probabilities are not corrected for several effects."
 )
 
 

