@@ -330,6 +330,22 @@ def test_a_sequential_design_is_what_a_count_of_its_experiments_gives(rule: Rule
     assert (looks[-1].missed > 0) == (rule == "bayes-factor")
 
 
+@pytest.mark.parametrize(("effect", "sign", "least", "most"), [(-1.5, -1, 0.9, 1), (-1.5, 0, 0.9, 1), (1.5, -1, 0, 0)])
+def test_power_counts_effects_in_the_direction_of_the_primary_test(
+    effect: float, sign: int, least: float, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the noncentral t, 12 people show an effect of 1.5 standard deviations with a power of .997."""
+    monkeypatch.setattr(Drawn, "expected_sign", sign)
+    assert least <= sequential_power(Drawn(effect), [6, 12], 30, "pocock")[-1].power <= most
+
+
+def test_a_cube_with_a_rigid_gradient_only_has_a_sequential_design_with_power() -> None:
+    """With an odds ratio of 20 in all subjects, each experiment finds less time of the nonrigid percept."""
+    design = NeckerDesign(gradients=("none", "rigid"), strengths_mm=(8.0,), repetitions=2)
+    study = CubeStudy(CubeModel(effect=20.0, between=0.0, nonrigid=0.5), design)
+    assert sequential_power(study, [6, 10], 4, "pocock")[-1].power == 1
+
+
 def test_a_sequential_design_has_two_looks_or_more() -> None:
     assert [one.subjects for one in sequential_power(Drawn(0.8), [10, 20], 20, "pocock")] == [10, 20]
     with pytest.raises(InputError, match="looks has one number of subjects"):
