@@ -10,7 +10,7 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, Study, latent, rise_power, sequential_power, spending_bounds
+from focalgradient.power import AnyStudy, Model, Study, cube, latent, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power
@@ -230,6 +230,15 @@ def test_only_effects_in_the_stated_direction_count_as_found(effect, least, most
     found = quick_cube_power(CubeStudy(CubeModel(effect=effect, between=0.1), design), [12], 200, 60)[12]
     assert set(found) == {"nonrigid_longer", "nonrigid_shorter"}
     assert all(least <= share <= most for share in found.values())
+
+
+def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 4 people drawn from a pool with normal changes of share and known mean and standard deviation."""
+    pool = pd.DataFrame({("nonrigid", 4.0): 1.2 + stats.norm.ppf((np.arange(4000) + 0.5) / 4000)})
+    monkeypatch.setattr(cube, "_changes", lambda table: pool)
+    design = NeckerDesign(gradients=("none", "nonrigid"), strengths_mm=(4.0,), repetitions=1)
+    found = quick_cube_power(CubeStudy(CubeModel(), design), [4], 20_000, 1)[4]["nonrigid_longer"]
+    assert found == pytest.approx(stats.nct.sf(stats.t.isf(0.025, 3), 3, 1.2 * 2), abs=0.015)
 
 
 @pytest.mark.slow

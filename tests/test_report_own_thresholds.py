@@ -91,6 +91,21 @@ def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None
     pd.testing.assert_frame_equal(whole.groupby("level")["correct"].agg(["sum", "size"]), expected)
 
 
+def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
+    """One half, even where fewer are right by chance, is no assumption; another rate contradicts the table."""
+    table = pd.DataFrame({"subject": "A", "level": [0.1, 0.2] * 20, "interval": [1, 2] * 20})
+    path = write(tmp_path, table.assign(response=[2] * 40))
+    own = read_thresholds(path)
+    assert own.guess == 0.5
+    assert not any("guess rate" in note for note in own.notes)
+    with pytest.raises(InputError, match=r"guess is 0\.25, but the table's alternatives give 0\.5"):
+        read_thresholds(path, guess=0.25)
+    alone = write(tmp_path, table[["subject", "level"]].assign(correct=[0, 1] * 20), "alone.csv")
+    with pytest.raises(InputError, match="fewer than guessing among two"):
+        read_thresholds(alone)
+    assert read_thresholds(alone, guess=0.25).guess == 0.25
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
