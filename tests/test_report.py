@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import io
 import json
+import math
 import re
 import shutil
 from html.parser import HTMLParser
@@ -25,10 +26,11 @@ from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
+from focalgradient.report.exclusions import sensitivity
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, rating_sheets
+from focalgradient.report.tables import Sheet, interval, probability, rating_sheets
 from focalgradient.report.words import necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, Effect, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
@@ -277,6 +279,37 @@ def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float
     assert ("did not differ reliably" in difference) == (near == 0)
 
 
+@pytest.mark.parametrize(("power", "said"), [(0.5, "is higher in the middle"), (2.0, "is lower in the middle")])
+def test_a_curve_without_a_rise_neither_flattens_nor_steepens(power: float, said: str) -> None:
+    level, bent = rated(0.0, 0.0, 1.0), rated(0.7, 0.0, power).fixations[0].curvature
+    first = dataclasses.replace(level.fixations[0], curvature=bent)
+    found = rating_findings(dataclasses.replace(level, fixations=(first, level.fixations[1])))[0]
+    assert f"The curve is not straight: it {said} than at its ends (t(" in found
+
+
+def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings(data: Path) -> None:
+    """Of skewed people the robust interval is wider than Student's, and the robust test decides."""
+    skewed = 0.5 - 0.2 * np.random.default_rng(3).exponential(size=10)
+    rows = [
+        (f"sub-{who:02}", fixation, "f/4" if mm else "pinhole", mm, scene, math.exp(own * mm / 8))
+        for who, own in enumerate(skewed)
+        for fixation, less in (("nearest", 0.0), ("farthest", 0.3))
+        for mm, own in ((0.0, own - less), (8.0, own - less))
+        for scene in ("a", "b")
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
+    result = depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=1.2)
+    sheet = sensitivity("depth_rating", analyse_ratings(data).quality, result, result)[0]
+    tests = [*(each.rise for each in result.fixations)]
+    for row, told, test in zip(sheet.table.rows[::2], sheet.digits.to_dict("records"), tests, strict=False):
+        assert isinstance(test, Effect)
+        assert test.robust is not None
+        assert test.ratio.low < 0.99 * math.exp(test.low)
+        assert row[4] == interval(test.ratio.low, test.ratio.high)
+        assert row[6] == probability(test.robust.p_holm)
+        assert [told["value_low"], told["value_high"]] == pytest.approx([test.ratio.low, test.ratio.high])
+
+
 def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
     result = rated(0.7, 0.0, 1.0)
     low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
@@ -330,6 +363,20 @@ def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path
         )
         assert wanted.replace("-", "−") in sentence
     assert sentences[-1] == "p values are corrected by Holm’s method over the gradients."
+
+
+def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
+    lines = [
+        f"{who},1,{onset},{lasts},{percept},20,none"
+        for who, rigid in (("A", 9), ("B", 10))
+        for onset, lasts, percept in ((0, rigid, "rigid"), (rigid, 20 - rigid, "nonrigid"))
+    ]
+    head = "subject,trial,onset,duration,percept,trial_duration,gradient"
+    (tmp_path / "own.csv").write_text("\n".join([head, *lines]) + "\n")
+    made = make_report(tmp_path / "own.csv")
+    assert "No trial had a gradient of blur: nothing was compared." in made.files["report.md"].decode()
+    shares = pd.read_csv(io.BytesIO(made.files["necker_shares.csv"])).set_index("percept")
+    assert shares.loc["rigid", "time.estimate"] == pytest.approx(9.5 / 20)
 
 
 def wide_table(trials: pd.DataFrame) -> pd.DataFrame:

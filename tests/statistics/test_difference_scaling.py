@@ -121,6 +121,14 @@ def test_pairs_that_change_places_turn_their_sign_in_the_six_point_test(monkeypa
     assert mirrored.tolist() == one.tolist()
 
 
+def test_the_p_value_of_the_six_point_test_counts_the_data_among_the_samples(monkeypatch):
+    """Data less probable than each of 9 samples are the first of 10."""
+    scores = iter(range(10))
+    monkeypatch.setattr("focalgradient.statistics.difference_scaling._six_point_score", lambda *_: float(next(scores)))
+    shown = draw_quadruples(6, 600, seed=2)
+    assert fit_difference_scale(shown, judged(shown, 3, SCALE[:6]), bootstrap=9).six_point_p == pytest.approx(0.1)
+
+
 def test_what_determines_no_scale_is_said():
     shown = draw_quadruples(6, 60)
     for shown_now, larger, reason in [

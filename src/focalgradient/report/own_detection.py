@@ -17,7 +17,8 @@ from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, many, number, probability
+from focalgradient.report.tables import Sheet, many, number
+from focalgradient.report.words import p_is
 from focalgradient.statistics import Effect, Interval, NotComputed, as_table
 from focalgradient.statistics.detection import (
     DetectionGroup,
@@ -147,11 +148,10 @@ class DetectionPart(Part):
         for condition, test in zip(group.differences, tests, strict=True):
             if isinstance(test, Effect):
                 corrected = " by Holm" if len(tests) > 1 else ""
-                p = probability(test.corrected_p)
                 yield Paragraph(
                     f"d′ in {condition} less that in {first}: {number(test.estimate)} (95 % interval "
                     f"{number(test.low)} to {number(test.high)}), t({test.df:g}) = {number(test.statistic)}, p"
-                    f"{corrected} {p if p.startswith('<') else f'= {p}'}."
+                    f"{corrected} {p_is(test.corrected_p)}."
                 )
             else:
                 yield Notice(f"{condition} and {first} were not compared: {test.reason}")

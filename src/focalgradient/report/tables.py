@@ -63,15 +63,18 @@ class Sheet:
 def number(value: float | None, digits: int = 3) -> str:
     """Format a number with a given number of significant digits.
 
-    >>> number(0.12345), number(1234.5), number(None)
-    ('0.123', '1230', '–')
+    >>> number(0.12345), number(1234.5), number(0.00001234), number(None)
+    ('0.123', '1230', '0.0000123', '–')
     """
     if value is None or not math.isfinite(value):
         return NONE
     if value == 0:
         return "0"
     text = f"{value:#.{digits}g}"
-    return (f"{float(text):.0f}" if "e" in text else text).rstrip(".").replace("-", "−")
+    if "e" in text and abs(value) >= 1e-7:
+        places = digits - 1 - math.floor(math.log10(abs(float(text))))
+        text = f"{float(text):.{max(places, 0)}f}"
+    return text.rstrip(".").replace("-", "−")
 
 
 def probability(p: float | None) -> str:
@@ -405,7 +408,8 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
     header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
-    sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
+    if result.effects:
+        sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()
     rows = []
     for each in result.dominance:
