@@ -18,7 +18,8 @@ from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
-from focalgradient.report.thresholds import fitted_values
+from focalgradient.report.thresholds import averaged, fitted_values
+from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     Interval,
     NotComputed,
@@ -141,8 +142,9 @@ class OwnThresholdPart(Part):
             ratio = pair.effect.ratio
             yield Paragraph(
                 f"Threshold of {pair.condition} over that of {pair.other}: {_ends(ratio, '')}, "
-                f"t({number(pair.effect.df)}) = {number(pair.effect.statistic)}, p = {number(pair.effect.p)}"
-                + (f" ({number(pair.effect.p_holm)} by Holm)" if len(groups.differences) > 1 else "")
+                f"t({number(pair.effect.df)}) = {number(pair.effect.statistic)}, "
+                f"p {p_is(pair.effect.p)}"
+                + (f", by Holm {p_is(pair.effect.p_holm)}" if len(groups.differences) > 1 else "")
                 + "."
             )
         yield from map(Notice, groups.remarks)
@@ -158,7 +160,7 @@ class OwnThresholdPart(Part):
         rows = []
         for name, result in self.results.items():
             what = f"geometric mean threshold{unit}" + (f", {name}" if name else "")
-            about = {"exclusions": "without exclusions", "what": what, "subjects": len(result.subjects)}
+            about = {"exclusions": "without exclusions", "what": what, "subjects": averaged(result.subjects)}
             rows.append(about | as_table([result.mean]).iloc[0].to_dict())
         return Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(rows))
 
