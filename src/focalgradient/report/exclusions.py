@@ -276,8 +276,8 @@ def _as_shown(one: Headline) -> dict[str, float]:
     """Return estimate and interval of the deciding test in the unit that `what` names."""
     if isinstance(one.effect, NotComputed):
         return {}
-    shown = one.effect.interval
-    ends = {"value": shown.estimate, "value_low": shown.low, "value_high": shown.high}
+    decides = one.effect.deciding
+    ends = {"value": one.effect.estimate, "value_low": decides.low, "value_high": decides.high}
     return {name: one.shown(end) for name, end in ends.items()}
 
 
