@@ -35,6 +35,9 @@ Family = Literal["gamma", "lognormal"]
 FEWEST = 5
 """Minimum number of uncensored durations."""
 
+MIN_LOG_SD = -3.5
+"""Log standard deviation over people below which it is set to 0: durations then differ by less than 3 %."""
+
 NODES = np.linspace(-8.0, 8.0, 81)
 """Integration nodes of a person's mean, in standard deviations; the trapezoidal rule is then exact to 1e-8."""
 
@@ -92,7 +95,8 @@ class DurationsOfPeople:
     """Gamma distributions of several people, with a common shape and a separate mean for each person.
 
     The log means are normally distributed over people. Standard errors (se) are from the observed information; None if
-    it is singular.
+    it is singular. If people hardly differ, `log_sd` is 0, without a standard error, and the others are those of one
+    gamma distribution of all durations.
 
     Parameters
     ----------
@@ -212,12 +216,15 @@ def fit_durations_of_people(
     cost = _PeopleCost(durations, censored, who, len(names))
     start = np.log([together.shape, together.mean, 0.5])
     found = optimize.minimize(cost, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-7})
+    if found.x[2] < MIN_LOG_SD:
+        log_se = None if together.mean_se is None else together.mean_se / together.mean
+        alike = together.mean, log_se, together.shape, together.shape_se
+        return DurationsOfPeople(*alike, 0.0, None, together.log_likelihood, people)
     if not (found.success and math.isfinite(found.fun)):
         return NotComputed("The likelihood of the distributions has no maximum: too many durations are censored.")
     shape, mean, log_sd = (float(number) for number in np.exp(found.x))
     covariance = covariance_at(cost, found.x)
-    log_se: list[float | None] = [None] * 3 if covariance is None else [*np.sqrt(np.diag(covariance)).tolist()]
-    of_shape, of_mean, of_sd = log_se
+    of_shape, of_mean, of_sd = [None] * 3 if covariance is None else np.sqrt(np.diag(covariance)).tolist()
     return DurationsOfPeople(
         mean,
         of_mean,
