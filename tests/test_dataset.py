@@ -3,8 +3,10 @@
 import hashlib
 import json
 import shutil
+from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +26,8 @@ from focalgradient.dataset import (
     read_dataset,
     validate,
 )
+from focalgradient.dataset.arrival import too_early
+from focalgradient.dataset.consistency import _too_close
 from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole
 from focalgradient.errors import InputError
 
@@ -325,6 +329,11 @@ def drop_row(path: Path, row: int) -> None:
     path.write_text("".join(lines[: row - 1] + lines[row:]))
 
 
+def repeat_row(path: Path, row: int) -> None:
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines[:row], lines[row - 1], *lines[row:]]))
+
+
 def swap_rows(path: Path, row: int) -> None:
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join([*lines[: row - 1], lines[row], lines[row - 1], *lines[row + 1 :]]))
@@ -363,6 +372,10 @@ WRONG = {
     "order changed": (lambda root: swap_rows(rating_file(root), 8), "not in the order in which they were shown"),
     "time goes back": (
         lambda root: edit(rating_file(root), 9, "onset", "1.0"),
+        "trial 8: onset is not later than in the trial before",
+    ),
+    "trial twice": (
+        lambda root: repeat_row(rating_file(root), 9),
         "trial 8: onset is not later than in the trial before",
     ),
     "gap between percepts": (
@@ -404,6 +417,46 @@ def test_what_contradicts_the_design_is_found(data, name):
     assert problems
     with pytest.raises(InputError, match=sentence):
         raise InputError(" | ".join(problems))
+
+
+def test_trials_follow_each_other_within_a_sitting_and_start_anew_with_the_next() -> None:
+    """Pictures of 1 s: the second sitting's clock begins at 0; its first trial ends at 2.5 s, its second at 5 s."""
+    shown = {
+        "trial": np.arange(1, 6),
+        "sitting": np.array([1, 1, 2, 2, 2]),
+        "onset": np.array([0.0, 9.0, 0.5, 3.0, 6.0]),
+        "response_time": np.array([2.0, 3.0, 1.0, 1.0, 1.0]),
+    }
+    design = SimpleNamespace(shown_s=1.0)
+    assert [*_too_close(shown, design)] == []
+    early = shown | {"onset": np.array([0.0, 9.0, 0.5, 2.0, 6.0])}
+    assert [*_too_close(early, design)] == [
+        "trial 4: it begins 1.5 s after the previous one, whose picture and answer took 2 s."
+    ]
+    slow = shown | {"response_time": np.array([2.0, 301.0, 1.0, 1.0, 299.0])}
+    assert [*_too_close(slow, design)] == [
+        "trial 2: response_time is 301 s, 150 times the median.",
+        "trial 5: response_time is 299 s, 150 times the median.",
+    ]
+
+
+@pytest.mark.parametrize(("seconds", "since"), [((7.0, 8.9), None), ((7.0, 9.2), "sitting"), ((33.0, 0.0), "session")])
+def test_answers_of_a_sitting_need_time_within_it(monkeypatch, seconds, since) -> None:
+    """One answer 30 s after the session began; another 7 s after it was resumed: 2 s and 1 % may be missing."""
+    began = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)
+    first, resumed, second = (
+        {"event": name, "time": at.isoformat(), "received": at.isoformat(), "phase": "main", "trial": trial}
+        for name, at, trial in (
+            ("trial", began + timedelta(seconds=30), 1),
+            ("resumed", began + timedelta(seconds=60), None),
+            ("trial", began + timedelta(seconds=67), 2),
+        )
+    )
+    spent = [(first, seconds[0]), (resumed, 0.0), (second, seconds[1])]
+    monkeypatch.setattr("focalgradient.dataset.arrival._spent", lambda *_: iter(spent))
+    found = [*too_early(SimpleNamespace(head={"time": began.isoformat()}), None, ())]
+    assert len(found) == (since is not None)
+    assert since is None or f"after the {since} began" in found[0]
 
 
 def test_a_table_that_was_changed_by_hand_is_found_by_its_journal(data):

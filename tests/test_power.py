@@ -10,7 +10,7 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, Study, latent, rise_power, sequential_power, spending_bounds
+from focalgradient.power import AnyStudy, Model, Study, cube, latent, rise_power, sequential_power, spending_bounds
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power
@@ -249,6 +249,15 @@ def test_only_effects_in_the_stated_direction_count_as_found(effect, least, most
     assert all(least <= share <= most for share in found.values())
 
 
+def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 4 people drawn from a pool with normal changes of share and known mean and standard deviation."""
+    pool = pd.DataFrame({("nonrigid", 4.0): 1.2 + stats.norm.ppf((np.arange(4000) + 0.5) / 4000)})
+    monkeypatch.setattr(cube, "_changes", lambda table: pool)
+    design = NeckerDesign(gradients=("none", "nonrigid"), strengths_mm=(4.0,), repetitions=1)
+    found = quick_cube_power(CubeStudy(CubeModel(), design), [4], 20_000, 1)[4]["nonrigid_longer"]
+    assert found == pytest.approx(stats.nct.sf(stats.t.isf(0.025, 3), 3, 1.2 * 2), abs=0.015)
+
+
 @pytest.mark.slow
 def test_power_falls_as_people_differ_more() -> None:
     study = CubeStudy(CubeModel(effect=3.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
@@ -345,6 +354,22 @@ def test_a_sequential_design_is_what_a_count_of_its_experiments_gives(rule: Rule
         assert look.mean_subjects_with_effect == pytest.approx(np.mean([counts[end] for end, _ in real]))
     assert looks[-1].error > 0
     assert (looks[-1].missed > 0) == (rule == "bayes-factor")
+
+
+@pytest.mark.parametrize(("effect", "sign", "least", "most"), [(-1.5, -1, 0.9, 1), (-1.5, 0, 0.9, 1), (1.5, -1, 0, 0)])
+def test_power_counts_effects_in_the_direction_of_the_primary_test(
+    effect: float, sign: int, least: float, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the noncentral t, 12 people show an effect of 1.5 standard deviations with a power of .997."""
+    monkeypatch.setattr(Drawn, "expected_sign", sign)
+    assert least <= sequential_power(Drawn(effect), [6, 12], 30, "pocock")[-1].power <= most
+
+
+def test_a_cube_with_a_rigid_gradient_only_has_a_sequential_design_with_power() -> None:
+    """With an odds ratio of 20 in all subjects, each experiment finds less time of the nonrigid percept."""
+    design = NeckerDesign(gradients=("none", "rigid"), strengths_mm=(8.0,), repetitions=2)
+    study = CubeStudy(CubeModel(effect=20.0, between=0.0, nonrigid=0.5), design)
+    assert sequential_power(study, [6, 10], 4, "pocock")[-1].power == 1
 
 
 def test_a_sequential_design_has_two_looks_or_more() -> None:

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import io
 import json
+import math
 import re
 import shutil
 from html.parser import HTMLParser
@@ -23,15 +24,20 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
+from focalgradient.report import robustness_part as robustness_module
 from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
+from focalgradient.report.exclusions import sensitivity
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
+from focalgradient.report.parts import Output
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, rating_sheets
-from focalgradient.report.words import necker_findings, rating_findings
-from focalgradient.statistics import DepthRatingResult, Effect, depth_rating
+from focalgradient.report.scales import comparison_sheets
+from focalgradient.report.tables import Sheet, interval, probability, rating_sheets
+from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
+from focalgradient.statistics import DepthRatingResult, Effect, compare_pictures, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
+from focalgradient.statistics.robustness import Variant
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +76,7 @@ def page(made) -> str:
 
 
 def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
+    assert not any("observers" in name for name in made.files)  # on demand
     result = analyse_ratings(data, bound=1.25).result
     rises = table(made, "depth_rating_rises.csv").set_index(["fixation", "generalises_over"])
     near = result.fixations[0].rise
@@ -277,6 +284,37 @@ def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float
     assert ("did not differ reliably" in difference) == (near == 0)
 
 
+@pytest.mark.parametrize(("power", "said"), [(0.5, "is higher in the middle"), (2.0, "is lower in the middle")])
+def test_a_curve_without_a_rise_neither_flattens_nor_steepens(power: float, said: str) -> None:
+    level, bent = rated(0.0, 0.0, 1.0), rated(0.7, 0.0, power).fixations[0].curvature
+    first = dataclasses.replace(level.fixations[0], curvature=bent)
+    found = rating_findings(dataclasses.replace(level, fixations=(first, level.fixations[1])))[0]
+    assert f"The curve is not straight: it {said} than at its ends (t(" in found
+
+
+def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings(data: Path) -> None:
+    """Of skewed people the robust interval is wider than Student's, and the robust test decides."""
+    skewed = 0.5 - 0.2 * np.random.default_rng(3).exponential(size=10)
+    rows = [
+        (f"sub-{who:02}", fixation, "f/4" if mm else "pinhole", mm, scene, math.exp(own * mm / 8))
+        for who, own in enumerate(skewed)
+        for fixation, less in (("nearest", 0.0), ("farthest", 0.3))
+        for mm, own in ((0.0, own - less), (8.0, own - less))
+        for scene in ("a", "b")
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
+    result = depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=1.2)
+    sheet = sensitivity("depth_rating", analyse_ratings(data).quality, result, result)[0]
+    tests = [*(each.rise for each in result.fixations)]
+    for row, told, test in zip(sheet.table.rows[::2], sheet.digits.to_dict("records"), tests, strict=False):
+        assert isinstance(test, Effect)
+        assert test.robust is not None
+        assert test.ratio.low < 0.99 * math.exp(test.low)
+        assert row[4] == interval(test.ratio.low, test.ratio.high)
+        assert row[6] == probability(test.robust.p_holm)
+        assert [told["value_low"], told["value_high"]] == pytest.approx([test.ratio.low, test.ratio.high])
+
+
 def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
     result = rated(0.7, 0.0, 1.0)
     low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
@@ -332,6 +370,20 @@ def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path
     assert sentences[-1] == "p values are corrected by Holm’s method over the gradients."
 
 
+def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
+    lines = [
+        f"{who},1,{onset},{lasts},{percept},20,none"
+        for who, rigid in (("A", 9), ("B", 10))
+        for onset, lasts, percept in ((0, rigid, "rigid"), (rigid, 20 - rigid, "nonrigid"))
+    ]
+    head = "subject,trial,onset,duration,percept,trial_duration,gradient"
+    (tmp_path / "own.csv").write_text("\n".join([head, *lines]) + "\n")
+    made = make_report(tmp_path / "own.csv")
+    assert "No trial had a gradient of blur: nothing was compared." in made.files["report.md"].decode()
+    shares = pd.read_csv(io.BytesIO(made.files["necker_shares.csv"])).set_index("percept")
+    assert shares.loc["rigid", "time.estimate"] == pytest.approx(9.5 / 20)
+
+
 def wide_table(trials: pd.DataFrame) -> pd.DataFrame:
     files = trial_files(trials, trials, depth_rating(trials, equivalence_bound=1.2))
     return pd.read_csv(io.BytesIO(files["depth_rating_wide.csv"]))
@@ -376,6 +428,12 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
         rows.to_csv(file, sep="\t", index=False)
     made = make_report(root, scale="ordinal")
     assert "Cumulative-link mixed model" in page(made)
+    for sentence in (
+        "Primary outcome. With the nearest object in focus, ratings",
+        "With the farthest object in focus, ratings",
+    ):
+        assert page(made).count(sentence) == 1
+    assert page(made).count("The two slopes ") == 1
     assert "odds ratio of a higher answer at the largest aperture" in page(made)
     assert {"depth_rating_ordinal.csv", "depth_rating_thresholds.csv", "depth_rating_shares.csv"} <= set(made.files)
     assert "depth_rating_means.csv" not in made.files
@@ -384,6 +442,47 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
     assert list(wide) == ["participant_id", *conditions]
     first = rows.query("participant_id == 'sub-01' and fixation == 'farthest' and aperture == 'f/11' and not catch")
     assert wide.set_index("participant_id").loc["sub-01", "farthest f/11"] == pytest.approx(first["rating"].mean())
+
+
+@pytest.mark.parametrize(
+    ("fixations", "differences"),
+    [
+        (("nearest", "farthest"), ["difference of the slopes"]),
+        (("a", "b", "c"), [f"difference of the slopes, {pair}" for pair in ("a less b", "a less c", "b less c")]),
+    ],
+)
+def test_differences_of_slopes_are_tabled_by_pair(fixations: tuple[str, ...], differences: list[str]) -> None:
+    rows = [
+        (f"{who}", fixation, "f/2" if mm else "pinhole", mm, "room", mm * (1 + who % 2 + number))
+        for who in range(4)
+        for number, fixation in enumerate(fixations)
+        for mm in (0.0, 1.0)
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
+    found = compare_pictures(table.assign(trial=range(len(table)), catch=False), "bipolar")
+    tests = [*comparison_sheets(found)][1].digits
+    named = tests[tests["holds for other"].str.startswith("subjects;")]["what"].tolist()
+    assert [name for name in named if name.startswith("difference")] == differences
+    assert [name for name in named if name.startswith("slope")] == [f"slope, {name} in focus" for name in fixations]
+
+
+def test_robustness_is_drawn_of_the_first_fixation(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[list[Variant]] = []
+    monkeypatch.setattr(robustness_module, "robustness_figure", lambda own, *_, **__: drawn.append(own))
+    monkeypatch.setattr(Output, "figure", lambda self, name, figure, caption: Paragraph(caption))
+    *_, caption = robustness_module.robustness_part(analyse_ratings(data), Output())
+    assert {each.fixation for each in drawn[0]} == {"nearest"}
+    assert caption.text.startswith("Robustness, the nearest object in focus:")
+
+
+def test_a_table_of_ones_own_is_described_without_its_catch_trials(data: Path) -> None:
+    part = analyse_ratings(data)
+    main = part.table[~part.table["catch"]]
+    catch = main.head(2).assign(catch=True, scene=["flat", "deep"], aperture="f/32", aperture_mm=99.0)
+    own = dataclasses.replace(part, table=pd.concat([main, catch]), data=None)
+    said = methods_ratings(own, 1.2)[0].replace("\N{NO-BREAK SPACE}", " ")
+    assert f"rated {main['scene'].nunique()} scenes at the apertures pinhole" in said
+    assert "f/32" not in said
 
 
 def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() -> None:

@@ -85,6 +85,28 @@ def test_one_without_noise_is_left_out_and_named(tmp_path: Path) -> None:
     assert report.results[0]["subjects"] == 2
 
 
+def test_nobody_with_both_signal_and_noise_is_refused(tmp_path: Path) -> None:
+    table = pd.DataFrame({"subject": ["A", "A", "B", "B"], "signal": [1, 1, 0, 0], "response": [1, 0, 1, 0]})
+    with pytest.raises(InputError, match="Nobody was shown both signal and noise"):
+        make_report(write(tmp_path, table))
+
+
+def test_a_person_whose_ratings_hardly_overlap_has_an_area_and_no_ratio_of_deviations(tmp_path: Path) -> None:
+    """Noise: 6 sure "no", 2 unsure and 2 sure "yes". Signal: 5 unsure "yes", above .6 of the noise and equal to .2 of
+    it, and 5 sure "yes", above .8 and equal to .2.
+    """
+    sure = {"signal": [0] * 10 + [1] * 10, "response": [0] * 6 + [1] * 14, "confidence": [2] * 6 + [1, 1, 2, 2]}
+    sure["confidence"] += [1] * 5 + [2] * 5
+    others = answers(3, 200, 2).query("where == 'fovea'").drop(columns="where")
+    report = make_report(write(tmp_path, pd.concat([others, pd.DataFrame({"subject": "P9", **sure})])))
+    each = pd.read_csv(io.BytesIO(report.files["detection.csv"]), index_col=0)
+    assert each.loc["P9", "area"] == pytest.approx((0.6 + 0.1 + 0.8 + 0.1) / 2)
+    assert np.isnan(each.loc["P9", ["d_a", "SD ratio"]].astype(float)).all()
+    found = {row["what"]: row for row in report.results}
+    assert found["mean area under the ROC"]["estimate"] == pytest.approx(each["area"].mean(), rel=1e-6)
+    json.loads(report.files["results.json"])
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

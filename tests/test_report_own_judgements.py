@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import html
+import re
 from io import BytesIO
 
 import numpy as np
@@ -70,6 +73,31 @@ def test_a_table_of_differences_gives_the_scale_that_the_library_gives(tmp_path)
     fit = pd.read_csv(BytesIO(report.files["differences_people.csv"])).iloc[0]
     assert [fit["noise"], fit["log likelihood"]] == pytest.approx([found.sigma, found.log_likelihood], rel=1e-12)
     assert "differences.png" in report.files
+
+
+@pytest.mark.parametrize(("p", "said"), [(4e-5, "against it (p <\xa0.001)"), (0.0612, "not against it (p =\xa0.061)")])
+def test_a_small_p_of_optimal_combination_is_worded(p: float, said: str, tmp_path, monkeypatch) -> None:
+    cues().to_csv(tmp_path / "own.csv", index=False)
+
+    def fitted(*answers: np.ndarray):
+        return dataclasses.replace(fit_cue_combination(*answers, bootstrap=0), p_optimal=p)
+
+    monkeypatch.setattr("focalgradient.report.own_judgements.fit_cue_combination", fitted)
+    page = make_report(tmp_path / "own.csv").files["report.html"].decode()
+    assert f"speaks {said}" in html.unescape(re.sub("<.*?>", "", page))
+
+
+@pytest.mark.parametrize(("p", "said"), [(0.0005, "allows (p <\xa0.001)"), (0.06, None)])
+def test_only_violations_of_the_six_point_condition_at_the_level_are_named(
+    p: float, said: str | None, tmp_path, monkeypatch
+) -> None:
+    table, shown, larger = differences()
+    table.to_csv(tmp_path / "own.csv", index=False)
+    fit = dataclasses.replace(fit_difference_scale(shown, larger), six_point_p=p)
+    monkeypatch.setattr("focalgradient.report.own_judgements.fit_difference_scale", lambda *_, **__: fit)
+    page = make_report(tmp_path / "own.csv").files["report.md"].decode().replace("*p*", "p").replace("&lt;", "<")
+    assert ("violate the six-point condition" in page) == (said is not None)
+    assert said is None or said in page.replace("\\<", "<")
 
 
 def test_wrong_cells_are_named(tmp_path) -> None:

@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 from focalgradient.cli import main
 from focalgradient.errors import InputError
+from focalgradient.plotting.thresholds import draw_functions
 from focalgradient.report import make_report
-from focalgradient.statistics import read_ratings, read_thresholds
+from focalgradient.report.document import Paragraph
+from focalgradient.report.own_thresholds import OwnThresholdPart
+from focalgradient.report.parts import Output
+from focalgradient.statistics import (
+    Interval,
+    NotComputed,
+    PsychometricGroups,
+    ThresholdFit,
+    ThresholdResult,
+    fit_threshold,
+    read_ratings,
+    read_thresholds,
+)
 from focalgradient.statistics.own_thresholds import holds_thresholds
+from focalgradient.statistics.thresholds import SubjectThreshold
 
 pytest.importorskip("psignifit", reason="the extra thresholds is not installed")
 
@@ -89,6 +105,60 @@ def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None
         one["correct"] = one["correct"].astype(int)
     expected = plain.groupby("level")["correct"].agg(["sum", "size"])
     pd.testing.assert_frame_equal(whole.groupby("level")["correct"].agg(["sum", "size"]), expected)
+
+
+def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
+    """Two sessions of A and of B; C has no threshold."""
+    own = read_thresholds(write(tmp_path, answers(people=1, repeats=4)))
+    fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
+    sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
+    subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
+    mean = Interval(0.2, 0.1, 0.3)
+    part = OwnThresholdPart(own, {"": ThresholdResult("D", subjects, mean, mean)}, NotComputed("one group"), False)
+    assert part._means().digits["subjects"].tolist() == [2]
+
+
+def test_p_values_below_a_thousandth_are_said_to_be_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path, answers(people=2, repeats=10))
+    part = OwnThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
+    assert isinstance(part.groups, PsychometricGroups)
+    (pair,) = part.groups.differences
+    effect = dataclasses.replace(pair.effect, p=3e-9, p_holm=3e-9)
+    groups = dataclasses.replace(part.groups, differences=(dataclasses.replace(pair, effect=effect),))
+    monkeypatch.setattr(Output, "figure", lambda *_: None)
+    said = [one.text for one in part._grouped(groups, Output()) if isinstance(one, Paragraph)]
+    assert any(text.endswith("p <\xa0.001.") for text in said)
+
+
+def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:
+    """At the threshold half of the answers that are not guessed are right, 62.5 % in all; far above, all but lapses."""
+    levels = np.repeat([0.05, 0.1, 0.2, 0.4], 20)
+    right = np.concatenate([np.arange(20) < count for count in (5, 8, 15, 20)])
+    fit = fit_threshold(levels, right, least=0.02, most=2.0, guess=0.25)
+    assert fit.correct([1e-6, fit.threshold, 1e6]) == pytest.approx(
+        [0.25, 0.25 + (0.75 - fit.lapse) / 2, 1 - fit.lapse], abs=1e-6
+    )
+    assert fit.correct_at_threshold == 0.625
+    ax = Figure().subplots()
+    draw_functions(
+        ax, ThresholdResult("D", (SubjectThreshold("a", "", 0, 0, True, fit),), NotComputed(""), NotComputed(""))
+    )
+    assert any(list(line.get_ydata()) == [0.625, 0.625] for line in ax.lines)
+
+
+def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
+    """One half, even where fewer are right by chance, is no assumption; another rate contradicts the table."""
+    table = pd.DataFrame({"subject": "A", "level": [0.1, 0.2] * 20, "interval": [1, 2] * 20})
+    path = write(tmp_path, table.assign(response=[2] * 40))
+    own = read_thresholds(path)
+    assert own.guess == 0.5
+    assert not any("guess rate" in note for note in own.notes)
+    with pytest.raises(InputError, match=r"guess is 0\.25, but the table's alternatives give 0\.5"):
+        read_thresholds(path, guess=0.25)
+    alone = write(tmp_path, table[["subject", "level"]].assign(correct=[0, 1] * 20), "alone.csv")
+    with pytest.raises(InputError, match="fewer than guessing among two"):
+        read_thresholds(alone)
+    assert read_thresholds(alone, guess=0.25).guess == 0.25
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,9 @@ from focalgradient.power import CubeModel, CubeStudy, Model, cube_experiment, qu
 from focalgradient.report import Stated, load_rules, make_report
 from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import safe_csv
+from focalgradient.report.parts import BOUND
 from focalgradient.report.preregister import preregistration
+from focalgradient.report.preregistered import Planned
 from focalgradient.report.rules import as_toml
 from focalgradient.statistics import Rules, quality
 
@@ -208,6 +210,11 @@ def test_power_of_the_cube_from_a_pool_is_that_of_whole_experiments() -> None:
     quick = quick_cube_power(study, [8], people=300)[8]
     for test in study.tests:
         assert quick[test] == pytest.approx(np.mean([each[test] for each in whole]), abs=0.25)
+
+
+@pytest.mark.parametrize(("given", "of_rules", "used"), [(None, None, BOUND), (None, 1.3, 1.3), (1.4, 1.3, 1.4)])
+def test_a_given_bound_is_used_before_that_of_the_rules_and_the_default(given, of_rules, used) -> None:
+    assert Planned(Stated(Rules(), of_rules), given).used_bound == used
 
 
 def test_a_bound_of_0_is_refused_and_not_taken_for_none_given(tmp_path):

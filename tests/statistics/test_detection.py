@@ -5,7 +5,16 @@ import pytest
 from scipy import stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import MetaSensitivity, RatingRoc, meta_sensitivity, rating_roc, sensitivity
+from focalgradient.statistics import (
+    MetaSensitivity,
+    NotComputed,
+    RatingRoc,
+    detection_by_person,
+    meta_sensitivity,
+    rating_roc,
+    sensitivity,
+)
+from focalgradient.statistics.detection import roc_area
 
 
 def counted(mean: float, sd: float, cuts: list[float], trials: float) -> np.ndarray:
@@ -102,3 +111,51 @@ def test_meta_d_is_d_where_confidence_is_of_the_same_evidence_and_less_with_nois
 def test_wrong_counts_are_named(call, sentence):
     with pytest.raises(InputError, match=sentence):
         call()
+
+
+@pytest.mark.parametrize("column", ["signal", "answer"])
+@pytest.mark.parametrize(("cell", "said"), [(np.nan, "nan"), ("no", "'no'"), (2, "2")])
+def test_an_answer_that_is_neither_yes_nor_no_is_refused(column: str, cell: object, said: str) -> None:
+    """Each of them is true to Python, and so would count as a hit or a false alarm."""
+    table = {"participant_id": ["a"] * 4, "signal": [1, 1, 0, 0], "answer": [1, 0, 1, 0]}
+    table[column] = [*table[column][:3], cell]  # type: ignore[list-item]
+    with pytest.raises(InputError, match=f"{column} is {said}.*, but must be True or False"):
+        detection_by_person(table)
+
+
+def test_a_table_without_trials_is_refused() -> None:
+    with pytest.raises(InputError, match="no trials"):
+        detection_by_person({"participant_id": [], "signal": [], "answer": []})
+
+
+@pytest.mark.parametrize(
+    ("signal", "noise"),
+    [
+        ([0, 0, 5, 5], [6, 0, 2, 2]),  # points (.2, .5) and (.4, 1): any steeper line fits better
+        ([5, 0, 1, 14], [13, 0, 0, 7]),  # two hit rates at one false-alarm rate
+        ([2, 3, 3, 2, 6, 23], [38, 1, 0, 0, 0, 0]),  # two false-alarm rates at one hit rate, if rates of 0 count
+        ([0, 0, 6, 14], [12, 4, 3, 1]),
+        ([9, 0, 0], [0, 0, 9]),
+    ],
+)
+def test_a_ratio_of_deviations_of_which_every_larger_or_smaller_one_fits_better_is_not_stated(
+    signal: list[int], noise: list[int]
+) -> None:
+    """The likelihood of the line through all points is reached only in the limit, 0 or infinity."""
+    assert isinstance(rating_roc(signal, noise), NotComputed)
+    compared = np.sign(np.subtract.outer(np.arange(len(signal)), np.arange(len(noise))))
+    wins = np.array(signal) @ (0.5 + compared / 2) @ np.array(noise)
+    assert roc_area(signal, noise) == pytest.approx(wins / sum(signal) / sum(noise))
+
+
+def test_a_single_point_between_0_and_1_with_one_on_either_side_determines_the_curve() -> None:
+    """Points (0, .3), (.2, .5) and (.4, 1): both a steep and a flat line miss one."""
+    found = rating_roc([0, 50, 20, 30], [60, 20, 20, 0])
+    assert isinstance(found, RatingRoc)
+    assert 0.5 < found.sd_ratio.estimate < 2
+
+
+def test_meta_d_without_curvature_at_its_maximum_has_no_interval() -> None:
+    found = meta_sensitivity([0, 31, 0, 5], [20, 13, 3, 0])
+    assert isinstance(found, MetaSensitivity)
+    assert (found.meta_d.low, found.meta_d.high) == (None, None)

@@ -51,6 +51,19 @@ def test_the_order_within_a_pair_and_of_the_pairs_does_not_matter():
     assert fit_difference_scale(shown[:, [2, 3, 0, 1]], ~larger).values == pytest.approx(same.values)
 
 
+@pytest.mark.parametrize(("last", "increases"), [(-1.0, False), (0.5, True)])
+def test_only_the_last_value_must_be_above_the_first(last: float, increases: bool) -> None:
+    """Judgements by the scale 0, 1, 2, -1 and the last value, of every two pairs."""
+    scale = np.array([0.0, 1.0, 2.0, -1.0, last])
+    shown = np.array([quad for quad in np.ndindex(5, 5, 5, 5) if quad[0] < quad[1] and quad[2] < quad[3]])
+    second, first = scale[shown[:, 3]] - scale[shown[:, 2]], scale[shown[:, 1]] - scale[shown[:, 0]]
+    larger = np.random.default_rng(2).standard_normal(20 * len(shown)) < np.tile(second - first, 20)
+    fit = fit_difference_scale(np.tile(shown, (20, 1)), larger)
+    assert isinstance(fit, NotComputed) != increases
+    if increases:
+        assert fit.values[3] < 0 < fit.values[-1]
+
+
 def test_designs_have_every_combination_equally_often():
     quadruples = draw_quadruples(7, 70, seed=1)
     _, times = np.unique(np.sort(quadruples, axis=1), axis=0, return_counts=True)
@@ -106,6 +119,14 @@ def test_pairs_that_change_places_turn_their_sign_in_the_six_point_test(monkeypa
     assert one[-4:].tolist() == [1, -1, -1, -1]
     assert turned.tolist() == (-one).tolist()
     assert mirrored.tolist() == one.tolist()
+
+
+def test_the_p_value_of_the_six_point_test_counts_the_data_among_the_samples(monkeypatch):
+    """Data less probable than each of 9 samples are the first of 10."""
+    scores = iter(range(10))
+    monkeypatch.setattr("focalgradient.statistics.difference_scaling._six_point_score", lambda *_: float(next(scores)))
+    shown = draw_quadruples(6, 600, seed=2)
+    assert fit_difference_scale(shown, judged(shown, 3, SCALE[:6]), bootstrap=9).six_point_p == pytest.approx(0.1)
 
 
 def test_what_determines_no_scale_is_said():

@@ -66,6 +66,18 @@ def test_the_likelihood_is_that_of_the_integral_over_people():
     assert fit.log_likelihood == pytest.approx(total, abs=1e-5)
 
 
+def test_people_who_do_not_differ_have_the_mean_and_errors_of_one_distribution():
+    """By the same gamma variates for each of 6 people, so that their means agree more than by chance."""
+    quantiles = stats.gamma(2.0, scale=2.5).ppf((np.arange(15) + 0.5) / 15)
+    durations, who = np.tile(quantiles, 6), np.repeat(np.arange(6), 15)
+    fit = fit_durations_of_people(np.minimum(durations, 12.0), durations > 12.0, who)
+    one = fit_durations(np.minimum(durations, 12.0), durations > 12.0, "gamma")
+    assert (fit.log_sd, fit.log_sd_se) == (0.0, None)
+    assert (fit.geometric_mean, fit.shape, fit.shape_se) == (one.mean, one.shape, one.shape_se)
+    assert fit.geometric_mean_log_se == pytest.approx(1 / math.sqrt(90 * fit.shape), rel=0.1)
+    assert fit.log_likelihood == pytest.approx(one.log_likelihood)
+
+
 def test_standard_errors_of_one_person_are_those_of_the_information():
     """Of the gamma's mean: mean / sqrt(n shape), whatever the shape is."""
     random = np.random.default_rng(0)

@@ -93,6 +93,12 @@ def test_wide_with_words_for_the_pinhole(tmp_path: Path) -> None:
     assert not own.problems
 
 
+def test_lenses_of_f_numbers_of_1_and_below_are_apertures(tmp_path: Path) -> None:
+    own = read_ratings(write(tmp_path, "participant;near f0,95;near f1;near sharp\n1;1,4;1,3;1,0\n"))
+    assert own.table["aperture"].tolist() == ["f/0.95", "f/1", "pinhole"]
+    assert not own.problems
+
+
 def test_a_wide_column_whose_aperture_is_not_understood_is_a_problem(tmp_path: Path) -> None:
     """It was left out with a note at the report's end, and the rise was not tested."""
     path = write(tmp_path, "participant;near f5,6;near pin\n1;1,4;1,0\n")

@@ -125,6 +125,8 @@ def test_people_in_one_condition_each_leave_fewer_degrees_of_freedom():
     assert [one.subjects for one in found.groups] == [2, 2]
     (effect,) = (one.effect for one in found.differences)
     assert effect.df == 2
+    thresholds = [one.threshold.estimate for one in found.groups]
+    assert effect.estimate == pytest.approx(math.log(thresholds[0] / thresholds[1]))
     assert effect.high - effect.low == pytest.approx(2 * stats.t.ppf(0.975, 2) * effect.standard_error)
     assert effect.method.endswith("t on subjects - conditions")
 

@@ -28,7 +28,7 @@ from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.ordinal_people import _thresholds
 from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.skewness import Scatter, robust
-from focalgradient.statistics.subject_integrals import _height, conditional_modes, joint_densities
+from focalgradient.statistics.subject_integrals import _height, _solved, conditional_modes, joint_densities
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -120,6 +120,14 @@ def test_answers_in_one_step_or_perfectly_ordered_have_no_ordinal_slope() -> Non
     assert "All answers are the same" in same.rises[0].reason
     steps = table["aperture"].map({"pinhole": 1, "f/22": 2, "f/11": 3, "f/5.6": 4})
     assert isinstance(analyse(table.assign(rating=steps), scale="ordinal").ordinal.rises[0], NotComputed)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 4])
+def test_the_compiled_solution_of_a_linear_system_is_that_of_numpy(size: int) -> None:
+    rng = np.random.default_rng(size)
+    root, right, found = rng.normal(size=(size, size)), rng.normal(size=size), np.empty(size)
+    _solved(root @ root.T + np.eye(size), right, found)
+    assert found == pytest.approx(np.linalg.solve(root @ root.T + np.eye(size), right))
 
 
 def test_the_gradient_of_the_ordinal_likelihood_is_that_of_its_value() -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from focalgradient.errors import InputError
 from focalgradient.statistics import Effect, EzDiffusion, NotComputed, response_times
+from focalgradient.statistics.response_times import _ez
 
 
 def diffused(rng: np.random.Generator, drift: float, boundary: float, trials: int) -> tuple[np.ndarray, np.ndarray]:
@@ -101,6 +102,13 @@ def test_gaps_confounded_answers_and_chance_are_no_errors() -> None:
     assert isinstance(at_chance, EzDiffusion)
     assert at_chance.drift.estimate == pytest.approx(0.0, abs=1e-9)
     assert "drift 0" in right.summary()
+
+
+@pytest.mark.parametrize(("share", "drift"), [(0.5, 0.0), (0.5001, 4e-4 / 1.2), (0.501, 4e-3 / 1.2)])
+def test_at_chance_the_diffusion_model_is_brownian_motion_between_two_bounds(share: float, drift: float) -> None:
+    """Halfway between bounds 1.2 apart, exit times have mean a^2 / 4 and variance a^4 / 24 (Darling & Siegert 1953)."""
+    found = _ez(share, 1.2**4 / 24, 0.3 + 1.2**2 / 4)
+    assert found == pytest.approx((drift, 1.2, 0.3), abs=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,8 @@ def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
             share = np.array(fit.right) / np.array(fit.shown)
             ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=colour, alpha=0.25, linewidth=0)
             ax.plot(x, fit.correct(x), color=colour, linewidth=0.8, linestyle="-" if one.kept else ":")
-    ax.axhline(0.75, color=GREY, linewidth=0.6, linestyle="--")
+    for height in {fit.correct_at_threshold for _, fit in fitted} or {0.75}:
+        ax.axhline(height, color=GREY, linewidth=0.6, linestyle="--")
     ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="proportion correct")
     ax.set_title("Psychometric functions")
     logarithmic(ax, levels)

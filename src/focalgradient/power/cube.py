@@ -165,6 +165,14 @@ class CubeStudy(AnyStudy):
         return "nonrigid gradient", "rigid gradient"
 
     @property
+    def expected_sign(self) -> int:  # type: ignore[override]
+        return 1 if self._primary_gradient == "nonrigid" else -1
+
+    @property
+    def _primary_gradient(self) -> str:
+        return "nonrigid" if "nonrigid" in self.design.gradients else "rigid"
+
+    @property
     def spreads(self) -> tuple[str, ...]:
         return "between", "between_levels", "between_dominances"
 
@@ -175,8 +183,7 @@ class CubeStudy(AnyStudy):
         return cube_outcome(self, table)
 
     def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        gradient = "nonrigid" if "nonrigid" in self.design.gradients else "rigid"
-        changes = _changes(table)[gradient, max(self.design.strengths_mm)].dropna().to_numpy(dtype=float)
+        changes = _changes(table)[self._primary_gradient, max(self.design.strengths_mm)].dropna().to_numpy(dtype=float)
         return paired_effect(changes, "t")
 
     def without_effect(self) -> CubeStudy:

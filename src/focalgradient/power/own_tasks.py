@@ -46,6 +46,7 @@ class TaskStudy(AnyStudy):
 
     seconds: ClassVar[float] = 0.01
     width_label: ClassVar[str] = "95 % interval of the effect: width"
+    expected_sign: ClassVar[int] = 0
 
     @classmethod
     def of(cls, task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> TaskStudy:

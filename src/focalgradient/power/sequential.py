@@ -47,7 +47,8 @@ class Look:
     stopped_without_effect, stopped_with_effect
         Proportion of experiments that stop at this analysis, without and with the assumed effect.
     error, power
-        Proportion that found an effect at this analysis or earlier, without and with the assumed effect.
+        Proportion that found an effect at this analysis or earlier: without the assumed effect in either direction,
+        with it in the direction of the study's primary test.
     missed
         Proportion with the assumed effect that stopped for the null hypothesis at this analysis or earlier (Bayes
         factors).
@@ -225,7 +226,10 @@ def sequential_power(
 
 
 def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, float, float, float]]:
-    """Return sign, p, t and df of the primary test at each analysis of one experiment; NaN if not computed."""
+    """Return sign, p, t and df of the primary test at each analysis of one experiment; NaN if not computed.
+
+    The sign is 1 for an estimate in the expected direction (`AnyStudy.expected_sign`), otherwise -1.
+    """
     study, counts, number = job
     table = study.table(counts[-1], study.stream(counts[-1], number))
     people = table["participant_id"].drop_duplicates().tolist()
@@ -233,14 +237,15 @@ def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, fl
     for count in counts:
         test = study.primary(table[table["participant_id"].isin(people[:count])])
         if isinstance(test, Effect):
-            found.append((math.copysign(1, test.estimate), test.deciding.p, test.statistic, test.df))
+            sign = math.copysign(1, test.estimate * study.expected_sign) if study.expected_sign else 1.0
+            found.append((sign, test.deciding.p, test.statistic, test.df))
         else:
             found.append((math.nan,) * 4)
     return found
 
 
 def _decided(outcomes: NDArray[np.float64], bounds: Sequence[float], *, bayes: bool) -> NDArray[np.int64]:
-    """Return each analysis' decision: 1 or -1 for an effect by its sign, 2 for the null (Bayes factors), or 0."""
+    """Return each analysis' decision: an effect (1, or -1 in the other direction), the null (2), or none (0)."""
     sign, p, t, df = np.moveaxis(outcomes, -1, 0)
     if not bayes:
         return np.where(p < np.asarray(bounds), np.nan_to_num(sign), 0).astype(int)

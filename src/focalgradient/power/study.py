@@ -58,6 +58,8 @@ class AnyStudy(ABC):
     """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
     width_label: ClassVar[str] = "95 % interval: width"
     """Description of the widths of intervals."""
+    expected_sign: ClassVar[int] = 1
+    """Sign of the estimate with which the primary test counts as significant: 1, -1, or 0 for either."""
 
     seed: int
     design: Any

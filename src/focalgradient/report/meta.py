@@ -17,7 +17,8 @@ from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_
 from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import Output
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number, probability
+from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number
+from focalgradient.report.words import p_is
 from focalgradient.statistics.meta_analysis import Pooled, random_effects
 
 __all__ = ["combined_report"]
@@ -145,7 +146,6 @@ def _fields(result: Pooled) -> dict[str, Any]:
 
 def _sentence(result: Pooled, logs: bool) -> str:
     shown = _shown(result, logs)
-    p = probability(result.p)
     new = ""
     if "value_predicted_low" in shown:
         ends = interval(shown["value_predicted_low"], shown["value_predicted_high"])
@@ -153,9 +153,9 @@ def _sentence(result: Pooled, logs: bool) -> str:
     return (
         f"Over {many(result.studies, 'data set')} it is {number(shown['value'])}, 95{SPACE}% CI "
         f"{interval(shown['value_low'], shown['value_high'])}, t({freedom(result.df)}) = "
-        f"{decimals(result.statistic)}, p {p if p.startswith('<') else f'= {p}'}. Data sets differ by a standard "
-        f"deviation of {number(result.tau)}{' (of the logarithm)' if logs else ''}; Q = {decimals(result.q)}, p = "
-        f"{probability(result.q_p).removeprefix('= ')}, I² = {result.i2:.0%}.{new}"
+        f"{decimals(result.statistic)}, p {p_is(result.p)}. Data sets differ by a standard "
+        f"deviation of {number(result.tau)}{' (of the logarithm)' if logs else ''}; Q = {decimals(result.q)}, p "
+        f"{p_is(result.q_p)}, I² = {result.i2:.0%}.{new}"
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
+from focalgradient.errors import InputError
 from focalgradient.plotting.detection import detection_figure
 from focalgradient.report.choices import DETECTION
 from focalgradient.report.document import Block, Notice, Paragraph
@@ -16,7 +17,8 @@ from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, many, number, probability
+from focalgradient.report.tables import Sheet, many, number
+from focalgradient.report.words import p_is
 from focalgradient.statistics import Effect, Interval, NotComputed, as_table
 from focalgradient.statistics.detection import (
     DetectionGroup,
@@ -25,6 +27,7 @@ from focalgradient.statistics.detection import (
     detection_by_person,
     meta_sensitivity,
     rating_roc,
+    roc_area,
 )
 from focalgradient.statistics.means import family, t_interval
 from focalgradient.statistics.own_detection import OwnDetection
@@ -70,6 +73,8 @@ class DetectionPart(Part):
         d' and criterion of each person and condition, and their means.
     curves, metas
         ROC and meta-d' of each person and condition, or the reason why there is none; empty without confidence ratings.
+    areas
+        Area under the points of the ROC of each person and condition; empty without confidence ratings.
     left_out
         Persons and conditions without signal or without noise trials.
     simulated, data
@@ -80,25 +85,38 @@ class DetectionPart(Part):
     group: DetectionGroup
     curves: Mapping[tuple[str, str], RatingRoc | NotComputed]
     metas: Mapping[tuple[str, str], MetaSensitivity | NotComputed]
+    areas: Mapping[tuple[str, str], float]
     left_out: tuple[tuple[str, str], ...]
     simulated: bool
     data: DataSet | None = None
 
     @classmethod
     def of(cls, own: OwnDetection) -> DetectionPart:
-        """Compute d' for each person and condition, and the ROC curves of confidence."""
+        """Compute d' for each person and condition, and the ROC curves of confidence.
+
+        Raises
+        ------
+        InputError
+            If nobody was shown both signal and noise in a condition.
+        """
         table = own.table[~own.table["catch"]]
         shown = table.groupby(["participant_id", "condition"])["signal"].transform("mean")
         without = table[(shown == 0) | (shown == 1)][["participant_id", "condition"]].drop_duplicates()
         kept = table[(shown > 0) & (shown < 1)]
-        curves, metas = {}, {}
+        if kept.empty:
+            raise InputError(
+                "Nobody was shown both signal and noise in one condition: give each person trials with signal and "
+                "trials without."
+            )
+        curves, metas, areas = {}, {}, {}
         for (person, condition), rows in kept.groupby(["participant_id", "condition"]) if own.steps else ():
             signal, noise = (_counts(rows[rows["signal"] == there], own.steps) for there in (True, False))
             curves[str(person), str(condition)] = rating_roc(signal, noise)
             metas[str(person), str(condition)] = meta_sensitivity(signal, noise)
+            areas[str(person), str(condition)] = roc_area(signal, noise)
         simulated = bool((own.table["kind"] == "simulated").any())
         left_out = tuple(map(tuple, without.astype(str).to_numpy().tolist()))
-        return cls(own, detection_by_person(kept), curves, metas, left_out, simulated)
+        return cls(own, detection_by_person(kept), curves, metas, areas, left_out, simulated)
 
     @property
     def title(self) -> str:
@@ -130,11 +148,10 @@ class DetectionPart(Part):
         for condition, test in zip(group.differences, tests, strict=True):
             if isinstance(test, Effect):
                 corrected = " by Holm" if len(tests) > 1 else ""
-                p = probability(test.corrected_p)
                 yield Paragraph(
                     f"d′ in {condition} less that in {first}: {number(test.estimate)} (95 % interval "
                     f"{number(test.low)} to {number(test.high)}), t({test.df:g}) = {number(test.statistic)}, p"
-                    f"{corrected} {p if p.startswith('<') else f'= {p}'}."
+                    f"{corrected} {p_is(test.corrected_p)}."
                 )
             else:
                 yield Notice(f"{condition} and {first} were not compared: {test.reason}")
@@ -163,9 +180,9 @@ class DetectionPart(Part):
         """Return means over people of the confidence measures."""
         curves = [one for (_, at), one in self.curves.items() if at == condition and isinstance(one, RatingRoc)]
         metas = [one for (_, at), one in self.metas.items() if at == condition and isinstance(one, MetaSensitivity)]
-        found = {}
+        areas = [area for (_, at), area in self.areas.items() if at == condition]
+        found = {"area under the ROC": t_interval(areas)} if areas else {}
         if curves:
-            found["area under the ROC"] = t_interval([one.area for one in curves])
             found["d_a (unequal variances)"] = t_interval([one.d_a.estimate for one in curves])
             ratios = [one.sd_ratio.estimate for one in curves]
             found["SD of signal over noise"] = t_interval(np.log(ratios)).ratio
@@ -195,7 +212,7 @@ class DetectionPart(Part):
             values = [one.hit_rate, one.false_alarm_rate, *_three(one.d_prime), *_three(one.criterion)]
             curve, meta = self.curves.get((person, condition)), self.metas.get((person, condition))
             if asked:
-                values += _of_curve(curve) + _of_meta(meta)
+                values += [self.areas[person, condition], *_of_curve(curve), *_of_meta(meta)]
             rows.append([person, condition, *values])
         return listed("detection.csv", "Each person’s d′ and criterion with 95 % intervals", head + asked, rows)
 
@@ -239,8 +256,8 @@ def _ends(found: Interval) -> str:
 
 def _of_curve(curve: RatingRoc | NotComputed | None) -> list[float | None]:
     if not isinstance(curve, RatingRoc):
-        return [None] * 3
-    return [curve.area, curve.d_a.estimate, curve.sd_ratio.estimate]
+        return [None] * 2
+    return [curve.d_a.estimate, curve.sd_ratio.estimate]
 
 
 def _of_meta(meta: MetaSensitivity | NotComputed | None) -> list[float | None]:

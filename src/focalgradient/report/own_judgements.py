@@ -18,6 +18,7 @@ from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import decimals, many, number, probability, sheet
+from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     CueCombination,
     DifferenceScale,
@@ -93,7 +94,7 @@ class CuePart(_Judgements):
         verb = "rejects" if found.p_optimal < 0.05 else "does not reject"
         yield Paragraph(
             f"{self.people}: of the rules of combination “{best.name}” has the least AIC (weight "
-            f"{number(best.weight)}). The test of optimal combination {verb} it (p = {probability(found.p_optimal)})."
+            f"{number(best.weight)}). The test of optimal combination {verb} it (p {p_is(found.p_optimal)})."
         )
         head = ["rule", "log likelihood", "parameters", "AIC", "BIC", "weight", "Bayes factor over optimal"]
         values = [
@@ -181,8 +182,8 @@ class DifferencePart(_Judgements):
                 yield Notice(f"{name}: {one.reason}")
             elif one.six_point_p < 0.05:
                 yield Notice(
-                    f"{name}: the judgements violate the six-point condition more often than a scale allows (p = "
-                    f"{probability(one.six_point_p)})."
+                    f"{name}: the judgements violate the six-point condition more often than a scale allows (p "
+                    f"{p_is(one.six_point_p)})."
                 )
         if not fitted:
             return

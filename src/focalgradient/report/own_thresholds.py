@@ -17,8 +17,9 @@ from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, decimals, freedom, many, number, probability
-from focalgradient.report.thresholds import fitted_values
+from focalgradient.report.tables import Sheet, decimals, freedom, many, number
+from focalgradient.report.thresholds import averaged, fitted_values
+from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     Interval,
     NotComputed,
@@ -141,8 +142,8 @@ class OwnThresholdPart(Part):
             ratio = pair.effect.ratio
             yield Paragraph(
                 f"Threshold of {pair.condition} over that of {pair.other}: {_ends(ratio, '')}, "
-                f"t({freedom(pair.effect.df)}) = {decimals(pair.effect.statistic)}, p = {probability(pair.effect.p)}"
-                + (f" ({probability(pair.effect.p_holm)} by Holm)" if len(groups.differences) > 1 else "")
+                f"t({freedom(pair.effect.df)}) = {decimals(pair.effect.statistic)}, p {p_is(pair.effect.p)}"
+                + (f", by Holm {p_is(pair.effect.p_holm)}" if len(groups.differences) > 1 else "")
                 + "."
             )
         yield from map(Notice, groups.remarks)
@@ -158,7 +159,7 @@ class OwnThresholdPart(Part):
         rows = []
         for name, result in self.results.items():
             what = f"geometric mean threshold{unit}" + (f", {name}" if name else "")
-            about = {"exclusions": "without exclusions", "what": what, "subjects": len(result.subjects)}
+            about = {"exclusions": "without exclusions", "what": what, "subjects": averaged(result.subjects)}
             rows.append(about | as_table([result.mean]).iloc[0].to_dict())
         return Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(rows))
 

@@ -411,7 +411,8 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
     header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
-    sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
+    if result.effects:
+        sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()
     rows = []
     for each in result.dominance:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,7 @@ from focalgradient.statistics import (
     as_table,
     blur_thresholds,
 )
-from focalgradient.statistics.thresholds import ATTENDING
+from focalgradient.statistics.thresholds import ATTENDING, SubjectThreshold
 
 __all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "unit_of"]
 
@@ -179,11 +179,16 @@ def _both_means(result: ThresholdResult) -> Sheet:
     what = f"geometric mean threshold ({result.unit})"
     digits = pd.DataFrame(
         [
-            {"exclusions": which, "what": what, "subjects": len(those)} | as_table([mean]).iloc[0].to_dict()
+            {"exclusions": which, "what": what, "subjects": averaged(those)} | as_table([mean]).iloc[0].to_dict()
             for which, mean, those in found
         ]
     )
     return Sheet(f"blur_threshold{EFFECT}", None, digits)
+
+
+def averaged(subjects: Sequence[SubjectThreshold]) -> int:
+    """Return the number of participants in a mean threshold: sessions of a participant count as one."""
+    return len({one.participant for one in subjects if isinstance(one.fit, ThresholdFit)})
 
 
 def _interval(found: Interval, unit: str) -> str:

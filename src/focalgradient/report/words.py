@@ -32,6 +32,7 @@ __all__ = [
     "methods_necker",
     "methods_ratings",
     "necker_findings",
+    "p_is",
     "rating_findings",
 ]
 
@@ -97,14 +98,18 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
             said = f"The change is {within}"
         beside = ""
         if rise.robust is not None and rise.robust.decides:
-            beside = f"; by Student’s t alone p{SPACE}{_is(each.equivalence.p_by_t)}"
+            beside = f"; by Student’s t alone p{SPACE}{p_is(each.equivalence.p_by_t)}"
         elif rise.robust is not None:
-            beside = f"; robust to skewed subjects p{SPACE}{_is(each.equivalence.p_robust)}"
-        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{_is(each.equivalence.p)}{beside})."
+            beside = f"; robust to skewed subjects p{SPACE}{p_is(each.equivalence.p_robust)}"
+        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)}{beside})."
     sentence += _assumption(each, rise)
     if isinstance(each.curvature, Effect) and each.curvature.significant:
-        bend = "flattens" if each.curvature.estimate * rise.estimate > 0 else "steepens"
-        sentence += f" The curve is not straight: it {bend} towards the largest aperture ({_test(each.curvature)})."
+        above = each.curvature.estimate > 0
+        bend = "flattens" if above == (rise.estimate > 0) else "steepens"
+        where = f"{bend} towards the largest aperture"
+        if not rise.significant:
+            where = f"is {'higher' if above else 'lower'} in the middle than at its ends"
+        sentence += f" The curve is not straight: it {where} ({_test(each.curvature)})."
     return sentence
 
 
@@ -122,7 +127,7 @@ def _assumption(each: FixationResult, rise: Effect) -> str:
     )
     return (
         f" Subjects’ depth effects are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
-        f"{decimals(parts.subjects_w, 3)}, p{SPACE}{_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
+        f"{decimals(parts.subjects_w, 3)}, p{SPACE}{p_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
         f"the Q-Q plot): Student’s t assumes that they are, {advice}"
     )
 
@@ -188,8 +193,10 @@ def necker_findings(result: NeckerResult) -> list[str]:
         unchanged = "" if share.significant else " without reliable change"
         sentences.append(
             f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_size(share)}; "
-            f"Wilcoxon p{SPACE}{_is(effect.wilcoxon_p_holm)})."
+            f"Wilcoxon p{SPACE}{p_is(effect.wilcoxon_p_holm)})."
         )
+    if not result.effects:
+        return ["No trial had a gradient of blur: nothing was compared."]
     if sentences:
         sentences.append("p values are corrected by Holm’s method over the gradients.")
     return sentences
@@ -311,10 +318,10 @@ def _same(designs: list[Mapping[str, Any]]) -> str:
 def _test(effect: Effect) -> str:
     """Format the test statistic with its p value and that of the robust test, after Holm's correction if any."""
     name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
-    said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{_is(p)}"
+    said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{p_is(p)}"
     if effect.robust is None:
         return said
-    return f"{said}, robust to skewed subjects {name}{SPACE}{_is(effect.robust.corrected_p)}"
+    return f"{said}, robust to skewed subjects {name}{SPACE}{p_is(effect.robust.corrected_p)}"
 
 
 def _size(effect: Effect) -> str:
@@ -325,7 +332,12 @@ def _size(effect: Effect) -> str:
     )
 
 
-def _is(p: float | None) -> str:
+def p_is(p: float | None) -> str:
+    r"""Format a p value as it follows "p".
+
+    >>> p_is(0.0312), p_is(0.00004)
+    ('=\xa0.031', '<\xa0.001')
+    """
     text = probability(p)
     return text if text.startswith("<") else f"={SPACE}{text}"
 

@@ -106,7 +106,9 @@ def sensitivity(hits: int, misses: int, false_alarms: int, correct_rejections: i
     return Detection(_normal(d, error / unit), _normal(c, error / 2), c * (zh - zf), h, f)
 
 
-def _normal(estimate: float, error: float) -> Interval:
+def _normal(estimate: float, error: float | None) -> Interval:
+    if error is None:
+        return Interval(estimate, None, None)
     half = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * error
     return Interval(estimate, estimate - half, estimate + half)
 
@@ -145,7 +147,8 @@ def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, interv
     Raises
     ------
     InputError
-        If a column is missing, or a person lacks signal or noise trials in a condition.
+        If a column is missing, there are no trials, `signal` or `answer` is neither True nor False, or a person lacks
+        signal or noise trials in a condition.
 
     Examples
     --------
@@ -159,6 +162,15 @@ def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, interv
     for name in ("participant_id", "signal", "answer"):
         if name not in rows:
             raise InputError(f"The table has no column {name!r}, but needs participant_id, signal and answer.")
+    if rows.empty:
+        raise InputError("The table has no trials: give one row per trial.")
+    for name in ("signal", "answer"):
+        known = rows[name].isin([True, False])
+        if not known.all():
+            raise InputError(
+                f"{name} is {rows[name][~known].tolist()[0]!r}, but must be True or False (1 or 0): leave out trials "
+                "without an answer."
+            )
     rows = rows.assign(condition=rows["condition"].astype(str) if "condition" in rows else "")
     people: dict[tuple[str, str], Detection] = {}
     for (person, condition), own in rows.groupby(["participant_id", "condition"], sort=True):
@@ -219,6 +231,24 @@ class RatingRoc:
     equal_p: float
 
 
+NO_MAXIMUM = NotComputed("The ratings of signal and noise hardly overlap: the likelihood has no maximum.")
+
+
+def _points(signal: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return false-alarm and hit rates of the criteria, from the strictest to the most lenient."""
+    return np.cumsum(noise[::-1])[:-1] / noise.sum(), np.cumsum(signal[::-1])[:-1] / signal.sum()
+
+
+def roc_area(signal: ArrayLike, noise: ArrayLike) -> float:
+    """Return the area under the points of the ROC, joined by straight lines, from counts as in `rating_roc`.
+
+    >>> round(roc_area([5, 10, 20, 30, 35], [35, 30, 20, 10, 5]), 3)
+    0.82
+    """
+    alarms, hits = _points(np.asarray(signal, float), np.asarray(noise, float))
+    return float(np.trapezoid([0, *hits, 1], [0, *alarms, 1]))
+
+
 def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     """Fit the unequal-variance normal model to ratings by maximum likelihood (Dorfman & Alf 1969).
 
@@ -230,7 +260,8 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     Returns
     -------
     RatingRoc
-        `NotComputed` if the ratings do not overlap, so that the likelihood has no maximum.
+        `NotComputed` if the ratings hardly overlap, so that the likelihood has no maximum: a ratio of standard
+        deviations of 0 or infinity passes through all points of the curve.
 
     Raises
     ------
@@ -250,13 +281,12 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
         )
     if s.sum() < 1 or n.sum() < 1 or (s < 0).any() or (n < 0).any():
         raise InputError("Counts must be 0 or more, and signal and noise must each have been shown.")
-    hits, alarms = np.cumsum(s[::-1])[:-1] / s.sum(), np.cumsum(n[::-1])[:-1] / n.sum()
-    x, y = np.concatenate([[0], alarms, [1]]), np.concatenate([[0], hits, [1]])
-    area = float(np.trapezoid(y, x))
+    alarms, hits = _points(s, n)
     used = (s + n) > 0
     s, n = s[used], n[used]
-    if len(s) < 3 or np.sum((s > 0) & (n > 0)) < 2:
-        return NotComputed("The ratings of signal and noise hardly overlap: the likelihood has no maximum.")
+    for one, other in ((alarms, hits), (hits, alarms)):
+        if len(np.unique(one[(other > 0) & (other < 1)])) < 2:  # fitted exactly by a vertical or horizontal line
+            return NO_MAXIMUM
 
     def cost(free: FloatArray, sd: float | None = None) -> float:
         spread = math.exp(free[1]) if sd is None else sd
@@ -270,8 +300,10 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     bounds = [(-LARGEST, 2 * LARGEST), (-2.0, 2.0), (-LARGEST, LARGEST), *[(-6.0, 3.0)] * (len(start) - 3)]
     found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
     equal = optimize.minimize(cost, found.x, args=(1.0,), method="L-BFGS-B", bounds=bounds)
-    covariance = _inverse(hessian(cost, found.x))
     mean, log_sd = found.x[:2]
+    if any(value in bound for value, bound in zip((mean, log_sd), bounds[:2], strict=True)):
+        return NO_MAXIMUM
+    covariance = _inverse(hessian(cost, found.x))
     sd = math.exp(log_sd)
     root = math.sqrt((1 + sd**2) / 2)
     turn = np.array([1 / root, -mean * sd**2 / (2 * root**3)])
@@ -281,7 +313,7 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     return RatingRoc(
         tuple(map(float, alarms)),
         tuple(map(float, hits)),
-        area,
+        roc_area(signal, noise),
         Interval(d_a, d_a - z * error, d_a + z * error),
         Interval(sd, sd * math.exp(-z * sd_error), sd * math.exp(z * sd_error)),
         tuple(map(float, found.x[2] + np.concatenate([[0], np.cumsum(np.exp(found.x[3:]))]))),
@@ -299,7 +331,8 @@ class MetaSensitivity:
     d_prime, criterion
         Type-1 sensitivity and criterion of the answers, equal variances.
     meta_d
-        d' of an ideal metacognitive observer with the observed confidence, with a 95 % interval.
+        d' of an ideal metacognitive observer with the observed confidence, with a 95 % interval; its ends are None if
+        the likelihood has no curvature at its maximum (few answers).
     efficiency
         Metacognitive efficiency, meta-d' / d'.
     area
@@ -372,9 +405,10 @@ def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | N
     start = np.concatenate([[d], np.full(2 * (k - 1), math.log(0.5))])
     bounds = [(-LARGEST, LARGEST), *[(-6.0, 2.0)] * (2 * (k - 1))]
     found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
-    error = math.sqrt(_inverse(hessian(cost, found.x))[0, 0])
+    variance = float(_inverse(hessian(cost, found.x))[0, 0])
     meta = float(found.x[0])
-    return MetaSensitivity(d, c, _normal(meta, error), meta / d, area)
+    interval = _normal(meta, math.sqrt(variance) if variance > 0 else None)
+    return MetaSensitivity(d, c, interval, meta / d, area)
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:

@@ -53,8 +53,9 @@ class DifferenceScale:
     explained
         Fraction (0 to 1) of the deviance of guessing that the scale explains.
     six_point_p
-        p value of the six-point test of the model, by the parametric bootstrap (Maloney & Yang 2003); NaN without a
-        bootstrap, for triads, or if no trials test the condition.
+        p value of the six-point test of the model, by the parametric bootstrap (Maloney & Yang 2003), in which the
+        data count as one of the samples, so that it is above 0; NaN without a bootstrap, for triads, or if no trials
+        test the condition.
     """
 
     values: FloatArray
@@ -289,7 +290,7 @@ def _bootstrapped(
     if len(drawn) < samples / 2:
         return np.full(len(values), math.nan), np.full(len(values), math.nan), math.nan
     low, high = _bias_corrected(np.array(drawn), values)
-    six = float(np.mean(np.array(sixes) <= own_six)) if sixes else math.nan
+    six = (1 + int((np.array(sixes) <= own_six).sum())) / (1 + len(sixes)) if sixes else math.nan
     return low, high, six
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.durations import FEWEST
+from focalgradient.statistics.durations import FEWEST, MIN_LOG_SD
 from focalgradient.statistics.hessian import covariance_at
 from focalgradient.statistics.records import NotComputed
 
@@ -130,9 +130,6 @@ LOGARITHMIC = {"median", "median_log_sd", "spread", "spread_log_sd", "preference
 
 BETWEEN = ("median_log_sd", "spread_log_sd", "preference_sd")
 """Standard deviations over people."""
-
-MIN_LOG_SD = -3.5
-"""Log standard deviation over people below which it is set to 0: durations then differ by less than 3 %."""
 
 
 def _model(free: FloatArray, names: tuple[str, ...]) -> DominanceModel:

@@ -96,7 +96,8 @@ class DurationsOfPeople:
     """Gamma distributions of several people, with a common shape and a separate mean for each person.
 
     The log means are normally distributed over people. Standard errors (se) are from the observed information; None if
-    it is singular.
+    it is singular. If people hardly differ, `log_sd` is 0, without a standard error, and the others are those of one
+    gamma distribution of all durations.
 
     Parameters
     ----------

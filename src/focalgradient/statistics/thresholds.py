@@ -82,14 +82,16 @@ class ThresholdFit:
     Parameters
     ----------
     threshold, low, high
-        Level detected in half of the trials that are not guessed (75 % correct without lapses): posterior median of its
-        logarithm and 95 % interval, in the unit of the levels.
+        Level detected in half of the trials that are not guessed (75 % correct with two alternatives, without lapses):
+        posterior median of its logarithm and 95 % interval, in the unit of the levels.
     slope
         Weibull slope, posterior median.
     lapse
         Lapse rate, posterior mean.
     levels, right, shown
         Levels, with the number of correct answers and of trials at each.
+    guess
+        Guess rate.
     """
 
     threshold: float
@@ -100,11 +102,17 @@ class ThresholdFit:
     levels: tuple[float, ...]
     right: tuple[int, ...]
     shown: tuple[int, ...]
+    guess: float = 0.5
 
     @property
     def trials(self) -> int:
         """Number of trials."""
         return sum(self.shown)
+
+    @property
+    def correct_at_threshold(self) -> float:
+        """Probability of a correct answer at the threshold, without lapses."""
+        return self.guess + (1 - self.guess) / 2
 
     def correct(self, level: ArrayLike) -> NDArray[np.float64]:
         """Return the probability of a correct answer at levels.
@@ -114,7 +122,7 @@ class ThresholdFit:
         [0.5, 0.75, 1.0]
         """
         detected = 1 - 0.5 ** ((np.asarray(level, float) / self.threshold) ** self.slope)
-        return np.asarray(0.5 + (0.5 - self.lapse) * detected, float)
+        return np.asarray(self.guess + (1 - self.guess - self.lapse) * detected, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -300,6 +308,7 @@ def fit_threshold(
         levels=tuple(there.tolist()),
         right=tuple(hits.tolist()),
         shown=tuple(shown.tolist()),
+        guess=guess,
     )
 
 
