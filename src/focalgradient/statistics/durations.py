@@ -35,9 +35,8 @@ Family = Literal["gamma", "lognormal"]
 FEWEST = 5
 """Minimum number of uncensored durations."""
 
-ALIKE = 1e-3
-"""Standard deviation over people of the log mean below which they are taken not to differ: down to 0 the log likelihood
-changes by less than 1e-4."""
+MIN_LOG_SD = -3.5
+"""Log standard deviation over people below which it is set to 0: durations then differ by less than 3 %."""
 
 NODES = np.linspace(-8.0, 8.0, 81)
 """Integration nodes of a person's mean, in standard deviations; the trapezoidal rule is then exact to 1e-8."""
@@ -107,7 +106,7 @@ class DurationsOfPeople:
     shape
         Shape of the gamma distribution; 1 is the exponential distribution.
     log_sd
-        Standard deviation over people of the log mean; 0, without a standard error, where people do not differ.
+        Standard deviation over people of the log mean; 0, without a standard error, where it is below 3 %.
     log_likelihood
         Maximum of the log likelihood.
     people
@@ -216,16 +215,16 @@ def fit_durations_of_people(
     )
     cost = _PeopleCost(durations, censored, who, len(names))
     start = np.log([together.shape, together.mean, 0.5])
-    bounds = optimize.Bounds(np.array([-np.inf, -np.inf, math.log(ALIKE)]), np.full(3, np.inf))
-    found = optimize.minimize(cost, start, method="Nelder-Mead", bounds=bounds, options={"xatol": 1e-5, "fatol": 1e-7})
+    found = optimize.minimize(cost, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-7})
+    if found.x[2] < MIN_LOG_SD:
+        log_se = None if together.mean_se is None else together.mean_se / together.mean
+        alike = together.mean, log_se, together.shape, together.shape_se
+        return DurationsOfPeople(*alike, 0.0, None, together.log_likelihood, people)
     if not (found.success and math.isfinite(found.fun)):
         return NotComputed("The likelihood of the distributions has no maximum: too many durations are censored.")
     shape, mean, log_sd = (float(number) for number in np.exp(found.x))
     covariance = covariance_at(cost, found.x)
-    log_se: list[float | None] = [None] * 3 if covariance is None else [*np.sqrt(np.diag(covariance)).tolist()]
-    of_shape, of_mean, of_sd = log_se
-    if log_sd < 1.01 * ALIKE:
-        log_sd, of_sd = 0.0, None
+    of_shape, of_mean, of_sd = [None] * 3 if covariance is None else np.sqrt(np.diag(covariance)).tolist()
     return DurationsOfPeople(
         mean,
         of_mean,
