@@ -380,6 +380,7 @@ def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
     (tmp_path / "own.csv").write_text("\n".join([head, *lines]) + "\n")
     made = make_report(tmp_path / "own.csv")
     assert "No trial had a gradient of blur: nothing was compared." in made.files["report.md"].decode()
+    assert "with its lines sharp. The data are a table" in made.files["report.md"].decode()
     shares = pd.read_csv(io.BytesIO(made.files["necker_shares.csv"])).set_index("percept")
     assert shares.loc["rigid", "time.estimate"] == pytest.approx(9.5 / 20)
 

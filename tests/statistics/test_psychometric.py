@@ -1,5 +1,6 @@
 """Hierarchical psychometric functions: derivatives, recovery, pooling, and wrong tables."""
 
+import dataclasses
 import importlib.util
 import math
 from types import SimpleNamespace
@@ -17,8 +18,8 @@ from focalgradient.statistics import (
     bayes_psychometric_groups,
     fit_psychometric_groups,
 )
-from focalgradient.statistics.psychometric import psychometric_data
-from focalgradient.statistics.psychometric_model import _Model, _outer_errors
+from focalgradient.statistics.psychometric import _result, psychometric_data
+from focalgradient.statistics.psychometric_model import _Model, _outer_errors, fit_model
 
 
 def answered(people=6, conditions=("near", "far"), trials=90, ratio=1.5, seed=1, lapse=0.02, guess=0.5):
@@ -88,6 +89,52 @@ def test_fixed_effects_are_near_the_maximum_of_the_exact_integral_over_people():
     exact = optimize.minimize(lost, joint, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-4}).x
     assert joint[1] - exact[1] > 0.03
     assert np.abs(model.b - exact).max() < 0.35 * (joint[1] - exact[1])
+
+
+def test_conditions_within_one_person_are_compared_as_by_the_likelihood_ratio():
+    """Without a second person nothing is generalised: the quantile is that of the normal distribution."""
+    table = answered(1, trials=270, ratio=1.2)
+    found = fit_psychometric_groups(table, lapse=0.02)
+    (effect,) = (one.effect for one in found.differences)
+    level, right = (table[name].to_numpy() for name in ("level", "correct"))
+    near = (table["condition"] == "near").to_numpy()
+
+    def lost(free, apart):
+        at, steep = np.where(near, free[0], free[0] + apart * free[3]), np.exp(np.where(near, free[1], free[2]))
+        p = 0.5 + 0.48 * (1 - 0.5 ** np.exp(steep * (np.log(level) - at)))
+        return -np.log(np.where(right, p, 1 - p)).sum()
+
+    start = [math.log(0.2), math.log(3.5), math.log(3.5), 0.0]
+    together, each = (optimize.minimize(lost, start, args=(apart,), method="Nelder-Mead").fun for apart in (0, 1))
+    assert effect.p == pytest.approx(stats.chi2.sf(2 * (together - each), 1), rel=0.25)
+    assert effect.df == math.inf
+    assert effect.high - effect.low == pytest.approx(2 * stats.norm.ppf(0.975) * effect.standard_error)
+    assert effect.method.endswith("normal intervals")
+    assert "hold for these alone" in found.remarks[0]
+
+
+def test_as_many_people_as_conditions_are_not_compared():
+    table = answered(2, trials=120)
+    found = fit_psychometric_groups(table[(table["participant_id"] == "p0") == (table["condition"] == "near")])
+    assert found.differences == ()
+    assert any("more people than conditions" in remark for remark in found.remarks)
+
+
+def test_a_standard_deviation_whose_error_exceeds_its_limits_has_no_interval():
+    """exp(1.96 x 1000) would overflow."""
+    data = psychometric_data(answered(2, trials=120), lapse=0.02)
+    fit = fit_model(data.counts, data.layout, data.shape)
+    found = _result(dataclasses.replace(fit, sds=0 * fit.sds + 0.3, sd_errors=0 * fit.sd_errors + 1e3), data, "")
+    assert {(one.low, one.high) for one in found.sd.values()} == {(None, None)}
+
+
+def test_a_sigmoid_of_ones_own_needs_a_name(monkeypatch):
+    own, table = type("Own", (type(SHAPES["lognormal"]),), {})(), answered(2)
+    with pytest.raises(InputError, match="class Own and no name"):
+        fit_psychometric_groups(table, shape=own)
+    monkeypatch.setitem(SHAPES, "own", own)
+    found, same = (fit_psychometric_groups(table, shape=one) for one in (own, "lognormal"))
+    assert (found.shape, found.groups[0].threshold) == ("own", same.groups[0].threshold)
 
 
 @pytest.mark.slow

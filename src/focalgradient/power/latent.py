@@ -2,7 +2,7 @@
 
 A subject's latent response is a level plus an effect times the aperture relative to the largest, plus logistic noise;
 the response scale converts it to an answer. Experiments of two sizes are analysed as a report does, and the standard
-error of each test is interpolated from them. from theirs at any number of subjects, as variance over subjects / N + the
+error of each test at any other number of subjects N is interpolated from theirs, as variance over subjects / N + the
 part that subjects do not change.
 """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -140,9 +141,10 @@ class OwnThresholdPart(Part):
             )
         for pair in groups.differences:
             ratio = pair.effect.ratio
+            test = f"t({freedom(pair.effect.df)})" if math.isfinite(pair.effect.df) else "z"
             yield Paragraph(
                 f"Threshold of {pair.condition} over that of {pair.other}: {_ends(ratio, '')}, "
-                f"t({freedom(pair.effect.df)}) = {decimals(pair.effect.statistic)}, p {p_is(pair.effect.p)}"
+                f"{test} = {decimals(pair.effect.statistic)}, p {p_is(pair.effect.p)}"
                 + (f", by Holm {p_is(pair.effect.p_holm)}" if len(groups.differences) > 1 else "")
                 + "."
             )

@@ -264,11 +264,14 @@ def _cube_shown(part: Reports) -> str:
     if part.data is None:
         trials = part.table[~part.table["catch"]]
         blurs = _listed(sorted(trials["gradient"].unique()))
-        sizes = _listed(f"{mm:g}" for mm in sorted(trials["strength"][trials["strength"] > 0].unique()))
+        sizes = sorted(trials["strength"][trials["strength"] > 0].unique())
+        lines = "sharp"
+        if sizes:
+            apertures = _listed(f"{mm:g}" for mm in sizes)
+            lines = f"blurred in agreement with one of the readings ({blurs}; aperture {apertures} mm)"
         return (
             f"{_people(part.quality, part.simulated)} reported the rigid and the nonrigid reading of a turning Necker "
-            f"cube, with its lines blurred in agreement with one of the readings ({blurs}; aperture {sizes} mm). "
-            "The data are a table; what was shown, and how, is not recorded in it."
+            f"cube, with its lines {lines}. The data are a table; what was shown, and how, is not recorded in it."
         )
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]

@@ -46,7 +46,7 @@ class SubjectQuality:
         blur; None with fewer than five such answers, and for the cube.
     first_press
         Proportion of answers left at the starting position of the marker, corrected for chance (Cohen's kappa); None
-        with fewer than 20 recorded positions.
+        with fewer than 8 recorded positions, or more where chance agreement is frequent (about 20 with two steps).
     """
 
     participant_id: str

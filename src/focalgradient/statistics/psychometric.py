@@ -188,7 +188,7 @@ def fit_psychometric_groups(
         slope, and `block`, within which answers may be correlated (see `overdispersed`).
     shape
         "weibull" or "lognormal" for the logarithm of the level; "logistic" or "normal" for the level itself, which may
-        be negative; or a custom `Shape`.
+        be negative; or the name of a custom `Shape`, once added to `SHAPES`.
     guess
         Probability of a correct answer without a stimulus: 1 / alternatives in forced choice; 0, or estimated ("common"
         or "people"), for yes/no answers.
@@ -215,7 +215,9 @@ def fit_psychometric_groups(
     Notes
     -----
     Intervals of means and differences use Student's t with people - 1 degrees of freedom (people - conditions if each
-    person took part in one condition), as do those of individuals, which include the uncertainty of the mean.
+    person took part in one condition), as do those of individuals, which include the uncertainty of the mean. Without
+    degrees of freedom intervals are normal and hold for these people; conditions are then compared within one person
+    only.
 
     Measured in 60 data sets of 6 people with 60 trials in each of 2 conditions (benchmarks/psychometric_recovery.py):
     coverage is .93 for individual thresholds, .96 for the mean threshold, .98 for the mean slope, and 1.00 for the
@@ -253,8 +255,12 @@ def fit_psychometric_groups(
 def _result(fit: ModelFit, data: PsychometricData, unit: str) -> PsychometricGroups:
     layout, c = data.layout, data.layout.conditions
     people = len(data.participants)
-    df = people - 1 if layout.within or c == 1 else people - c
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df) if df > 0 else stats.norm.ppf((1 + CONFIDENCE) / 2))
+    left = people - 1 if layout.within or c == 1 else people - c
+    df = left if left > 0 else math.inf
+    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df))
+    remarks = []
+    if left <= 0:
+        remarks.append("There are too few people to generalise to others: intervals and tests hold for these alone.")
     errors = np.sqrt(np.diag(fit.covariance))
     shape = next(name for name, one in SHAPES.items() if one is data.shape)
 
@@ -285,26 +291,28 @@ def _result(fit: ModelFit, data: PsychometricData, unit: str) -> PsychometricGro
         for number, name in enumerate(data.conditions)
     )
     effects: list[Effect | NotComputed] = []
-    pairs = list(combinations(range(c), 2))
-    spent = "1" if layout.within or c == 1 else "conditions"
-    method = f"hierarchical psychometric model, restricted maximum likelihood (Laplace), t on subjects - {spent}"
+    pairs = list(combinations(range(c), 2)) if left > 0 or people == 1 else []
+    if len(pairs) < c - 1:
+        remarks.append("Conditions were not compared: a test between people needs more people than conditions.")
+    spent = "t on subjects - 1" if layout.within or c == 1 else "t on subjects - conditions"
+    method = "hierarchical psychometric model, restricted maximum likelihood (Laplace), "
+    method += spent if left > 0 else "normal intervals"
     for one, other in pairs:
         weights = np.eye(layout.fixed)[one] - np.eye(layout.fixed)[other]
         error = data.scale * math.sqrt(float(weights @ fit.covariance @ weights))
-        effects.append(student_effect(data.scale * float(weights @ fit.fixed), error, people, method, df=max(df, 1)))
+        effects.append(student_effect(data.scale * float(weights @ fit.fixed), error, people, method, df=df))
     differences = tuple(
         ThresholdDifference(data.conditions[one], data.conditions[other], effect)
         for (one, other), effect in zip(pairs, family(effects), strict=True)
         if isinstance(effect, Effect)
     )
-    remarks = []
     sd = {}
     for name, value, error in zip(layout.sds, fit.sds, fit.sd_errors, strict=True):
         in_unit = value * (data.scale if name.startswith("threshold") else 1.0)
         if value < 2 * LEAST_SD:
             sd[name] = Interval(0.0, None, None)
             remarks.append(f"The estimated standard deviation over people of the {name} is 0.")
-        elif math.isnan(error) or value > LARGEST_SD / 2:
+        elif not error < math.log(LARGEST_SD / LEAST_SD) or value > LARGEST_SD / 2:  # NaN, or beyond both limits
             sd[name] = Interval(in_unit, None, None)
         else:
             reach = math.exp(float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * error)

@@ -75,12 +75,12 @@ SHAPES: dict[str, Shape] = {"weibull": Weibull(), "lognormal": LogNormal(), "log
 
 
 def shape_named(shape: Shape | str) -> Shape:
-    """Return the sigmoid with a name; a `Shape` is returned unchanged.
+    """Return the sigmoid with a name; a `Shape` of `SHAPES` is returned unchanged.
 
     Raises
     ------
     InputError
-        If the name is unknown.
+        If the name is unknown, or the `Shape` is not in `SHAPES`.
 
     Examples
     --------
@@ -88,6 +88,8 @@ def shape_named(shape: Shape | str) -> Shape:
     True
     """
     if isinstance(shape, Shape):
+        if not any(one is shape for one in SHAPES.values()):
+            raise InputError(f"shape has the class {type(shape).__name__} and no name: add it, SHAPES['name'] = shape.")
         return shape
     if not (isinstance(shape, str) and shape in SHAPES):
         raise InputError(f"shape is {described(shape)}, but must be one of {', '.join(map(repr, SHAPES))}.")
