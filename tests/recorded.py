@@ -28,12 +28,12 @@ def record_ratings(
     return root
 
 
-def record_necker(root: Path, subjects: int, change: float = 1.0, *, kind="simulated", seed=1) -> Path:
+def record_necker(root: Path, subjects: int, change: float = 1.0, *, design=CUBE, kind="simulated", seed=1) -> Path:
     """Readings that alternate; a gradient that agrees with one makes it last exp(change / 2) times as long."""
     rng = np.random.default_rng(seed)
     for number in range(1, subjects + 1):
         level = rng.normal(0.5, 0.2)
-        with Session.begin(root, CUBE, f"{number:02}", apparatus=APPARATUS, kind=kind) as session:
+        with Session.begin(root, design, f"{number:02}", apparatus=APPARATUS, kind=kind) as session:
             keys = session.design.keys_of(session.files.participant)
             for trial in session.remaining():
                 assert isinstance(trial, NeckerTrial)

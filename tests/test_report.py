@@ -18,7 +18,7 @@ from recorded import RATING, edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
 from focalgradient.dataset import DataSet, Files
-from focalgradient.design import DepthRatingDesign
+from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.files import plain_name
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
@@ -383,6 +383,12 @@ def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
     assert "with its lines sharp. The data are a table" in made.files["report.md"].decode()
     shares = pd.read_csv(io.BytesIO(made.files["necker_shares.csv"])).set_index("percept")
     assert shares.loc["rigid", "time.estimate"] == pytest.approx(9.5 / 20)
+
+
+def test_a_cube_shown_without_gradients_is_described_so(tmp_path):
+    design = NeckerDesign(gradients=["none"], practice_trials=0, trial_s=20.0)
+    methods = make_report(record_necker(tmp_path / "data", 2, design=design)).files["report.md"].decode()
+    assert "Its lines were all sharp. Each condition was shown for" in methods
 
 
 def wide_table(trials: pd.DataFrame) -> pd.DataFrame:

@@ -263,7 +263,7 @@ def methods_necker(part: Reports) -> list[str]:
 def _cube_shown(part: Reports) -> str:
     if part.data is None:
         trials = part.table[~part.table["catch"]]
-        blurs = _listed(sorted(trials["gradient"].unique()))
+        blurs = _listed(sorted({*trials["gradient"]} - {"none"}))
         sizes = sorted(trials["strength"][trials["strength"] > 0].unique())
         lines = "sharp"
         if sizes:
@@ -276,11 +276,15 @@ def _cube_shown(part: Reports) -> str:
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     strengths = _listed(f"{strength:g}" for strength in design.get("strengths_mm", ()))
+    blurs = [name for name in design.get("gradients", ()) if name != "none"]
+    lines = "Its lines were all sharp"
+    if blurs:
+        kinds = f"{_listed(blurs)}; aperture {strengths} mm"
+        lines += f", or blurred in agreement with the depth of one of the readings ({kinds})"
     return (
         f"{_people(part.quality, part.simulated)} watched a wireframe Necker cube turn in perspective and held a key "
-        "for as long as it looked rigid, another for as long as it looked nonrigid. Its lines were all sharp, or "
-        f"blurred in agreement with the depth of one of the readings ({_listed(design.get('gradients', ()))}; "
-        f"aperture {strengths} mm). Each condition was shown for {design.get('trial_s', '?')} s, "
+        f"for as long as it looked rigid, another for as long as it looked nonrigid. {lines}. Each "
+        f"condition was shown for {design.get('trial_s', '?')} s, "
         f"{_times(design.get('repetitions', 1))}, turning {_listed(design.get('directions', ()))}. "
         f"{_catches(design)}{_same(designs)}".strip()
     )

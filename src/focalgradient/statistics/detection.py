@@ -50,7 +50,7 @@ class Detection:
     d_prime, criterion
         Sensitivity d' and bias c (0: unbiased; positive: towards "no"), each with a 95 % interval.
     log_beta
-        Logarithm of the likelihood ratio at the criterion: c d'.
+        Logarithm of the likelihood ratio at the criterion: c d', in two intervals sqrt(2) c d'.
     hit_rate, false_alarm_rate
         Rates after the log-linear correction.
     """
