@@ -26,8 +26,9 @@ HIGHEST_CPD = 60.0
 """Highest frequency in cycles per degree that people see."""
 
 RADII, ANGLES = 40, 12
-"""Number of frequencies along a radius and of directions over half a circle in the sum of the visual Strehl ratio:
-twice as many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and astigmatism)."""
+"""Number of frequencies along a radius and of directions over half a circle (of isotropic blur one suffices) in the sum
+of the visual Strehl ratio: twice as many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and
+astigmatism)."""
 
 
 def contrast_sensitivity(frequency_cpd: ArrayLike) -> FloatArray:
@@ -104,7 +105,8 @@ def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike =
         raise InputError(f"frequency_cpd goes down to {shown.min():g}, but must be 0 or more: give cycles per degree.")
     nodes, weights = np.polynomial.legendre.leggauss(RADII)
     radius, width = HIGHEST_CPD / 2 * (nodes + 1), HIGHEST_CPD / 2 * weights
-    turn = np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
+    directions = 1 if cones.isotropic else ANGLES
+    turn = np.pi * (np.arange(directions) + 0.5) / directions
     every = np.degrees(np.concatenate([shown, radius]))
     seen = cones.through_focus(every * np.sin(turn)[:, None], every * np.cos(turn)[:, None], levels)
     weight = contrast_sensitivity(radius) * radius * width
