@@ -63,12 +63,20 @@ class ThroughFocus:
         return float(self.vergences[int(np.argmax(self.visual_strehl))])
 
     def depth_of_focus(self, share: float = 0.8) -> float:
-        """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum."""
+        """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum.
+
+        It counts `vergences` only: where it is cut off at an end of them (`is_cut_off`), it is a lower bound.
+        """
         if not 0 < share < 1:
             raise InputError(f"share is {share!r}, but must be a share between 0 and 1.")
         fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
         kept = np.interp(fine, self.vergences, self.visual_strehl) >= share * self.visual_strehl.max()
         return float(np.mean(kept) * np.ptp(self.vergences))
+
+    def is_cut_off(self, share: float = 0.8) -> bool:
+        """Return whether the range of `depth_of_focus` reaches an end of `vergences`, and may continue beyond it."""
+        ends = max(self.visual_strehl[0], self.visual_strehl[-1])
+        return bool(ends >= share * self.visual_strehl.max())
 
 
 def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike = (4.0, 8.0, 16.0)) -> ThroughFocus:
