@@ -109,6 +109,14 @@ def test_quality_through_focus():
     assert len(lines) == 82
 
 
+@pytest.mark.filterwarnings("ignore:a pupil of 0.5 mm")
+def test_the_depth_of_focus_of_a_pinhole_is_a_lower_bound():
+    result = run("--through-focus", "--out", "out", "--pupil", "0.5")
+    assert result.exit_code == 0, result.output
+    assert "Depth of focus (80 % of it): at least 4.00 D" in result.output
+    assert json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["found"]["depth_of_focus_is_cut_off"]
+
+
 @pytest.mark.slow
 def test_a_myopic_eye_has_the_periphery_of_myopes():
     """Relative to the fovea, emmetropes have -1.05 D and myopes -0.12 D at 30 degrees in the nasal field (measured)."""

@@ -77,6 +77,8 @@ def test_infinity() -> None:
     assert hyperfocal.blur_radius(3.0) == pytest.approx(float(hyperfocal.blur_radius(math.inf)))
     assert hyperfocal.distance_from_blur(hyperfocal.blur_radius(math.inf), "beyond") == math.inf
     assert math.isnan(hyperfocal.distance_from_blur(1.01 * hyperfocal.blur_radius(math.inf), "beyond"))
+    assert math.isnan(hyperfocal.distance_from_blur(math.inf, "beyond"))
+    assert hyperfocal.distance_from_blur(math.inf, "nearer") == 0  # the limit at the lens, where blur has no bound
 
 
 def test_pinhole() -> None:
@@ -220,6 +222,17 @@ class OneTransfer:
     transfer = Round.transfer
 
 
+def oval(turn: float):
+    """Return a transfer twice as wide along one direction as across it."""
+
+    def optical_transfer(self, frequency_y, frequency_x, vergence):
+        along = np.cos(turn) * frequency_x + np.sin(turn) * frequency_y
+        across = np.cos(turn) * frequency_y - np.sin(turn) * frequency_x
+        return Round().transfer(np.hypot(along, 2 * across), vergence)
+
+    return optical_transfer
+
+
 def made(**changed) -> Round:
     return type("Own", (Round,), changed)()
 
@@ -232,6 +245,10 @@ def made(**changed) -> Round:
         ({"light": 550}, "light of Own is 550, but must be the waveband's name"),
         ({"residual_blur_variance": math.nan}, "residual_blur_variance of Own is nan"),
         ({"isotropic": False, "tells_side": True}, "Own states tells_side = True, but its blur .* same on both sides"),
+        *[
+            ({"isotropic": True, "transfer": None, "optical_transfer": oval(turn)}, "Own is declared isotropic, but")
+            for turn in (0.0, np.pi / 4, np.pi / 3)
+        ],
         (
             {"isotropic": True, "transfer": lambda self, f, v: Round().transfer(2 * np.asarray(f), v)},
             "`transfer` of Own differs from its `optical_transfer` by",

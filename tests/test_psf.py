@@ -2,6 +2,7 @@
 
 import ast
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from focalgradient.psf import (
     disc_transfer,
     gaussian_transfer,
     names,
+    parameter,
     pixel_transfer,
     psf_from,
     psf_of,
@@ -79,6 +81,21 @@ def test_the_reach_of_an_edge_is_computed_where_a_shape_states_none() -> None:
     assert Psf.edge_reach.fget(Disc()) == pytest.approx(1, abs=0.004)  # type: ignore[attr-defined]
     wide = Psf.edge_reach.fget(Gaussian(k=2.0))  # type: ignore[attr-defined]
     assert 9.5068 <= wide <= 1.012 * 9.5068
+
+
+@pytest.mark.parametrize("k", [1e-4, 1e-3, 3e-3, 0.01])
+def test_the_responses_of_a_nearly_sharp_blend_are_integrals_over_its_disc(k: float) -> None:
+    """A Gaussian's average of the chords' lengths, and of the area beside them, over six standard deviations."""
+    rest, shape = math.sqrt(1 - 4 * k**2), Blend(k)
+    for place in (0.0, 0.4137, -0.9):
+        nodes, weights = np.polynomial.legendre.leggauss(120)
+        u = (place + 6 * k * nodes) / rest
+        weights = 6 * weights * np.exp(-((6 * nodes) ** 2) / 2) / math.sqrt(2 * math.pi)
+        chord = np.sqrt(1 - u**2)
+        assert shape.line_response(place, 1.0) == pytest.approx(weights @ (2 * chord / np.pi / rest), abs=2e-5)
+        assert shape.edge_response(place, 1.0) == pytest.approx(
+            weights @ (0.5 + (u * chord + np.arcsin(u)) / np.pi), abs=2e-5
+        )
 
 
 def test_disc_reverses_contrast_between_its_zeros() -> None:
@@ -353,6 +370,27 @@ def test_what_is_no_shape_is_refused_by_name(asked: tuple, said: str) -> None:
         psf_of(*asked)
 
 
+@dataclass(frozen=True)
+class Softened(Psf):
+    """A shape whose parameter lies between two bounds, neither of them included."""
+
+    softness: float = parameter(0.5, "share of the radius", least=0.0, most=1.0, exclusive=True)
+    transfer = Disc.transfer
+
+
+@pytest.mark.parametrize(
+    ("stated", "shape"),
+    [
+        ({"shape": "gaussian"}, Gaussian(0.4)),
+        ({"shape": "gaussian", "k": 0.3}, Gaussian(0.3)),
+        ({"shape": "polygon", "blades": 5}, Polygon(5)),
+    ],
+)
+def test_a_camera_s_k_goes_to_shapes_of_a_file_that_have_one(stated: dict, shape: Psf) -> None:
+    assert psf_from(stated, k=0.4) == shape
+    assert psf_from({"shape": "gaussian"}) == Gaussian(0.5)
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -363,6 +401,8 @@ def test_what_is_no_shape_is_refused_by_name(asked: tuple, said: str) -> None:
         (lambda: Polygon.of({"rotation_deg": 999}), "rotation_deg is 999, but must be a number from -360 to 360 deg"),
         (lambda: psf_from({"shape": "polygon", "edges": 5}), "has no parameter 'edges': it has blades, rotation_deg"),
         (lambda: psf_from({"blades": 5}), "psf has no shape"),
+        (lambda: Softened(1.0), "softness is 1\\.0, but must be a number between 0 and 1"),
+        (lambda: Softened(0.0), "softness is 0\\.0, but must be a number between 0 and 1"),
     ],
 )
 def test_parameters_out_of_bounds_are_refused_by_name(make, said: str) -> None:

@@ -11,6 +11,7 @@ from focalgradient.eye import (
     Course,
     Microfluctuations,
     Oscillation,
+    Plant,
     Stimulus,
     Target,
     accommodate,
@@ -103,6 +104,35 @@ def test_rendered_blur_drives_focus_only_with_chromatic_aberration():
     assert for_each["defocus"] < 0.5 * for_each["chromatic"]
 
 
+def test_a_target_at_the_end_of_the_range_is_estimated_without_bias():
+    course = accommodate(lambda t: 8.0, 3.0, STEADY, seed=0)
+    off = course.estimate - course.target
+    assert abs(off.mean()) < 0.02
+    assert np.mean(np.abs(off) < 2 * course.estimate_sd) > 0.8
+
+
+class Pinhole:
+    """Optics that blur nothing."""
+
+    aperture_diameter, focus_vergence, light = 0.0, 0.0, "L+M"
+
+    def transfer(self, frequency, vergence):
+        return np.ones(np.shape(frequency))
+
+
+@pytest.mark.parametrize("finest_cpd", [np.inf, 10.0])
+def test_a_target_s_contrast_is_what_pixels_and_cut_off_leave_of_its_spectrum(finest_cpd):
+    """Power falls as 1 / f^2 up to half a cycle per pixel of a minute of arc, times the pixel's sinc squared."""
+    y, x = np.meshgrid(np.fft.fftfreq(64), np.fft.fftfreq(64), indexing="ij")
+    f = np.hypot(y, x)
+    power = np.where((f > 0) & (f < 0.5), 1 / np.maximum(f, 1 / 64) ** 2, 0)
+    left = power * (np.sinc(y) * np.sinc(x)) ** 2 * (60 * f <= finest_cpd)
+    target, random = Target(contrast=0.3, finest_cpd=finest_cpd), np.random.default_rng(1)
+    images = [target.views([Pinhole()], 1.0, noise=0.0, random=random, texture=n)[0].image for n in range(30)]
+    assert np.mean([image.var() for image in images]) == pytest.approx(0.09 * left.sum() / power.sum(), rel=0.03)
+    assert np.mean(images) == pytest.approx(1.0)
+
+
 def test_the_same_seed_is_the_same_course():
     first, again, other = (accommodate(step(3.0), 0.6, seed=seed) for seed in (4, 4, 5))
     assert np.array_equal(first.accommodation, again.accommodation)
@@ -129,6 +159,10 @@ def test_courses_from_tables():
         (lambda: Target(finest_cpd=0), "finest_cpd is 0"),
         (lambda: Target(shape=(4, 4)), "at least 16 x 16"),
         (lambda: accommodate(lambda t: 9.0, 1.0), "the lens goes from 0 to 8 D only"),
+        (
+            lambda: accommodate(lambda t: 9.0, 1.0, Accommodation(plant=Plant(nearest=12.0))),
+            "the estimate goes from 0 to 8 D only",
+        ),
         (lambda: accommodate(lambda t: 1.0, 0.0), "duration is 0.0"),
         (lambda: accommodate(lambda t: 1.0, 0.01), "duration is 0.01 s, but the eye looks every 0.1 s"),
     ],

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import j1
 
 from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, band_difference, band_light, blur_transfer, optical_transfer
@@ -21,6 +22,17 @@ def test_one_wavelength_is_blurred_as_the_exact_transfer_says(pupil: float, verg
     cones = Cones(Eye(pupil, 2.0), "green", (555.0,))
     exact = optical_transfer(CPD, pupil_diameter=pupil, wavelength_nm=555, defocus=cones.focus_vergence - vergence)
     assert np.abs(cones.transfer(np.degrees(CPD), vergence) - exact).max() < 2e-4
+
+
+@pytest.mark.parametrize("frequency", [[3.0, 7.0, 20.0], 7.0])
+def test_by_rays_each_wavelength_is_blurred_by_the_disc_of_its_own_focus(frequency) -> None:
+    """Airy's function of the angle that the pupil subtends at the point in focus: half of 4 mm times the defocus."""
+    cones = Cones(EYE, "two", (450.0, 650.0), model="disc", weights=(1.0, 3.0))
+    parts = []
+    for nm in (450.0, 650.0):
+        z = 2 * np.pi * 0.002 * abs(float(EYE.focus_in(nm)) - 1.2) * np.degrees(frequency)
+        parts.append(2 * j1(z) / z)
+    assert cones.transfer(np.degrees(frequency), 1.2) == pytest.approx((parts[0] + 3 * parts[1]) / 4)
 
 
 @pytest.mark.parametrize(("band", "finest_cpd"), [("L+M", np.inf), ("S", 10.0)])

@@ -22,6 +22,8 @@ def test_microsaccades_come_as_often_as_asked_for():
     jumps = np.hypot(*np.diff(path, axis=0).T)
     size = jumps[jumps > 1]
     assert size.size == pytest.approx(90, abs=25)
+    often = FixationalMovements(diffusion=0, rate=8.0, seed=3).at(np.arange(0, 60, 0.001))
+    assert np.count_nonzero(np.hypot(*np.diff(often, axis=0).T)) == pytest.approx(480, rel=0.05)
     assert np.median(size) == pytest.approx(15, rel=0.2)
     assert np.hypot(*path.T).max() < 200  # the gaze stays about
 
@@ -33,7 +35,7 @@ def test_a_path_is_a_function_of_time():
     assert not np.allclose(FixationalMovements(seed=6).at([0.5]), whole[1:2])
 
 
-@pytest.mark.parametrize("bad", [{"diffusion": -1}, {"rate": -1}, {"amplitude": np.nan}, {"seed": 1.5}])
+@pytest.mark.parametrize("bad", [{"diffusion": -1}, {"rate": -1}, {"rate": 20}, {"amplitude": np.nan}, {"seed": 1.5}])
 def test_bad_input(bad):
     with pytest.raises(InputError, match=f"{next(iter(bad))} is"):
         FixationalMovements(**bad)

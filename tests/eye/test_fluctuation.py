@@ -51,6 +51,7 @@ def test_power_is_what_was_asked_for(setting: Microfluctuations) -> None:
     assert low + high == pytest.approx(setting.rms**2)
     assert high == pytest.approx(setting.high_share * setting.rms**2, abs=1e-9)
     assert not setting.spectrum([0.0, 0.5 * setting.lowest, 2.4, 10.0]).any()
+    assert setting.spectrum([1.0, 2.3]) == pytest.approx(setting.high_share * setting.rms**2 / 1.3)  # one band's alone
     assert many(setting, np.array([12.3])).std() == pytest.approx(setting.rms, rel=0.12)
 
 

@@ -73,12 +73,28 @@ def test_what_is_no_scene_is_refused(tmp_path):
         "C4\t0.30\nC12\t0.05\n",
         "Z 2 0 0.30\nZ 4 0 0.05\n",
         "Z_2^0: 0,30\nZ_4^0: 0,05\n",
+        "C4 0,30\nC12 0,05\n",
+        "Z 2 0, 0.30\nZ 4 0, 0.05\n",
+        "Z(2,0) .30\nZ(4,0) .05\n",
     ],
 )
 def test_tables_as_aberrometers_name_terms(tmp_path, text):
     (tmp_path / "eye.txt").write_text(text, encoding="utf-8")
     found = read_zernike(tmp_path / "eye.txt")
     assert (found[4], found[12], len(found)) == (0.3, 0.05, 13)
+
+
+def test_the_sign_of_typeset_coefficients_is_read(tmp_path):
+    for text in ("Z(2,0) 0.30\nZ(4,0) \u22120.05\n", "4 0.3\n12 \u2212.05\n"):
+        (tmp_path / "eye.txt").write_text(text, encoding="utf-8")
+        assert read_zernike(tmp_path / "eye.txt")[12] == -0.05
+
+
+@pytest.mark.parametrize("line", ["Z(4,0) 50 nm", "Z(4,0) 0.05 0.01", "Z(4,0)", "C12: 0.05 at 6 mm"])
+def test_a_named_term_without_one_coefficient_in_micrometres_is_refused(tmp_path, line):
+    (tmp_path / "eye.txt").write_text(f"Z(2,0) 0.30\n{line}\nRMS 0.3\n")
+    with pytest.raises(InputError, match=r"eye.txt, line 2: .*one coefficient in micrometres"):
+        read_zernike(tmp_path / "eye.txt")
 
 
 def test_named_tables_of_other_orders_are_refused(tmp_path):

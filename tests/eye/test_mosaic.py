@@ -24,6 +24,8 @@ def test_density_is_that_of_published_counts() -> None:
     assert cone_density(0.0) == pytest.approx(14804.6, rel=2e-3)
     for side in ("temporal", "nasal", "superior", "inferior"):
         assert 0.05 < float(cone_density(3.6, side) / cone_density(0.0, side)) < 0.12  # 1 mm
+        falls = -np.diff(np.log(cone_density(np.arange(20, 61), side)))  # by 1 to 3 % a degree
+        assert 0.005 < falls.min() < falls.max() < 0.04
     assert 1.35 < float(cone_density(34.0, "temporal") / cone_density(34.0, "nasal")) < 1.45
     # One on and one off midget cell a cone in the fovea, fewer than that far out (Watson 2014).
     assert float(midget_density(0.0) / cone_density(0.0)) == pytest.approx(2.0, rel=0.01)

@@ -87,6 +87,13 @@ def test_steps_and_still_targets_pass_as_they_are():
     assert step[1] == pytest.approx(step[0], abs=0.02)
 
 
+def test_a_forecast_between_two_frequencies_is_a_parabola_s():
+    """Errors of least at the 12.3rd frequency, and forecasts quadratic in its number, are interpolated exactly."""
+    one, number = Predictor(horizon=0.4, step=0.1), np.arange(48.0)
+    one._missed = 2 + (number - 12.3) ** 2
+    assert one._of_best(3 + 2 * number + 0.5 * number**2) == pytest.approx(3 + 2 * 12.3 + 0.5 * 12.3**2)
+
+
 def test_no_horizon_is_no_prediction():
     one = Predictor(0.0, 0.1)
     assert [one.update(v) for v in (1.0, 2.0, 0.5)] == [1.0, 2.0, 0.5]

@@ -27,6 +27,16 @@ def test_depth_of_focus_shrinks_with_the_pupil_as_its_inverse():
     assert depth[0] / depth[1] == pytest.approx(2.0, rel=0.15)
 
 
+def test_a_depth_of_focus_beyond_the_vergences_is_cut_off():
+    """At half a dioptre, the path at the rim of 1 mm is a tenth of a wave, and at the rim of 6 mm four waves."""
+    levels = np.linspace(-0.5, 0.5, 21)
+    small, large = (image_quality(one_light(Eye(1e-3 * mm, 0.0)), levels) for mm in (1.0, 6.0))
+    assert small.is_cut_off()
+    assert small.depth_of_focus() == pytest.approx(1.0)
+    assert not large.is_cut_off()
+    assert large.is_cut_off(0.001)
+
+
 def test_colour_lowers_quality_and_deepens_focus():
     levels = np.linspace(-2, 2, 81)
     eye = Eye(0.005, 0.0)

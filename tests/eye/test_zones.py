@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.eye import Cones, Eye, ZonedLens, blur_transfer, image_quality
+from focalgradient.eye import Cones, Eye, ZonedLens, blur_transfer, image_quality, point_spread
 
 
 def quality(lens, levels, pupil=0.004):
@@ -50,6 +50,43 @@ def test_many_zones_deepen_focus():
         for one in (lens, None)
     ]
     assert depth[0] > 2 * depth[1]
+
+
+def strehl_ratio(pupil, lens, defocus, nm=580.0):
+    """Return |mean amplitude over the pupil|^2, a closed form: within a zone the phase is linear in r^2."""
+    edges = np.array([0.0, *(d / 2 for d in lens.diameters if d < pupil), pupil / 2]) ** 2
+    total, path = 0.0, 0.0  # the path in metres at the zone's inner edge
+    for low, high, power in zip(edges[:-1], edges[1:], lens.additions, strict=False):
+        ahead = path + (power + defocus) * (high - low) / 2
+        inner, outer = (np.exp(2j * np.pi * one / (1e-9 * nm)) for one in (path, ahead))
+        rate = np.pi * (power + defocus) / (1e-9 * nm)
+        total += (outer - inner) / (1j * rate) if rate else inner * (high - low)
+        path = ahead
+    return abs(total / edges[-1]) ** 2
+
+
+@pytest.mark.parametrize(
+    ("pupil", "lens"),
+    [
+        (0.004, ZonedLens((0.002, 0.008), (2.0, 0.0))),
+        (0.005, ZonedLens((0.0015, 0.009), (2.0, 0.0))),
+        (0.008, ZonedLens((0.002, 0.009), (3.0, 0.0))),
+        (0.004, ZonedLens(tuple(5e-4 * n for n in range(1, 9)), (2.0, 0.0) * 4)),
+    ],
+)
+def test_strehl_ratio_of_zones_has_a_closed_form(pupil, lens):
+    """Over the plane the OTF sums to the light at the centre of the point spread, in focus pi / 4 at a cut-off of 1."""
+    eye, levels = Eye(pupil, 0.0, lens=lens), np.array([-1.0, 0.0, 1.0, 2.0])
+    nodes, weights = np.polynomial.legendre.leggauss(128)
+    share = (nodes + 1) / 2
+    frequency = share * pupil / 580e-9
+    through = Cones(eye, "luminance", (580.0,)).through_focus(0.0, frequency, levels)
+    peak = np.pi / 4 * (pupil / 580e-9) ** 2
+    truth = [strehl_ratio(pupil, lens, -level) for level in levels]
+    assert 4 * through.real @ (weights * share) == pytest.approx(truth, abs=4e-4)
+    single = blur_transfer(0.0, frequency, eye, 0.0).real
+    assert 4 * single @ (weights * share) == pytest.approx(truth[1], abs=4e-4)
+    assert point_spread([0.0], [0.0], eye, 0.0).item() / peak == pytest.approx(truth[1], abs=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,7 @@ def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
         "best_D": quality.best,
         "visual_strehl": float(quality.visual_strehl.max()),
         "depth_of_focus_D": quality.depth_of_focus(),
+        "depth_of_focus_is_cut_off": quality.is_cut_off(),
     }
     summary = {
         "simulated": True,
@@ -75,7 +76,7 @@ def through_focus(cones: Cones, out: Path, settings: Mapping[str, Any]) -> None:
     show(
         summary | {"written": written},
         f"Best focus: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
-        f"Depth of focus (80 % of it): {found['depth_of_focus_D']:.2f} D",
+        f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D",
         f"Written: {', '.join(written)}",
     )
 

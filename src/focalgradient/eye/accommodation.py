@@ -27,7 +27,7 @@ from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.ranges import check_kind, check_pupil
 from focalgradient.eye.retina import S_FINEST_CPD, Cones
 from focalgradient.eye.target import Target
-from focalgradient.eye.track import Motion, Tracker
+from focalgradient.eye.track import NEAREST, Motion, Tracker
 from focalgradient.progress import Progress
 from focalgradient.psf import disc_transfer
 from focalgradient.view import View
@@ -225,7 +225,8 @@ def accommodate(
     Raises
     ------
     InputError
-        If the duration is shorter than the interval between moments, or the target is nearer than the lens can focus.
+        If the duration is shorter than the interval between moments, or the target is nearer than the lens can focus,
+        or than 8 D.
 
     Examples
     --------
@@ -249,11 +250,12 @@ def accommodate(
     step, before = 1 / eye.rate, round(SETTLE * eye.rate)
     times = np.asarray((np.arange(round(duration * eye.rate) + before) - before) * step, dtype=np.float64)
     wanted = check_finite("target", [target(max(t, 0.0)) for t in times], "dioptres at each time")
-    if not np.all((wanted >= 0) & (wanted <= eye.plant.nearest)):
-        raise InputError(
-            f"the target lies between {wanted.min():g} and {wanted.max():g} D, but the lens goes from 0 to "
-            f"{eye.plant.nearest:g} D only."
-        )
+    for part, nearest in (("lens", eye.plant.nearest), ("estimate", NEAREST)):
+        if not np.all((wanted >= 0) & (wanted <= nearest)):
+            raise InputError(
+                f"the target lies between {wanted.min():g} and {wanted.max():g} D, but the {part} goes from 0 to "
+                f"{nearest:g} D only."
+            )
     fluctuation = _fluctuation(eye, times, seed)
     grows = isinstance(eye.fluctuation, Microfluctuations)
     predictor = Predictor(eye.horizon, step)

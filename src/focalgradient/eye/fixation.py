@@ -24,6 +24,9 @@ STEP = 0.001
 PAUSE = 0.1
 """Minimum interval between microsaccades in seconds: a choice, below the shortest intervals that are usual."""
 
+FASTEST = 9.0
+"""Maximum rate of microsaccades per second: with `PAUSE` none above 10 is possible."""
+
 RETURN = 0.5
 """Share of a microsaccade's direction that points back to the starting direction of gaze; the rest is random: a
 choice."""
@@ -39,7 +42,7 @@ class FixationalMovements:
         Diffusion constant of drift in minutes of arc squared per second: about 10 to 40 in people (Kuang, Poletti,
         Victor & Rucci 2012; Aytekin, Victor & Rucci 2014; the range is from memory).
     rate
-        Microsaccades per second: about 1 to 2 in steady fixation (Martinez-Conde, Macknik & Hubel 2004).
+        Microsaccades per second, at most 9: about 1 to 2 in steady fixation (Martinez-Conde, Macknik & Hubel 2004).
     amplitude
         Median amplitude of microsaccades in minutes of arc; its logarithm has a standard deviation of 0.5: most are
         below half a degree. Values are our choice within the usual range.
@@ -66,6 +69,11 @@ class FixationalMovements:
     def __post_init__(self) -> None:
         check_number("diffusion", self.diffusion, "minutes of arc squared per second", least=0)
         check_number("rate", self.rate, "microsaccades per second", least=0)
+        if self.rate > FASTEST:
+            raise InputError(
+                f"rate is {self.rate:g}, but must be at most {FASTEST:g}: give microsaccades per second, which are "
+                f"{PAUSE:g} s apart at least."
+            )
         check_number("amplitude", self.amplitude, "minutes of arc", least=0)
         check_seed(self.seed)
 
@@ -80,8 +88,7 @@ class FixationalMovements:
         place = np.cumsum(steps, axis=0)
         time = 0.0
         while self.rate > 0:
-            # With the pause the mean interval is still 1 / rate, as long as that is longer.
-            time += PAUSE + saccades.exponential(max(1 / self.rate - PAUSE, STEP))
+            time += PAUSE + saccades.exponential(1 / self.rate - PAUSE)  # 1 / rate on average
             start = math.ceil(time / STEP)
             size = self.amplitude * math.exp(0.5 * saccades.standard_normal())
             turn = saccades.uniform(0, 2 * math.pi)

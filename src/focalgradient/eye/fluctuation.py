@@ -215,7 +215,7 @@ class Microfluctuations:
         f = np.asarray(frequency, dtype=float)
         total = np.zeros(f.shape)
         for start, end, slope, variance in self._bands():
-            within = (f >= start) & (f <= end)
+            within = (f >= start) & ((f < end) | (end == HIGH_END) & (f == end))
             area = start * boxcox(end / start, 1 - slope)  # integral of (f / start)^-slope
             total += variance * within * np.where(within, f / start, 1.0) ** -slope / area
         return total

@@ -12,7 +12,7 @@ from focalgradient.errors import InputError, check_number
 from focalgradient.eye.light import Light
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.transfer import blur_transfer, in_light
-from focalgradient.optics import Optics, check_optics
+from focalgradient.optics import Optics, capabilities, check_optics
 from focalgradient.psf import gaussian_transfer
 
 __all__ = ["GaussianFit", "best_gaussian"]
@@ -74,7 +74,7 @@ def best_gaussian(
     Parameters
     ----------
     optics
-        An `Eye` whose blur is round (without aberrations, or with those of m = 0 only), or a `Lens`.
+        An `Eye` whose blur is round (a centred pupil, no aberrations but those of m = 0), or a `Lens`.
     vergence
         Vergence of the point, in dioptres.
     light, wavelength_nm
@@ -94,8 +94,11 @@ def best_gaussian(
     """
     check_optics(optics)
     check_number("vergence", vergence, "dioptres")
-    if any(m for _, m, _ in getattr(optics, "aberrations", ())):
-        raise InputError("optics have aberrations of m other than 0, and so no round blur: leave them out.")
+    if not capabilities(optics).isotropic:
+        raise InputError(
+            "optics have no round blur, because of aberrations of m other than 0, an offset of the pupil or a half of "
+            "it: leave these out."
+        )
     diameter = optics.aperture_diameter
     limit = diameter / (1e-9 * min(nm for _, nm, _ in in_light(optics, wavelength_nm, light)))
     radius = float(abs(optics.focus_vergence - vergence)) * diameter / 2

@@ -31,11 +31,14 @@ LARGEST_UM = {True: 100.0, False: 20.0}
 um, and coma of keratoconic eyes stays below 10 um. Choices that reject tables in nanometres."""
 
 NAMED = re.compile(
-    r"\s*[ZC]\s*[\[(_{]?\s*(\d+)(?:\s*[,;^\s_]\s*([+-]?\d+))?\s*[\])}]?\s*(?:[:=,;\s]\s*)([+-]?\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)"
-    r"\s*(?:[uµμ]m|microns?)?\s*$",
+    r"\s*[ZC]\s*[\[(_{]?\s*(\d+)(?:\s*[,;^_]\s*([+-]?\d+)|\s+([+-]?\d+)(?!\d|,\d))?\s*[\])}]?\s*(?:[:=,;\s]\s*)"
+    r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[uµμ]m|microns?)?\s*$",
     re.IGNORECASE,
 )
 """Pattern of a line of an aberrometer's table: name of the term (n and m, or OSA index) and coefficient."""
+
+TERM = re.compile(r"\s*[ZC]\s*[\[(_{]?\s*\d", re.IGNORECASE)
+"""Pattern of the beginning of a line that names a term."""
 
 OTHER_TABLES = {
     "noll": "in Noll's order",
@@ -125,9 +128,9 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
 
     Lines of one number (the coefficients in the OSA's order, from piston on), of two (OSA index, coefficient) or of
     three (n, m, coefficient); separated by commas, semicolons, tabs or spaces. Terms may be named as aberrometers name
-    them, such as Z(2,-2), Z[4,0], C2,0 or Z12 (OSA index), and then all other lines are left out. Otherwise a heading,
-    empty lines and lines that begin with # are. Coefficients are in micrometres, of normalised polynomials. Of a MATLAB
-    file (.mat), as ISETBio saves it, the vector ``zcoeffs`` is read, of a struct or by itself.
+    them, such as Z(2,-2), Z[4,0], C2,0 or Z12 (OSA index), and then lines that name no term are left out. Otherwise a
+    heading, empty lines and lines that begin with # are. Coefficients are in micrometres, of normalised polynomials. Of
+    a MATLAB file (.mat), as ISETBio saves it, the vector ``zcoeffs`` is read, of a struct or by itself.
 
     Returns
     -------
@@ -151,12 +154,18 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     """
     if str(path).lower().endswith(".mat"):
         return _of_matlab(path)
-    lines = [line.strip() for line in read_text(path, "a table of Zernike coefficients", LARGEST_LIST).splitlines()]
+    text = read_text(path, "a table of Zernike coefficients", LARGEST_LIST).replace("−", "-")
+    lines = [line.strip() for line in text.splitlines()]
     rows: list[list[float]] = []
     named = [_named(line) for line in lines]
     if any(row is not None for row in named):
-        for line in lines:
+        for number, (line, row) in enumerate(zip(lines, named, strict=True), start=1):
             _refuse_other_table(path, line)
+            if row is None and TERM.match(line):
+                raise InputError(
+                    f"{printable(path)}, line {number}: {line[:40]!r} names a Zernike term, but not with one "
+                    "coefficient in micrometres: give Z(4,0) 0.05."
+                )
         lines, rows = [], [row for row in named if row is not None]
     for number, line in enumerate(lines, start=1):
         if not line or line.startswith("#"):

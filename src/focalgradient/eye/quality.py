@@ -26,8 +26,9 @@ HIGHEST_CPD = 60.0
 """Highest frequency in cycles per degree that people see."""
 
 RADII, ANGLES = 40, 12
-"""Number of frequencies along a radius and of directions over half a circle in the sum of the visual Strehl ratio:
-twice as many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and astigmatism)."""
+"""Number of frequencies along a radius and of directions over half a circle (of isotropic blur one suffices) in the sum
+of the visual Strehl ratio: twice as many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and
+astigmatism)."""
 
 
 def contrast_sensitivity(frequency_cpd: ArrayLike) -> FloatArray:
@@ -62,12 +63,20 @@ class ThroughFocus:
         return float(self.vergences[int(np.argmax(self.visual_strehl))])
 
     def depth_of_focus(self, share: float = 0.8) -> float:
-        """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum."""
+        """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum.
+
+        It counts `vergences` only: where it is cut off at an end of them (`is_cut_off`), it is a lower bound.
+        """
         if not 0 < share < 1:
             raise InputError(f"share is {share!r}, but must be a share between 0 and 1.")
         fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
         kept = np.interp(fine, self.vergences, self.visual_strehl) >= share * self.visual_strehl.max()
         return float(np.mean(kept) * np.ptp(self.vergences))
+
+    def is_cut_off(self, share: float = 0.8) -> bool:
+        """Return whether the range of `depth_of_focus` reaches an end of `vergences`, and may continue beyond it."""
+        ends = max(self.visual_strehl[0], self.visual_strehl[-1])
+        return bool(ends >= share * self.visual_strehl.max())
 
 
 def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike = (4.0, 8.0, 16.0)) -> ThroughFocus:
@@ -104,7 +113,8 @@ def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike =
         raise InputError(f"frequency_cpd goes down to {shown.min():g}, but must be 0 or more: give cycles per degree.")
     nodes, weights = np.polynomial.legendre.leggauss(RADII)
     radius, width = HIGHEST_CPD / 2 * (nodes + 1), HIGHEST_CPD / 2 * weights
-    turn = np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
+    directions = 1 if cones.isotropic else ANGLES
+    turn = np.pi * (np.arange(directions) + 0.5) / directions
     every = np.degrees(np.concatenate([shown, radius]))
     seen = cones.through_focus(every * np.sin(turn)[:, None], every * np.cos(turn)[:, None], levels)
     weight = contrast_sensitivity(radius) * radius * width

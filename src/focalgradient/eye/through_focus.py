@@ -18,8 +18,9 @@ from focalgradient.eye.wavefront import Pupil
 
 __all__ = ["through_focus"]
 
-TABLE = 256
-"""Samples per radius of the table of the wavefront, interpolated linearly: accurate to 1e-3 rad for natural eyes."""
+TABLE, KINKED_TABLE = 256, 768
+"""Samples per radius of the table of the wavefront, interpolated linearly: accurate to 1e-3 rad for natural eyes; and
+for lenses with zones, whose wavefront has kinks."""
 
 
 def through_focus(
@@ -27,8 +28,8 @@ def through_focus(
 ) -> NDArray[np.complex128]:
     """Return the transfer at frequencies in cycles per radian (one shape), for each added `defocus` (D).
 
-    Returns an array of len(defocus) x the frequencies' shape; right to 1e-3 of `pupil_transfer_of` for natural eyes and
-    strong astigmatism.
+    Returns an array of len(defocus) x the frequencies' shape; right to 1e-3 of `pupil_transfer_of` for natural eyes,
+    strong astigmatism and lenses with zones.
 
     >>> pupil = Pupil(0.003, 555.0, 0.0, ((3, 1, 0.1),))
     >>> complex(through_focus(np.zeros(1), np.degrees([20.0]), pupil, np.array([0.25]))[0, 0].round(3))
@@ -53,9 +54,10 @@ def through_focus(
         # Across the move the phase runs through four times s, its half width and the steepest slope, as astigmatism's
         # does; a rule needs a quarter as many nodes, and some. Each rule is for the worst s of its part.
         s = float(np.clip(math.sqrt(0.5), *ends))
-        across = gauss(_order(4 + pupil.steepness * s * math.sqrt(1 - s**2)))
+        across = gauss(_order(max(4 + pupil.steepness * s * math.sqrt(1 - s**2), pupil.kinked_order)))
         s = float(np.clip(0.5, *ends))
-        along = gauss(_order(8 + 0.3 * pupil.steepness * min(1.0, 2 * ends[1]) + largest * s * (1 - s) / 3))
+        smooth = 8 + 0.3 * pupil.steepness * min(1.0, 2 * ends[1])
+        along = gauss(_order(max(smooth, pupil.kinked_order) + largest * s * (1 - s) / 3))
         part = np.empty((some.size, defocus.size), complex)
         _through_focus(shift[some], table, pupil.loss, *along, *across, defocus * strength, even, part)
         found[some] = part
@@ -70,14 +72,16 @@ def _order(least: float) -> int:
 
 def _wavefront_table(pupil: Pupil) -> NDArray[np.float64]:
     """Return the phase in radians on a lattice over the unit disc."""
-    place = np.arange(-TABLE - 1, TABLE + 3) / TABLE
+    size = TABLE if pupil.lens is None else KINKED_TABLE
+    place = np.arange(-size - 1, size + 3) / size
     return pupil.phase(place + 1j * place[:, None])
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 def _phase(table, x, y):  # type: ignore[no-untyped-def]
     """Interpolate the table's phase at a place in the unit disc."""
-    column, row = (x + 1) * TABLE + 1, (y + 1) * TABLE + 1
+    size = (len(table) - 4) // 2
+    column, row = (x + 1) * size + 1, (y + 1) * size + 1
     i, j = int(row), int(column)
     down, right = row - i, column - j
     upper = table[i, j] + right * (table[i, j + 1] - table[i, j])

@@ -26,9 +26,12 @@ __all__ = ["Motion", "Track", "Tracker", "track"]
 
 FloatArray = NDArray[np.float64]
 
-GRID: FloatArray = np.asarray(np.arange(-1.0, 8.0001, 0.08), dtype=np.float64)
+GRID: FloatArray = np.asarray(np.arange(-1.0, 9.0001, 0.08), dtype=np.float64)
 """Vergences in dioptres at which a target is searched after a jump, and the range of samples; negative ones lie beyond
 infinity, which only lenses reach."""
+
+NEAREST = 8.0
+"""Maximum vergence in dioptres of a target: at the end of `GRID` samples would lie on one side of it only."""
 
 SAMPLES = 400
 """Number of samples of the posterior: with 800 the errors agree within their standard error (measured on sines)."""

@@ -162,6 +162,6 @@ def distance_of_blur(radius: ArrayLike, side: Side, aperture: float, focus_verge
     step = radius / (aperture / 2)
     vergence = focus_vergence + (step if side == "nearer" else -step)
     # Tolerate rounding errors, so that the blur radius of infinity maps back to infinity.
-    vergence = np.where(np.abs(vergence) <= 8 * np.finfo(float).eps * step, 0.0, vergence)
+    vergence = np.where(np.abs(vergence) < 8 * np.finfo(float).eps * step, 0.0, vergence)
     with np.errstate(divide="ignore"):
         return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)

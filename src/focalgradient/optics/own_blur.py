@@ -18,6 +18,9 @@ Transfer = NDArray[np.float64] | NDArray[np.complex128]
 FORMS = ("through_focus", "optical_transfer", "transfer")
 """Methods that define a blur model: for several vergences, for one vergence, and for isotropic blur."""
 
+DIRECTIONS_DEG = (0.0, 28.0, 45.0, 90.0)
+"""Directions in which transfers are compared: two alone miss astigmatism along their bisector."""
+
 TRANSFER_TOLERANCE = 5e-3
 """Tolerance of gain at frequency 0 and of isotropy of optics' own transfer functions (`eye.Cones`: 1e-3)."""
 
@@ -74,15 +77,16 @@ class OwnBlur:
     def check(self, vergence: float, frequency: float) -> None:
         """Raise `InputError` unless the blur at `vergence` (D) has unit gain at frequency 0 and the declared isotropy.
 
-        The transfer is compared along two directions up to `frequency` (cycles per radian).
+        The transfer is compared along four directions, unevenly spaced, up to `frequency` (cycles per radian).
         """
-        some = np.linspace(0, frequency, 9)
-        right, down = (self.through_focus(y, x, [vergence])[0] for y, x in ((0 * some, some), (some, 0 * some)))
+        some, turns = np.linspace(0, frequency, 9), np.radians(DIRECTIONS_DEG)[:, None]
+        along = self.through_focus(some * np.sin(turns), some * np.cos(turns), [vergence])[0]
+        right = along[0]
         if not abs(right[0] - 1) <= TRANSFER_TOLERANCE:
             raise InputError(
                 f"the transfer of {self.name} is {right[0]:.3g} at frequency 0, but must be 1: normalise it."
             )
-        uneven = max(float(np.abs(right - down).max()), float(np.abs(np.imag(right)).max()))
+        uneven = max(float(np.abs(along - right).max()), float(np.abs(np.imag(along)).max()))
         if self.isotropic and uneven > TRANSFER_TOLERANCE:
             raise InputError(
                 f"the blur of {self.name} is declared isotropic, but its transfer differs by {uneven:.2g} "

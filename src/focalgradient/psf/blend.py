@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.psf.disc import DISC_K, disc_transfer
+from focalgradient.psf.disc import DISC_K, Disc, disc_transfer
 from focalgradient.psf.gaussian import EXTENT_SD, K_HELP, gaussian_transfer
 from focalgradient.psf.shape import Psf, parameter
 
 __all__ = ["Blend", "blend_transfer"]
 
-CHORDS = 512
-"""Number of chords over which the Gaussian edge is integrated (spacing 0.006 radii): accurate to 1e-6 for k >= 0.01."""
+CHORDS, CHORDS_PER_SIGMA = 512, 5
+"""Minimum number of chords over which the Gaussian edge is integrated, and their number times k below k = 0.01:
+accurate to 1e-6."""
+
+DISC_BELOW = 1e-3
+"""Value of k below which the edge response is a disc's: the difference is at most 1e-5."""
 
 
 def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> NDArray[np.float64]:
@@ -62,10 +67,14 @@ class Blend(Psf):
 
     def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
         """Return the mean of normal distribution functions centred on the disc's chords (Gauss-Chebyshev)."""
+        if self.k < DISC_BELOW:
+            return Disc().edge_response(position, radius)
         return self._over_chords(position, radius, line=False)
 
     def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
         """Return the mean of normal densities centred on the disc's chords (Gauss-Chebyshev)."""
+        if self.k < DISC_BELOW:
+            return Disc().line_response(position, radius)
         return self._over_chords(position, radius, line=True)
 
     def _over_chords(self, position: ArrayLike, radius: float, line: bool) -> NDArray[np.float64]:
@@ -73,8 +82,9 @@ class Blend(Psf):
 
         u, rest = np.asarray(position, float) / radius, _rest(self.k)
         total = np.zeros(u.shape)
-        turns = np.pi * np.arange(1, CHORDS + 1) / (CHORDS + 1)
-        for chord, weight in zip(rest * np.cos(turns), 2 / (CHORDS + 1) * np.sin(turns) ** 2, strict=True):
+        chords = max(CHORDS, math.ceil(CHORDS_PER_SIGMA / self.k))
+        turns = np.pi * np.arange(1, chords + 1) / (chords + 1)
+        for chord, weight in zip(rest * np.cos(turns), 2 / (chords + 1) * np.sin(turns) ** 2, strict=True):
             z = (u - chord) / self.k
             total += weight * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) / self.k / radius if line else ndtr(z))
         return total
