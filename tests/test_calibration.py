@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from targets import FOCAL_LENGTH, PITCH, target
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View
@@ -257,6 +258,13 @@ def test_a_tone_curve_is_named_and_changes_all_widths_alike() -> None:
             changes.append(read_target(toned)[0] / read_target(view)[0])
     assert changes[0] == pytest.approx(changes[1], rel=0.03)
     assert changes[0] < 0.95
+
+
+def test_texture_instead_of_edges_is_named_with_the_method_for_it() -> None:
+    texture = ndimage.gaussian_filter(np.random.default_rng(3).standard_normal((160, 200)), 2.0)
+    view = View(0.5 + 0.1 * texture / texture.std(), Lens(FOCAL_LENGTH, 8.0, 0.4), 3e-4)
+    with pytest.warns(FocalGradientWarning, match=r"a target of texture \(method='equalise'\)"):
+        read_target(view)
 
 
 def test_a_view_without_edges_is_refused_with_the_remedy() -> None:

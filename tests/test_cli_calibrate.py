@@ -271,6 +271,8 @@ def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
     assert "f/4 was not calibrated, only f/8, f/16" in sentence(
         run("depth", a, b, "--f-number", 4, "--f-number", 8, *use)
     )
+    said = sentence(run("depth", a, b, "--f-number", 16, "--f-number", 8, "--focal-length", 50, *use))
+    assert "the focal length is given as 50 mm, but the camera was calibrated at 25 mm" in said
     text = camera[0].read_text()
     (tmp_path / "short.toml").write_text(re.sub(r"informed = \[0\.\d+, ", "informed = [", text))
     said = sentence(run("depth", a, b, "--calibration", tmp_path / "short.toml", "--out", tmp_path / "out"))

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+import warnings
 
 import pytest
 from click.testing import CliRunner
 
+from focalgradient import FocalGradientWarning
 from focalgradient.cli import main
+from focalgradient.cli.program import warnings_given
 
 TASKS = "depth-rating, necker, blur-threshold, published"
 OTHERS = r"(?:, [\w-]+)*"  # tasks that other tests have registered
@@ -134,3 +137,11 @@ def test_every_command_is_described_by_a_verb_on_one_line(group):
         assert re.match(r"(?!The |An? )[A-Z][a-z]+ .*[a-z]\.$", words)
         assert len(words) <= 65
         assert re.search(rf"^  {name} +{re.escape(words)}$", said, re.MULTILINE), words
+
+
+def test_parameters_in_warnings_become_options(capsys: pytest.CaptureFixture[str]) -> None:
+    with warnings_given():
+        message = "compare psf='blend', k=0.35, or psf='disc', or take another method (method='equalise')."
+        warnings.warn(message, FocalGradientWarning, stacklevel=1)
+    said = capsys.readouterr().err
+    assert "compare --psf blend --k 0.35, or --psf disc, or take another method (--method equalise)." in said

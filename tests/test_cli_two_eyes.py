@@ -88,6 +88,11 @@ def test_what_stereo_refuses(given: Path, words: list[str], said: str) -> None:
     assert not (given / "out").exists()
 
 
+def test_a_view_that_is_mostly_completed_names_the_option(given: Path) -> None:
+    found = stereo("--focus", "0.8", "--screen-at", "0.3")
+    assert "move zero disparity nearer to the scene (--screen-at), or give a wider picture" in found.stderr
+
+
 def test_a_series_is_made_once(given: Path) -> None:
     words = ["focus-series", "picture.png", "depth.npy", "--out", "series", "--pupil", "2", "--field", "6"]
     found = run(*words, "--nearest", "0.8", "--farthest", "1.6", "--json")

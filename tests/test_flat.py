@@ -108,6 +108,17 @@ def test_views_without_vignetting_stay_as_they_are():
     assert np.abs(ratio / ratio.mean() - 1).max() < 0.01
 
 
+@pytest.mark.parametrize("magnified", [0.98, 1.02])
+def test_light_that_falls_off_in_the_scene_is_not_evened_out_between_two_foci(magnified):
+    # The scene is brightest below its middle; with the other focus its pixels are 2 % smaller or larger.
+    pair = [
+        View(0.1 + np.exp(-((size * DOWN - 0.2) ** 2) - (size * RIGHT) ** 2), Lens(0.025, 5.6, focus), 3e-4 * size)
+        for focus, size in ((0.8, 1.0), (2.0, magnified))
+    ]
+    ratio = even_out(pair)[1].image / pair[1].image
+    assert np.ptp(ratio) < 0.003
+
+
 def test_evening_keeps_the_ceiling_of_what_is_saturated():
     first, second = views((1 + 0.2 * (DOWN**2 + RIGHT**2)) ** -2.0)
     image = second.image.copy()

@@ -187,6 +187,36 @@ def test_bad_pixels_are_masked_and_filled_from_beside(tmp_path):
     assert photograph.saturated == 0
 
 
+def test_one_bad_pixel_is_named_in_the_singular(tmp_path):
+    pixels = RGB16 / 65535
+    pixels[0, 0] = np.inf
+    np.save(tmp_path / "a.npy", pixels)
+    with pytest.warns(FocalGradientWarning, match=r"a\.npy: 1 pixel is NaN or infinite and is excluded"):
+        read_photograph(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_transparent_pixels_are_masked(tmp_path, deep):
+    colours = RGB16 if deep else RGB8
+    alpha = np.full(colours.shape[:2], np.iinfo(colours.dtype).max, colours.dtype)
+    alpha[:3], alpha[5, 5] = 0, alpha[-1, -1] // 2  # a soft rim still shows the scene
+    for name in ("a.png", "a.tif"):
+        (tmp_path / name).write_bytes(cv2.imencode(name[1:], np.dstack([colours, alpha]))[1].tobytes())
+        with pytest.warns(
+            FocalGradientWarning, match=rf"{name}: 25\.0% of the pixels are transparent and are excluded"
+        ):
+            photograph = read_photograph(tmp_path / name)
+        assert photograph.mask is not None
+        np.testing.assert_array_equal(photograph.mask, np.arange(12)[:, None] * np.ones(16) >= 3)
+    alpha[:7] = 0
+    (tmp_path / "a.png").write_bytes(cv2.imencode(".png", np.dstack([colours, alpha]))[1].tobytes())
+    with pytest.raises(InputError, match=r"a\.png is transparent over 58% of its pixels, .*: crop it"):
+        read_photograph(tmp_path / "a.png")
+    hidden = cv2.imencode(".png", np.dstack([colours, np.zeros_like(alpha)]))[1].tobytes()
+    (tmp_path / "b.png").write_bytes(hidden)
+    assert read_photograph(tmp_path / "b.png").mask is None
+
+
 def test_the_mask_travels_to_the_view(tmp_path):
     images = [np.random.default_rng(n).uniform(0.2, 0.8, (48, 64)) for n in (0, 1)]
     images[1][10:13, 20:25] = np.nan

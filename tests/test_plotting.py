@@ -106,6 +106,18 @@ def test_colour_bar_reads_in_metres():
     assert bar.yaxis_inverted()  # vergence falls upwards: far on top
 
 
+@pytest.mark.parametrize("shape", [(20, 200), (64, 400), (100, 300), (300, 60)])
+def test_labels_of_a_narrow_picture_stay_on_the_page(shape):
+    depth = ramp(shape=shape, evidence=np.full(shape, 2, np.uint8))
+    figure = depth_figure(views(16, 5.6, shape=shape), depth)
+    boxes = {text.get_text(): text.get_window_extent() for text in texts(figure)}
+    assert any("(m)" in text or text == "metres" for text in boxes)
+    outside = [
+        text for text, box in boxes.items() if not all(figure.bbox.contains(*corner) for corner in box.corners())
+    ]
+    assert outside == []
+
+
 def test_infinity_is_on_the_bar_and_nothing_behind_it():
     depth = ramp(vergence=np.tile(np.linspace(1.0, -0.2, SHAPE[1]), (SHAPE[0], 1)))
     figure = depth_figure(views(16, 5.6), depth)

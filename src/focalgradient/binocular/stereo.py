@@ -285,7 +285,7 @@ def _moved_pair(
         if (share := float(moved.is_invented.mean())) > MAX_INPAINTED_FRACTION:
             warnings.warn(
                 f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was inpainted: "
-                "give a vergence nearer to the scene's, or a wider picture.",
+                "move zero disparity nearer to the scene (vergence of the screen), or give a wider picture.",
                 FocalGradientWarning,
                 stacklevel=3,
             )

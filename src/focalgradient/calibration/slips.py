@@ -1,4 +1,4 @@
-"""Detection of likely errors in the stated values of target photographs: units, and exchanged values.
+"""Detection of likely errors in the stated values of target photographs: units, exchanged values, a wrong distance.
 
 Distances, f-numbers and focus marks are typed by people. If the law of blur does not fit the readings, each likely
 error is corrected in turn and the camera is fitted again; an error whose correction makes the camera clearly more
@@ -122,7 +122,10 @@ def likeliest_slips(
         for text, mended in candidates:
             if min(reading.distance for reading in mended.readings) > NEAREST * mended.focal_length:
                 found.append(Slip(text, before - mended.improbability() - cost))
-    found = sorted((slip for slip in found if slip.gain > MIN_GAIN), key=lambda slip: -slip.gain)
+    found = [slip for slip in found if slip.gain > MIN_GAIN]
+    if found:  # any of these may also imitate one distance that was measured wrongly
+        found += (Slip(text, before - others.improbability() - cost) for text, others, cost in _without_each(stated))
+    found.sort(key=lambda slip: -slip.gain)
     return [slip for slip in found if slip.gain > found[0].gain - MAX_GAIN_DIFFERENCE]
 
 
@@ -218,6 +221,16 @@ def _single_values(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
             mended = [change(r) if r.f_number == stop else r for r in readings]
             text = f"{one:g} m and {other:g} m exchanged at f/{stop:g}: check distance_m of these photographs"
             yield text, replace(stated, readings=mended)
+
+
+def _without_each(stated: _Stated) -> Iterator[tuple[str, _Stated, float]]:
+    """Yield an error of any size in each distance: the values without its readings, and the cost of that freedom."""
+    distances = sorted({reading.distance for reading in stated.readings})
+    for distance in distances if len(distances) > 2 else ():
+        others = [reading for reading in stated.readings if reading.distance != distance]
+        expected = len(stated.readings) - len(others)  # chi-square of correct readings
+        text = f"another distance than {distance:g} m: measure it again"
+        yield text, replace(stated, readings=others), SINGLE_VALUE_PENALTY + expected
 
 
 def _scaled(name: str, factor: float) -> Callable[[Reading], Reading]:

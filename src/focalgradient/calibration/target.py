@@ -20,7 +20,7 @@ MIN_RELATIVE_CONTRAST = 0.5
 """Minimum contrast of the target's own edges, relative to its strongest edge."""
 
 MIN_STEP_LIKE = 0.25
-"""Minimum fraction of edges that look like blurred steps; below it a warning names the camera as the cause."""
+"""Minimum fraction of edges that look like blurred steps; below it a warning names texture and the camera as causes."""
 
 
 BAND = 16.0
@@ -60,7 +60,7 @@ def measure_target(view: View) -> TargetBlur:
     Warns
     -----
     FocalGradientWarning
-        If few edges look like blurred steps, because of a tone curve or sharpening; all edges are then used.
+        If few edges look like blurred steps, because of texture, a tone curve or sharpening; all edges are then used.
     """
     from focalgradient.depth.edges import average_segments, measure_edges
 
@@ -69,10 +69,11 @@ def measure_target(view: View) -> TargetBlur:
     strong = contrast > MIN_RELATIVE_CONTRAST * np.quantile(contrast, 0.99) if contrast.size else contrast > 0
     use = strong & edges.valid
     if use.sum() < MIN_STEP_LIKE * strong.sum():
-        # the sheet is known to consist of steps, so that the camera must have altered them
+        # the sheet is taken to consist of steps, so that the camera must have altered them
         warnings.warn(
-            f"only {use.sum() / strong.sum():.0%} of a target's edges look like blurred steps: the camera's tone curve "
-            "or sharpening shows; camera raw files or a linear export would not have it.",
+            f"only {use.sum() / strong.sum():.0%} of a target's edges look like blurred steps: use another method for "
+            "a target of texture (method='equalise'); give camera raw files or a linear export of sharp edges, as a "
+            "tone curve or sharpening alters them.",
             FocalGradientWarning,
             stacklevel=2,
         )

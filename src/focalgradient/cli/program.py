@@ -81,6 +81,8 @@ OPTIONS = {
     "(focus_distance)": "(--focus-distance)",
     "(near, far)": "(--near, --far)",
     "(method='edges')": "(--method edges)",
+    "(method='equalise')": "(--method equalise)",
+    "(vergence of the screen)": "(--screen-at)",
 }
 """Parameters in the library's messages, and the corresponding options."""
 
@@ -327,7 +329,8 @@ def _with_options(sentence: str) -> str:
     words = one_line(sentence)
     for parameter, option in OPTIONS.items():
         words = words.replace(parameter, option)
-    return words
+    words = re.sub(r"\bpsf='(\w+)', k=([\d.]*\d)", r"--psf \1 --k \2", words)
+    return re.sub(r"\bpsf='(\w+)'", r"--psf \1", words)
 
 
 @contextmanager

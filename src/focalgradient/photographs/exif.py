@@ -177,13 +177,16 @@ def _completed_by_calibration(
     Raises
     ------
     InputError
-        If the first file was taken at another focal length than the calibration.
+        If the focal length, as given or as recorded in the first file, is another than the calibration's.
     """
-    sensor, taken = calibrated.sensor, recorded.focal_length_mm
-    if camera["focal_length_mm"] is None and taken and abs(taken / sensor.focal_length_mm - 1) > 0.01:
+    sensor, stated = calibrated.sensor, camera["focal_length_mm"]
+    taken = stated or recorded.focal_length_mm
+    if taken and abs(taken / sensor.focal_length_mm - 1) > 0.01:
+        given = "the focal length is given as" if stated else f"{file.name} was taken at"
+        remedy = ", or leave out focal_length_mm" if stated else ""
         raise InputError(
-            f"{file.name} was taken at {taken:g} mm, but the camera was calibrated at "
-            f"{sensor.focal_length_mm:g} mm: calibrate it at this zoom."
+            f"{given} {taken:g} mm, but the camera was calibrated at {sensor.focal_length_mm:g} mm: calibrate it at "
+            f"this zoom{remedy}."
         )
     known = {name: given or getattr(sensor, name) for name, given in camera.items() if name != "pixel_pitch_um"}
     pitch, exif_pitch = camera["pixel_pitch_um"], recorded.pixel_pitch_um or sensor.pixel_pitch_um

@@ -9,7 +9,7 @@ import io
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ from focalgradient.view import LUMINANCE
 __all__ = ["read_photograph", "read_photographs"]
 
 _MAX_INVALID_FRACTION = 0.5
-"""Maximum fraction of pixels that are saturated, NaN or infinite."""
+"""Maximum fraction of pixels that are saturated, NaN, infinite or transparent."""
 
 _SATURATED_WARNING_FRACTION = 1e-3
 """Fraction of pixels at the type's maximum above which a warning is issued."""
@@ -75,7 +75,7 @@ def read_photograph(
     path
         An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG file, grey or colour; a .npy file with an
         H x W or H x W x 3 (red, green, blue) array; or a camera raw file, of which only green is used (see
-        `focalgradient.photographs.raw`). An alpha channel is dropped; the orientation tag is applied.
+        `focalgradient.photographs.raw`). The orientation tag is applied.
     encoding
         Encoding of the values, ``"linear"`` or ``"srgb"``. None: as stated by the file (`stated_encoding`), otherwise
         sRGB for 8-bit image files and linear for all others. Camera raw files are always linear.
@@ -87,15 +87,15 @@ def read_photograph(
     ------
     InputError
         If the file is missing, unreadable or not an image; if more than half its pixels are saturated (at the maximum
-        of an integer type), NaN or infinite; if it is black (no pixel above 2 levels and 0.1 % of that maximum; for
-        floating point, none above 0) or uniform; or if the flat field differs in size, is saturated, or is dark
-        somewhere.
+        of an integer type), NaN, infinite or transparent; if it is black (no pixel above 2 levels and 0.1 % of that
+        maximum; for floating point, none above 0) or uniform; or if the flat field differs in size, is saturated, or is
+        dark somewhere.
 
     Warns
     -----
     FocalGradientWarning
-        If more than 0.1 % of the pixels are saturated, or any is NaN or infinite, which `Photograph.mask` excludes; and
-        if it is a JPEG below about quality 90.
+        If more than 0.1 % of the pixels are saturated, or any is NaN, infinite or transparent, which `Photograph.mask`
+        excludes; and if it is a JPEG below about quality 90.
 
     Examples
     --------
@@ -112,6 +112,7 @@ def read_photograph(
     mask = _valid_pixels(path, pixels)
     saturated = _check(path, pixels, mask)
     _warn_of_low_quality(path)
+    mask &= _opaque(path, mask.shape)
     if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
         pixels = filled(pixels, mask)
     luminance = _luminance(pixels, encoding)
@@ -280,6 +281,34 @@ def _warn_of_low_quality(path: Path) -> None:
         )
 
 
+def _opaque(path: Path, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return H x W, False where an image file is transparent, as outside of a cut-out object; warn if it is."""
+    opaque = np.ones(shape, np.bool_)
+    if is_raw(path) or path.suffix.lower() == ".npy":
+        return opaque
+    # Files that Pillow cannot read are taken as opaque.
+    with (
+        suppress(Exception),
+        opened(path, "an image file") as file,
+        _quiet(),
+        Image.open(file, formats=FORMATS) as image,
+    ):
+        if image.has_transparency_data:
+            alpha = np.asarray(ImageOps.exif_transpose(image).convert("RGBA").getchannel("A"))
+            opaque = (alpha > 0) | (alpha.max() == 0)  # some programs leave the whole channel at 0
+    if (hidden := 1 - opaque.mean()) > _MAX_INVALID_FRACTION:
+        raise InputError(
+            f"{printable(path)} is transparent over {hidden:.0%} of its pixels, but may be over half: crop it."
+        )
+    if hidden:
+        warnings.warn(
+            f"{printable(path)}: {hidden:.1%} of the pixels are transparent and are excluded.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
+    return opaque
+
+
 def _read_array(path: Path) -> NDArray[Any]:
     try:
         pixels = read_array(path, _ARRAY)
@@ -377,9 +406,10 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
             stacklevel=3,
         )
     elif not integer and bad:
-        warnings.warn(
-            f"{path}: {np.sum(~mask)} pixels are NaN or infinite and are excluded.", FocalGradientWarning, stacklevel=3
-        )
+        count = int(np.sum(~mask))
+        pixels_are, are = ("1 pixel is", "is") if count == 1 else (f"{count} pixels are", "are")
+        excluded = f"{path}: {pixels_are} NaN or infinite and {are} excluded."
+        warnings.warn(excluded, FocalGradientWarning, stacklevel=3)
     return bad if integer else 0.0
 
 

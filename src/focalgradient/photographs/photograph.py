@@ -32,8 +32,8 @@ class Photograph:
     binning
         Sensor pixels per pixel in each direction: 2 for a camera raw file, otherwise 1.
     mask
-        H x W, True where a pixel is valid: no channel is at the maximum of an integer `pixel_type`, and all are finite.
-        None if all are valid.
+        H x W, True where a pixel is valid: it is opaque, no channel is at the maximum of an integer `pixel_type`, and
+        all are finite. None if all are valid.
     assumed
         True if neither the caller nor the file states the encoding.
     """

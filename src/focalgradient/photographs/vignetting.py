@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -60,9 +61,14 @@ def _evened(view: View, reference: View) -> View:
     side = max(1, min(height, width) // BLOCK_COUNT)
     size = (max(1, width // side), max(1, height // side))
     clipped = [_is_clipped(v.image) if v.mask is None else ~v.mask for v in (reference, view)]
-    share = [cv2.resize(c.astype(np.float32), size, interpolation=cv2.INTER_AREA) for c in clipped]
-    one, other = (cv2.resize(v.image.astype(np.float32), size, interpolation=cv2.INTER_AREA) for v in (reference, view))
-    is_used = np.maximum(*share) == 0
+    scale = view.pixel_angle / reference.pixel_angle  # another focus magnifies the scene's own gradients
+
+    def blocks(image: NDArray[Any], scale: float = 1.0, outside: float = 0.0) -> NDArray[np.float32]:
+        pixels = _magnified(image.astype(np.float32), scale, outside)
+        return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.float32)
+
+    is_used = np.maximum(blocks(clipped[0], scale, outside=1.0), blocks(clipped[1])) == 0
+    one, other = blocks(reference.image, scale), blocks(view.image)
     if is_used.any():
         is_used &= (one > 0.05 * one[is_used].max()) & (other > 0.05 * other[is_used].max())
     if is_used.sum() < 64:
@@ -80,6 +86,17 @@ def _evened(view: View, reference: View) -> View:
     image = (view.image / np.exp(gain)).astype(view.image.dtype)
     image[clipped[1]] = image.max()  # saturated pixels keep a common maximum
     return replace(view, image=image)
+
+
+def _magnified(image: NDArray[np.float32], scale: float, outside: float) -> NDArray[np.float32]:
+    """Return `image` at pixels `scale` times as large about its centre; beyond its border, the value `outside`."""
+    if scale == 1:
+        return image
+    height, width = image.shape
+    x, y = ((1 - scale) * (n - 1) / 2 for n in (width, height))
+    matrix = np.array([[scale, 0, x], [0, scale, y]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(image, matrix, (width, height), flags=flags, borderValue=outside), np.float32)
 
 
 def _terms(height: int, width: int) -> list[NDArray[np.float64]]:

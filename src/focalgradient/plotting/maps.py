@@ -49,7 +49,7 @@ _MOST_PIXELS = 2000
 """Side in pixels of the largest picture drawn without subsampling: 180 mm at 280 pixels per inch."""
 
 LETTER = 1.3
-"""Width of a letter in a colour bar's label (mm), with a margin; longer labels are wrapped to two lines."""
+"""Width of a letter in a colour bar's label (mm), with a margin; longer labels are wrapped, or shortened."""
 
 
 def depth_figure(
@@ -181,7 +181,9 @@ def draw_depth(
     title = title or f"Recovered depth, {_percent(depth.valid.mean())} valid" + (f"\n{note}" if note else "")
     if depth.details.get("order_only"):
         count = int(depth.details["order_only"])
-        bar = _map(ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "position in the stack (order only)")
+        bar = _map(
+            ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "position in the stack (order only)", "position"
+        )
         bar.set_ticks([1 + n / (count - 1) for n in range(count)], labels=[str(n + 1) for n in range(count)])
         return _picture(ax, title)
     if outlines:
@@ -196,7 +198,8 @@ def draw_depth(
             bbox={"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4},
         )
     # The map is drawn in vergence relative to the entrance pupil; its colour bar is labelled in the user's distance.
-    bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
+    labels = f"distance from {depth.plane} (m)", "metres"
+    bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, *labels)
     return _with_metres(ax, bar, limits, title, depth.offset)
 
 
@@ -249,12 +252,14 @@ def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[
     assert depth.evidence is not None
     measured, near, guessed = (_percent(float(np.mean(depth.evidence == how))) for how in (2, 1, 0))
     everywhere = np.ones(depth.shape, bool)
-    label = f"distance from {depth.plane} (m)"
-    bar = _map(depth_ax, np.maximum(depth.vergence, 0), everywhere, "viridis", limits, label)
+    labels = f"distance from {depth.plane} (m)", "metres"
+    bar = _map(depth_ax, np.maximum(depth.vergence, 0), everywhere, "viridis", limits, *labels)
     title = f"Completed depth: {measured} measured,\n{near} near evidence, {guessed} guessed"
     _with_metres(depth_ax, bar, limits, title, depth.offset)
     low, high = _robust(depth.vergence_sd, 0, 98)
-    _map(sd_ax, depth.vergence_sd, everywhere, "magma", (min(low, 0.8 * high), high), "sd (D)")
+    factor, unit = (1.0, "D") if high > 0.1 else (1e3, "mD")  # smaller ticks leave no room for the label
+    limits = factor * min(low, 0.8 * high), factor * high
+    _map(sd_ax, factor * depth.vergence_sd, everywhere, "magma", limits, f"sd ({unit})")
     _picture(sd_ax, "Uncertainty of the completed map")
 
 
@@ -301,8 +306,12 @@ def _map(
     colours: str,
     limits: tuple[float, float],
     label: str,
+    short: str = "",
 ) -> Colorbar:
-    """Draw `values` where `drawn` is True over the hatched background, with a colour bar on the right."""
+    """Draw `values` where `drawn` is True over the hatched background, with a colour bar on the right.
+
+    The bar has the `label` in at most two lines; the `short` one where it is too low for that.
+    """
     low, high = limits
     image = ax.imshow(np.where(drawn, values, np.nan), cmap=colours, vmin=low, vmax=high)
     ax.patch.set(**REFUSED, linewidth=0)
@@ -310,7 +319,7 @@ def _map(
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0, 0.04, 1)), extend=extend, extendfrac=0.03)
     letters = int(25.4 * ax.get_window_extent().height / ax.figure.dpi / LETTER)
-    bar.set_label(fill(label, letters) if 2 * letters > len(label) else label)  # at most two lines
+    bar.set_label(fill(label if 2 * letters > len(label) else short or label, letters))
     bar.ax.spines["outline"].set_linewidth(0.4)
     bar.ax.set_visible(bool(drawn.any()))  # without values the scale would be arbitrary
     return bar
