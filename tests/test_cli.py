@@ -87,9 +87,16 @@ def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
     }
     monkeypatch.setattr(focalgradient, "recover_depth", fake_depth(details, valid=False))
     monkeypatch.setattr(DepthMap, "save", lambda self, path: path.touch())
+    drawn = []
+    draw = focalgradient.plotting.depth_figure
+    monkeypatch.setattr(
+        focalgradient.plotting, "depth_figure", lambda *views, **how: drawn.append(draw(*views, **how)) or drawn[0]
+    )
     result = run("depth", "views.toml", "--out", "out")
     assert result.exit_code == 1, result.output
-    assert result.stdout.splitlines()[-1] == "No depth: most likely as noise hides all (--align)."
+    words = [text.get_text().replace("\n", " ") for ax in drawn[0].axes for text in ax.texts]
+    assert "No depth: most likely because noise hides all (--align)." in words
+    assert result.stdout.splitlines()[-1] == "No depth: most likely because noise hides all (--align)."
     assert [line[:9] for line in result.stderr.splitlines()] == ["Warning: "]
     summary = json.loads((folder / "out" / "summary.json").read_text(), parse_constant=pytest.fail)
     assert summary["settings"]["views"][1]["f_number"] == "inf"

@@ -81,7 +81,8 @@ def test_a_video_without_depth_is_written_and_ends_with_exit_code_1(folder: Path
     write(Path("blank.mkv"), [np.full((144, 192), 120.0)] * 2, [0, 1] * 3)
     result = run("blank.mkv", "--out", "depth.mp4", *OPTICS)
     assert result.exit_code == 1, result.output
-    assert result.stdout.splitlines()[-1].startswith("No depth in any frame: most likely as the scene has too little")
+    last = result.stdout.splitlines()[-1]
+    assert last.startswith("No depth in any frame: most likely because the scene has too little")
     summary = json.loads(Path("depth.json").read_text())
     assert (summary["depth_frames"], summary["frames_with_depth"]) == (5, 0)
     assert Path("depth.mp4").exists()

@@ -37,7 +37,7 @@ def named(frame):
     if found is None:
         return None
     message = str(caught[0].message)
-    assert message.endswith(f"valid, most likely as {found[0]['text']}.") or "; otherwise: " in message
+    assert message.endswith(f"valid, most likely because {found[0]['text']}.") or "; otherwise: " in message
     return found[0]["name"]
 
 
@@ -80,5 +80,5 @@ def test_a_warning_names_the_cause_first():
     with pytest.warns(FocalGradientWarning) as caught:
         depth = recover_depth([one, moved], near=0.85)
     first = str(caught[0].message)
-    assert first.startswith("no pixel is valid, most likely as a view is displaced by 6.0 pixels: align the views")
+    assert first.startswith("no pixel is valid, most likely because a view is displaced by 6.0 pixels: align the views")
     assert depth.details["rejected_causes"][0]["name"] == "displacement"

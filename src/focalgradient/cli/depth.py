@@ -24,6 +24,7 @@ from focalgradient.cli.program import (
     show,
     summary_json,
     warnings_given,
+    with_options,
     writable,
 )
 from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
@@ -294,7 +295,10 @@ def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recov
         with options_named(POINT_OPTIONS):
             result = with_known_points(result, options["at"])
     say("drawing")
-    figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
+    drawn = result
+    if "rejected" in result.details:
+        drawn = replace(result, details={**result.details, "rejected": with_options(result.details["rejected"])})
+    figure = depth_figure(views, drawn, names=[printable(photograph.path.name) for photograph in photographs])
     options = {**options, **{name: result.details.get(name) for name in ("psf", "psf_parameters")}}
     summary = summary_of(settings, views, photographs, options, result, given)
     summary |= {"seconds": time.perf_counter() - start}

@@ -48,6 +48,7 @@ __all__ = [
     "strict",
     "summary_json",
     "warnings_given",
+    "with_options",
     "writable",
     "write_set",
 ]
@@ -217,7 +218,7 @@ def _signal_main_thread(number: signal.Signals) -> None:
 
 def fail(sentence: str) -> NoReturn:
     """Print an error message and exit with code 2."""
-    click.echo(f"Error: {_with_options(sentence)}", err=True)
+    click.echo(f"Error: {with_options(sentence)}", err=True)
     sys.exit(2)
 
 
@@ -299,7 +300,7 @@ def show(result: Mapping[str, Any] | None, *lines: str) -> None:
 def nothing_valid(cause: str | None, where: str = "No depth") -> None:
     """Print the most likely `cause` and exit with code 1, if it is given; files have been written by then."""
     if cause is not None:
-        show(None, f"{where}: most likely as {_with_options(cause)}.")
+        show(None, f"{where}: most likely because {with_options(cause)}.")
         click.get_current_context().exit(NOTHING_VALID)
 
 
@@ -324,7 +325,7 @@ def announce(seconds: float, work: str) -> None:
     click.echo(f"{work}: about {time} on two cores.", err=True)
 
 
-def _with_options(sentence: str) -> str:
+def with_options(sentence: str) -> str:
     """Return a message of the library on one line, with options instead of parameters."""
     words = one_line(sentence)
     for parameter, option in OPTIONS.items():
@@ -345,7 +346,7 @@ def warnings_given() -> Iterator[list[str]]:
             otherwise(message, category, *place, **more)
         elif str(message) not in given:
             given.append(str(message))
-            tqdm.write(f"Warning: {_with_options(str(message))}", file=sys.stderr)
+            tqdm.write(f"Warning: {with_options(str(message))}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", FocalGradientWarning)

@@ -289,7 +289,7 @@ def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
         return []
     share = f"only {estimate.valid.mean():.1%} of the pixels are" if estimate.valid.any() else "no pixel is"
     likely = "; otherwise: ".join(cause.text for cause in causes[:CAUSES_NAMED] if cause.evidence > SECOND_CAUSE)
-    return [f"{share} valid, most likely as {likely}."]
+    return [f"{share} valid, most likely because {likely}."]
 
 
 def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) -> DepthMap:

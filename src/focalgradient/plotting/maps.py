@@ -191,7 +191,7 @@ def draw_depth(
             ax.plot(*zip(*curve, strict=True), color="black", linewidth=0.8, scalex=False, scaley=False)
     if "rejected" in depth.details:
         ax.text(
-            *(0.5, 0.5, fill(f"No depth: most likely as {depth.details['rejected']}.", 42)),
+            *(0.5, 0.5, fill(f"No depth: most likely because {depth.details['rejected']}.", 42)),
             transform=ax.transAxes,
             ha="center",
             va="center",
