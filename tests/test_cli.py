@@ -87,11 +87,13 @@ def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
     }
     monkeypatch.setattr(focalgradient, "recover_depth", fake_depth(details, valid=False))
     monkeypatch.setattr(DepthMap, "save", lambda self, path: path.touch())
-    drawn = []
-    draw = focalgradient.plotting.depth_figure
-    monkeypatch.setattr(
-        focalgradient.plotting, "depth_figure", lambda *views, **how: drawn.append(draw(*views, **how)) or drawn[0]
-    )
+    draw, drawn = focalgradient.plotting.depth_figure, []
+
+    def drawing(*views, **how):
+        drawn.append(draw(*views, **how))
+        return drawn[0]
+
+    monkeypatch.setattr(focalgradient.plotting, "depth_figure", drawing)
     result = run("depth", "views.toml", "--out", "out")
     assert result.exit_code == 1, result.output
     words = [text.get_text().replace("\n", " ") for ax in drawn[0].axes for text in ax.texts]

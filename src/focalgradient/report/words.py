@@ -276,10 +276,10 @@ def _cube_shown(part: Reports) -> str:
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     strengths = _listed(f"{strength:g}" for strength in design.get("strengths_mm", ()))
-    blurs = [name for name in design.get("gradients", ()) if name != "none"]
+    blurred = [name for name in design.get("gradients", ()) if name != "none"]
     lines = "Its lines were all sharp"
-    if blurs:
-        kinds = f"{_listed(blurs)}; aperture {strengths} mm"
+    if blurred:
+        kinds = f"{_listed(blurred)}; aperture {strengths} mm"
         lines += f", or blurred in agreement with the depth of one of the readings ({kinds})"
     return (
         f"{_people(part.quality, part.simulated)} watched a wireframe Necker cube turn in perspective and held a key "
