@@ -278,6 +278,10 @@ DAMAGES = {
         lines(lambda found: found.insert(3, b'{"event": ' + b"[" * 200_000 + b"\n")),
         "line 4 is damaged, which a crash",
     ),
+    "journal copied": (
+        lambda root: shutil.copy(journal(root), journal(root).with_name(f"{journal(root).stem} (1).jsonl")),
+        "does not have the name of a journal: move it out of the data set",
+    ),
     "journal moved": (
         lambda root: journal(root).rename(root / "sourcedata" / journal(root).name),
         "is not in the folder that its name requires",
