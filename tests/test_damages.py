@@ -166,6 +166,11 @@ def put(number: int, **changes: object) -> Callable[[list[dict]], None]:
     return lambda events: of(events, number).update(changes)
 
 
+def sitting_of(begun: dict, time: str) -> dict:
+    """What a sitting records at its beginning, as in the first event."""
+    return {key: begun[key] for key in ("apparatus", "versions")} | {"time": time}
+
+
 def head(**changes: object) -> Callable[[list[dict]], None]:
     return lambda events: events[0].update(changes)
 
@@ -349,6 +354,16 @@ DAMAGES = {
     "all: to come": (
         forged(head(time="2999-01-01T00:00:00+00:00")),
         "a sitting is dated 2999-01-01, which is in the future",
+    ),
+    "all: a clock that was not set": (
+        forged(head(time="1970-01-01T00:00:00+00:00")),
+        "a sitting is dated 1970-01-01, which is before the first version of this program: check the clock",
+    ),
+    "all: a clock that went back": (
+        forged(
+            lambda events: events.insert(5, {"event": "resumed", **sitting_of(events[0], "2026-01-02T00:00:00+00:00")})
+        ),
+        "a sitting is dated 2026-01-02, which is before the previous sitting: check the clock",
     ),
     "all: another seed": (
         forged(head(design=RATING.model_dump(mode="json") | {"seed": 2})),

@@ -62,13 +62,14 @@ MOST_FURTHER = 8
 CLOCK_TOLERANCE = timedelta(days=1)
 """Maximum by which one computer's clock may be ahead of another's."""
 
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
+"""Year of the first version: an earlier date is that of a clock that was not set."""
+
 
 def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator[str]:
     """Yield a sentence for each contradiction between a journal and its own design."""
     head = log.head
-    for event in [head, *log.of("resumed")]:
-        if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + CLOCK_TOLERANCE:
-            yield f"a sitting is dated {event['time'][:10]}, which is in the future: check the clock of its computer."
+    yield from _wrong_dates([event["time"] for event in (head, *log.of("resumed"))])
     percepts = task_named(design.task).percepts
     wanted = design.keys_of(head["participant"]) if percepts else None  # type: ignore[union-attr]
     if head["keys"] != wanted:
@@ -105,6 +106,23 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     if percepts:
         yield from _wrong_presses(done, head)
     yield from too_early(log, design, trials)
+
+
+def _wrong_dates(texts: Sequence[str]) -> Iterator[str]:
+    """Yield a sentence for each sitting whose date is impossible, given the date and time of each."""
+    last = EARLIEST
+    for text in texts:
+        time = datetime.fromisoformat(text)
+        if time > datetime.now(UTC) + CLOCK_TOLERANCE:
+            wrong = "is in the future"
+        elif time < EARLIEST:
+            wrong = "is before the first version of this program"
+        elif time < last - CLOCK_TOLERANCE:
+            wrong = "is before the previous sitting"
+        else:
+            last = time
+            continue
+        yield f"a sitting is dated {text[:10]}, which {wrong}: check the clock of its computer."
 
 
 def _wrong_presses(done: Sequence[Event], head: Event) -> Iterator[str]:
