@@ -16,7 +16,7 @@ from focalgradient.design import DepthTrial, NeckerTrial, Trial
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Control, Ways
+from focalgradient.scales import Control, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
@@ -123,9 +123,12 @@ def read_answer(
 
 
 def _check_reached(name: str, value: float, control: Control) -> None:
-    least, most = min(control.reached()), max(control.reached())
+    reached = control.reached()
+    least, most = min(reached), max(reached)
     if not least - SCALE_TOLERANCE <= value <= most + SCALE_TOLERANCE:
         raise InputError(f"{name} is {value:g}, but must be from {least:g} to {most:g}: send a value on the scale.")
+    if not isinstance(control, Scale) and min(abs(value - one) for one in reached) > SCALE_TOLERANCE:
+        raise InputError(f"{name} is {value:g}, which lies between two answers: send one of them.")
 
 
 def _check_begun(onset: float, frames: Mapping[str, Any]) -> None:
