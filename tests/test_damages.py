@@ -489,6 +489,22 @@ def test_all_damages_of_one_data_set_are_listed_at_once(data):
         assert listed.match(sentence)
 
 
+@pytest.mark.parametrize("steps", [False, True])
+@pytest.mark.parametrize(("given", "told"), [(99.0, "99.0"), (None, "n/a"), (-0.5, "-0.5"), (2.5, "2.5")])
+def test_further_answers_off_their_scale_are_seen(steps, given, told, tmp_path):
+    asked = {"question": "How clear?", "least": 0, "most": 4, "steps": steps}
+    design = Pinhole.model_validate({"scenes": ["a"], "repetitions": 1, "also": {"clear": asked}})
+    with Session.begin(tmp_path / "data", design, "01", apparatus=APPARATUS) as session:
+        for number, trial in enumerate(session.remaining()):
+            answer = {"onset": 30.0 * number, "rating": 1.0, "response_time": 2.0}
+            session.record(trial, Rated(**answer, clear=given if number == 2 else 3.0))
+    right = not steps and given == 2.5
+    kind = "a whole number" if steps else "a number"
+    sentence = f"trial 3: clear is {told}, but must be {kind} from 0 to 4."
+    problems = validate(tmp_path / "data").problems
+    assert any(problem.endswith(sentence) for problem in problems) is not right, problems
+
+
 def test_others_are_read_where_one_session_is_damaged(data):
     edit(table(data, "02"), 4, "trial", "2")
     edit(table(data, "02"), 5, "rating", "0")

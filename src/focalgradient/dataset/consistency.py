@@ -165,11 +165,31 @@ def wrong_rows(
     yield from _wrong_trials(shown, planned, {field.name for field in fields(task.answer)})
     yield from _wrong_order(task.onset, shown)
     yield from task.problems(Rows(columns, shown, design, planned, pictures))
+    yield from _wrong_further(shown, design)
     if "response_time" in shown:
         none = shown["response_time"] <= 0
         if none.any():
             yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which is impossible."
         yield from _too_close(shown, design)
+
+
+def _wrong_further(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
+    """Yield a sentence for each further question of the design with an answer that it does not offer."""
+    for name, one in design.also.items():
+        for number, value in zip(shown["trial"].tolist(), shown.get(name, np.array([])).tolist(), strict=False):
+            given = _as_number(value)
+            if not one.least - ROUNDING_S <= given <= one.most + ROUNDING_S or (one.steps and given % 1):
+                kind = "a whole number" if one.steps else "a number"
+                yield f"trial {number}: {name} is {cell(value)}, but must be {kind} from {one.least:g} to {one.most:g}."
+                break
+
+
+def _as_number(value: Any) -> float:
+    """Return the number of a cell, also of a column with a text in another cell; NaN if it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def check_rating(design: Any, answer: Rated) -> None:
