@@ -16,7 +16,7 @@ from focalgradient.design import DepthTrial, NeckerTrial, Trial
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Control, Scale, Ways
+from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
@@ -113,13 +113,22 @@ def read_answer(
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
     rated = Rated(
-        rating=read.rating,
+        rating=_rating(session.design.response_scale, read.rating, trial.interval),
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
         extra=extra,
     )
     return rated, frames
+
+
+def _rating(scale: ResponseScale, given: float, interval: int) -> float:
+    """Return the answer for a value sent by the page: of a choice, 1 if the interval of the picture was chosen."""
+    if scale.intervals == 1:
+        return scale.answer_in(given, interval)
+    if given not in (0, 1):
+        raise InputError(f"rating is {given:g}, but must be 1 or 0: send one of them.")
+    return scale.answer_in(float(interval if given else 3 - interval), interval)
 
 
 def _check_reached(name: str, value: float, control: Control) -> None:
