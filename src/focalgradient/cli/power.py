@@ -149,9 +149,8 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
-    from focalgradient.power import TaskStudy
+    from focalgradient.power import TaskStudy, run, sequential_power
     from focalgradient.power import power as sum_up
-    from focalgradient.power import run, sequential_power
     from focalgradient.power import sensitivity as power_by_assumption
     from focalgradient.power.sequential import RULES
     from focalgradient.statistics import as_table

@@ -113,7 +113,7 @@ def read_answer(
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
     rated = Rated(
-        rating=_rating(session.design.response_scale, read.rating, trial.interval),
+        rating=_rating(session.design, read.rating, trial.interval),
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
@@ -122,8 +122,9 @@ def read_answer(
     return rated, frames
 
 
-def _rating(scale: ResponseScale, given: float, interval: int) -> float:
+def _rating(design: Any, given: float, interval: int) -> float:
     """Return the answer for a value sent by the page: of a choice, 1 if the interval of the picture was chosen."""
+    scale: ResponseScale = design.response_scale
     if scale.intervals == 1:
         return scale.answer_in(given, interval)
     if given not in (0, 1):
