@@ -166,6 +166,11 @@ def put(number: int, **changes: object) -> Callable[[list[dict]], None]:
     return lambda events: of(events, number).update(changes)
 
 
+def sitting_of(begun: dict, time: str) -> dict:
+    """What a sitting records at its beginning, as in the first event."""
+    return {key: begun[key] for key in ("apparatus", "versions")} | {"time": time}
+
+
 def head(**changes: object) -> Callable[[list[dict]], None]:
     return lambda events: events[0].update(changes)
 
@@ -278,6 +283,10 @@ DAMAGES = {
         lines(lambda found: found.insert(3, b'{"event": ' + b"[" * 200_000 + b"\n")),
         "line 4 is damaged, which a crash",
     ),
+    "journal copied": (
+        lambda root: shutil.copy(journal(root), journal(root).with_name(f"{journal(root).stem} (1).jsonl")),
+        "does not have the name of a journal: move it out of the data set",
+    ),
     "journal moved": (
         lambda root: journal(root).rename(root / "sourcedata" / journal(root).name),
         "is not in the folder that its name requires",
@@ -345,6 +354,16 @@ DAMAGES = {
     "all: to come": (
         forged(head(time="2999-01-01T00:00:00+00:00")),
         "a sitting is dated 2999-01-01, which is in the future",
+    ),
+    "all: a clock that was not set": (
+        forged(head(time="1970-01-01T00:00:00+00:00")),
+        "a sitting is dated 1970-01-01, which is before the first version of this program: check the clock",
+    ),
+    "all: a clock that went back": (
+        forged(
+            lambda events: events.insert(5, {"event": "resumed", **sitting_of(events[0], "2026-01-02T00:00:00+00:00")})
+        ),
+        "a sitting is dated 2026-01-02, which is before the previous sitting: check the clock",
     ),
     "all: another seed": (
         forged(head(design=RATING.model_dump(mode="json") | {"seed": 2})),
@@ -468,6 +487,22 @@ def test_all_damages_of_one_data_set_are_listed_at_once(data):
         "has changed since the session",
     ):
         assert listed.match(sentence)
+
+
+@pytest.mark.parametrize("steps", [False, True])
+@pytest.mark.parametrize(("given", "told"), [(99.0, "99.0"), (None, "n/a"), (-0.5, "-0.5"), (2.5, "2.5")])
+def test_further_answers_off_their_scale_are_seen(steps, given, told, tmp_path):
+    asked = {"question": "How clear?", "least": 0, "most": 4, "steps": steps}
+    design = Pinhole.model_validate({"scenes": ["a"], "repetitions": 1, "also": {"clear": asked}})
+    with Session.begin(tmp_path / "data", design, "01", apparatus=APPARATUS) as session:
+        for number, trial in enumerate(session.remaining()):
+            answer = {"onset": 30.0 * number, "rating": 1.0, "response_time": 2.0}
+            session.record(trial, Rated(**answer, clear=given if number == 2 else 3.0))
+    right = not steps and given == 2.5
+    kind = "a whole number" if steps else "a number"
+    sentence = f"trial 3: clear is {told}, but must be {kind} from 0 to 4."
+    problems = validate(tmp_path / "data").problems
+    assert any(problem.endswith(sentence) for problem in problems) is not right, problems
 
 
 def test_others_are_read_where_one_session_is_damaged(data):

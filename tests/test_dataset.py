@@ -118,6 +118,7 @@ def test_it_is_valid_by_the_standard_and_by_its_design(made):
     assert found.sessions == 5
     assert found.trials == 2 * (32 + 2) + 2 * (6 + 1) + 9
     assert any("dropped frames" in note for note in found.notes)
+    assert all(note.endswith(".") for note in found.notes), found.notes
     by_standard = bids_problems(made)
     if by_standard is None:
         pytest.skip("bids-validator-deno is not installed")
@@ -469,6 +470,7 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
     others = Path(shutil.copytree(pictures, tmp_path / "others"))
     (others / "manifest.json").write_text((others / "manifest.json").read_text().replace('"seed": 1', '"seed": 2'))
     assert "is not the set of pictures that was shown" in validate(data, others).problems[0]
+    assert validate(data, others).problems[0].endswith("give another folder.")
     with Session.begin(data, RATING, "05", apparatus=APPARATUS, stimuli=pictures):
         pass  # left at once
     with pytest.raises(InputError, match="others is given for the pictures, but the session began"):

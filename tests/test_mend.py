@@ -191,6 +191,16 @@ def test_a_table_changed_by_hand_is_made_anew_and_kept(data):
     assert validate(data).problems == ()
 
 
+def test_a_table_that_was_cut_off_is_completed(data):
+    whole = table(data).read_bytes()
+    table(data).write_bytes(whole[:-1])
+    assert any("differs from its journal" in problem for problem in validate(data).problems)
+    (done,) = repair(data)
+    assert (done.done, done.originals) == ((f"{table(data).name} was not complete, and was written again.",), ())
+    assert table(data).read_bytes() == whole
+    assert validate(data).problems == ()
+
+
 def test_what_cannot_be_repaired_is_named_and_the_others_are_repaired(data):
     journal(data, "08").write_bytes(b"nothing\n")
     edit(table(data), 3, "rating", "2.0")
@@ -226,12 +236,16 @@ def test_who_withdraws_is_named_nowhere(data):
     (data / "phenotype" / "pairs.tsv").write_text("pair\tone\tother\n1\tsub-07\tsub-08\n2\tsub-08\tsub-09\n")
     (data / "derivatives" / "sub-07").mkdir(parents=True)
     (data / "derivatives" / "report.html").write_text("<td>sub-07</td>")
+    (data / "derivatives" / "results of sub-07.tsv").write_text("rating\n1.2\n")
     others = {path: path.read_bytes() for path in data.rglob("sub-08*") if path.is_file()}
     result = run("withdraw", data, "sub-07")
     assert result.exit_code == 0, result.output
     assert result.output.endswith("sub-07 is withdrawn.\n")
     assert f"Still names sub-07: {data / 'derivatives' / 'report.html'}" in result.output
+    copied = data / "derivatives" / "results of sub-07.tsv"
+    assert f"Still names sub-07: {copied}: remove it, or make it again." in result.output
     (data / "derivatives" / "report.html").unlink()
+    copied.unlink()
     assert not list(data.rglob("*sub-07*"))
     left = [path for path in data.rglob("*") if path.is_file() and b"sub-07" in path.read_bytes()]
     assert left == []

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -22,9 +22,11 @@ from focalgradient.scales import (
     OrdinalScale,
     OrdinalSteps,
     Ratio,
+    ResponseScale,
     Scale,
     SignedComparison,
     Slopes,
+    Steps,
     TwoIntervals,
     VisualAnalogue,
     check_scale,
@@ -45,6 +47,30 @@ OURS = [
     VisualAnalogue(),
     VisualAnalogue(labels=("shallow", "deep")),
 ]
+
+
+@dataclass(frozen=True)
+class HalfSteps(SignedComparison):
+    """Signed comparison in half steps."""
+
+    name: ClassVar[str] = "half-steps"
+    off: ClassVar[str] = "has half steps"
+    texts: ClassVar = {}
+
+    def is_answer(self, value: float) -> bool:
+        return ResponseScale.is_answer(self, value) and value % 0.5 == 0
+
+    def control(self, texts: Any) -> Steps:
+        return replace(super().control(texts), size=0.5)
+
+
+def test_half_steps_pass_the_check() -> None:
+    check_scale(HalfSteps())
+    control = HalfSteps().control(load_words("en"))
+    assert control.values == [number / 2 for number in range(-6, 7)]
+    assert [step["value"] for step in control.form()["steps"]] == control.values
+    assert control.labelled()[1] == (0.0, "alike")
+    assert not Steps("", "", 0, 2, size=0.5).has_digits
 
 
 @pytest.mark.parametrize("scale", OURS, ids=str)

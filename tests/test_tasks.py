@@ -224,6 +224,7 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
     assert plan.split("Methods")[-1]
     done = command(installed, "power", "edgeblur", "--subjects", 3, "--experiments", 2, "--out", tmp_path / "power")
     assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("Simulated observers of the task: proportion of experiments that find\n")
     assert "slope of blur on sigma_arcmin: 100.0%" in done.stdout
 
 

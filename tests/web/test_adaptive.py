@@ -74,6 +74,40 @@ def test_the_server_chooses_each_trial_by_the_answers_before_it(tmp_path: Path) 
         assert len(set(urls)) == len(row.split())
 
 
+STEPS = """
+[also.seen]
+question = "How clear was it?"
+least = 1
+most = 4
+steps = true
+"""
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"rating": 0.3}, "rating is 1.7, which lies between two answers: send one of them."),
+        ({"rating": 2.0}, "rating is 0, but must be from 1 to 2: send a value on the scale."),
+        ({"also": {"seen": 2.5}}, "seen is 2.5, which lies between two answers: send one of them."),
+        ({"also": {"seen": 5}}, "seen is 5, but must be from 1 to 4: send a value on the scale."),
+        ({"also": {}}, "seen is missing: send exactly the responses asked for."),
+    ],
+)
+def test_an_answer_that_the_page_does_not_offer_is_refused(
+    changed: dict[str, Any], sentence: str, tmp_path: Path
+) -> None:
+    staircase()
+    with client_of(study(tmp_path, SHORT + STEPS)) as client:
+        someone = Participant(client)
+        someone.begin()
+        message = someone.message(someone.trials[0], 0)
+        message["answer"] |= {"rating": 1.0, "start": None, "also": {"seen": 3}} | changed
+        refused = someone.ask("answer", **message)
+        assert (refused.status_code, refused.json()["error"]) == (400, sentence)
+        message["answer"] |= {"rating": 1.0, "also": {"seen": 3}}
+        assert someone.ask("answer", **message).status_code == 200
+
+
 def test_a_study_without_a_server_is_refused_by_name(tmp_path: Path) -> None:
     staircase()
     lists = Lists(task_named("blurdiscrimination").design())

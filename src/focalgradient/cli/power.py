@@ -149,8 +149,8 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
+    from focalgradient.power import TaskStudy, run, sequential_power
     from focalgradient.power import power as sum_up
-    from focalgradient.power import run, sequential_power
     from focalgradient.power import sensitivity as power_by_assumption
     from focalgradient.power.sequential import RULES
     from focalgradient.statistics import as_table
@@ -181,7 +181,8 @@ def power(
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
-    lines = ["Simulated subjects from a statistical model: proportion of experiments that find"]
+    who = "observers of the task" if isinstance(study, TaskStudy) else "subjects from a statistical model"
+    lines = [f"Simulated {who}: proportion of experiments that find"]
     for name, meaning in study.tests.items():
         lines.append(f"  {meaning}: {_shares((one.found[name], one.standard_error[name], one) for one in found)}")
     if len(study.tests) > 1:

@@ -19,7 +19,7 @@ import numpy as np
 
 from focalgradient.dataset.alike import REMEDY, same_content
 from focalgradient.dataset.arrival import late_arrivals
-from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text
+from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, source_files, table_text
 from focalgradient.dataset.consistency import (
     is_age,
     pictures_of,
@@ -117,9 +117,12 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
             checked.problems.append(f"{path} is not in the folder that its name requires: move it back there.")
         else:
             of_files.add(files)
-    for path in focus_journals(root):
+    of_focus = focus_journals(root)
+    for path in of_focus:
         checked.problems += wrong_focus(root, path)
         checked.labels.add(path.name.partition("_")[0].removeprefix("sub-"))
+    for path in sorted({*source_files(root, "*.jsonl")} - {*journals(root), *of_focus}):
+        checked.problems.append(f"{path} does not have the name of a journal: move it out of the data set.")
     ordered = sorted(of_files, key=lambda one: one.name)
     place = root if executor is None else root.absolute()  # workers may have another working folder
     there = [replace(files, root=place) for files in ordered]
@@ -400,8 +403,8 @@ class _Checked:
         """Yield the number of trials with dropped frames, by task."""
         for task, late in self.late.items():
             if late:
-                yield f"{late} {'trial' if late == 1 else 'trials'} of {task} had dropped frames (column "
-                "dropped_frames); none is excluded."
+                trials = "trial" if late == 1 else "trials"
+                yield f"{late} {trials} of {task} had dropped frames (column dropped_frames); none is excluded."
 
 
 def _without_list(stated: Mapping[str, Any]) -> dict[str, Any]:
@@ -425,8 +428,10 @@ def _other_stimuli(stimuli: Path, manifests: set[str]) -> Iterator[str]:
         yield str(error)
         return
     if sha256 not in manifests:
-        yield f"{stimuli} is not the set of pictures that was shown: no session names its manifest ({sha256[:12]}); "
-        "give another folder."
+        yield (
+            f"{stimuli} is not the set of pictures that was shown: no session names its manifest ({sha256[:12]}); "
+            "give another folder."
+        )
 
 
 def bids_problems(root: Path) -> list[str] | None:

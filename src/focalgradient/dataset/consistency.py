@@ -62,13 +62,14 @@ MOST_FURTHER = 8
 CLOCK_TOLERANCE = timedelta(days=1)
 """Maximum by which one computer's clock may be ahead of another's."""
 
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
+"""Year of the first version: an earlier date is that of a clock that was not set."""
+
 
 def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator[str]:
     """Yield a sentence for each contradiction between a journal and its own design."""
     head = log.head
-    for event in [head, *log.of("resumed")]:
-        if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + CLOCK_TOLERANCE:
-            yield f"a sitting is dated {event['time'][:10]}, which is in the future: check the clock of its computer."
+    yield from _wrong_dates([event["time"] for event in (head, *log.of("resumed"))])
     percepts = task_named(design.task).percepts
     wanted = design.keys_of(head["participant"]) if percepts else None  # type: ignore[union-attr]
     if head["keys"] != wanted:
@@ -105,6 +106,23 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     if percepts:
         yield from _wrong_presses(done, head)
     yield from too_early(log, design, trials)
+
+
+def _wrong_dates(texts: Sequence[str]) -> Iterator[str]:
+    """Yield a sentence for each sitting whose date is impossible, given the date and time of each."""
+    last = EARLIEST
+    for text in texts:
+        time = datetime.fromisoformat(text)
+        if time > datetime.now(UTC) + CLOCK_TOLERANCE:
+            wrong = "is in the future"
+        elif time < EARLIEST:
+            wrong = "is before the first version of this program"
+        elif time < last - CLOCK_TOLERANCE:
+            wrong = "is before the previous sitting"
+        else:
+            last = time
+            continue
+        yield f"a sitting is dated {text[:10]}, which {wrong}: check the clock of its computer."
 
 
 def _wrong_presses(done: Sequence[Event], head: Event) -> Iterator[str]:
@@ -147,11 +165,31 @@ def wrong_rows(
     yield from _wrong_trials(shown, planned, {field.name for field in fields(task.answer)})
     yield from _wrong_order(task.onset, shown)
     yield from task.problems(Rows(columns, shown, design, planned, pictures))
+    yield from _wrong_further(shown, design)
     if "response_time" in shown:
         none = shown["response_time"] <= 0
         if none.any():
             yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which is impossible."
         yield from _too_close(shown, design)
+
+
+def _wrong_further(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
+    """Yield a sentence for each further question of the design with an answer that it does not offer."""
+    for name, one in design.also.items():
+        for number, value in zip(shown["trial"].tolist(), shown.get(name, np.array([])).tolist(), strict=False):
+            given = _as_number(value)
+            if not one.least - ROUNDING_S <= given <= one.most + ROUNDING_S or (one.steps and given % 1):
+                kind = "a whole number" if one.steps else "a number"
+                yield f"trial {number}: {name} is {cell(value)}, but must be {kind} from {one.least:g} to {one.most:g}."
+                break
+
+
+def _as_number(value: Any) -> float:
+    """Return the number of a cell, also of a column with a text in another cell; NaN if it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def check_rating(design: Any, answer: Rated) -> None:

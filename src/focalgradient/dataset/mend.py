@@ -96,6 +96,8 @@ def _repaired(path: Path) -> Repair:
         alike = same_content if "_beh" not in place.name else _begins
         if place.exists() and not alike(place, content):
             _replace(path, place, content, done, originals)
+        elif place == files.table and place.exists() and place.read_bytes() != content:
+            done.append(f"{place.name} was not complete, and was written again.")
     if done:
         export(path)
     return Repair(path, tuple(done), tuple(originals))

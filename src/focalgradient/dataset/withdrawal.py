@@ -133,9 +133,10 @@ def _without_label(entry: Any) -> Any:
 
 
 def files_naming(root: Path, participant: str) -> list[Path]:
-    """Return files of a data set that still name a participant, such as reports and other tables."""
+    """Return files of a data set whose name or content still names a participant, such as reports and copies."""
     word = re.compile(rb"(?<![A-Za-z0-9])sub-%s(?![A-Za-z0-9])" % participant.removeprefix("sub-").encode())
-    return [path for path in sorted(root.rglob("*")) if path.is_file() and word.search(path.read_bytes())]
+    files = [path for path in sorted(root.rglob("*")) if path.is_file()]
+    return [path for path in files if word.search(path.name.encode()) or word.search(path.read_bytes())]
 
 
 def withdrawals(root: Path) -> list[Any]:

@@ -34,7 +34,7 @@ from focalgradient.lab.trackers import add_tracker, tracker_settings
 from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
 from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
-from focalgradient.tasks import task_named
+from focalgradient.tasks import check_task, task_named
 
 __all__ = [
     "ASSUMED_DISTANCE",
@@ -131,7 +131,9 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         stereoscope = None
         if setup is not None:
             stereoscope = setup, eye_displays(setup, screen, display, gamma_shown)
-        experiment.check(design, display, _room(options, screen.screen_size(options.screen), setup))
+        room = _room(options, screen.screen_size(options.screen), setup)
+        experiment.check(design, display, room)
+        check_task(design, words, pixels_per_degree=display.pixels_per_degree, room=None if options.pilot else room)
         experiment.check_pictures(design, display, stimuli)
         boxes = open_boxes(options.box, check_keys(options, screen.key_names()))
     except BaseException:

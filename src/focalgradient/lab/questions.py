@@ -75,8 +75,9 @@ def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
     ]
     if isinstance(scale, Steps):
         boxes, places = _boxes(screen, scale)
-        frame = screen.box(0.075 * unit)
-        frame.pos = (places[scale.values.index(round(at))], LOW * unit)
+        frame = screen.box(min(0.075 * unit, places[1] - places[0]))
+        nearest = min(range(len(places)), key=lambda number: abs(scale.values[number] - at))
+        frame.pos = (places[nearest], LOW * unit)
         screen.wait(lambda: _draw([*still, *boxes, frame]), ["space"], "example")
         return
     still += _line(screen, scale, half)
@@ -153,6 +154,10 @@ def _marker(screen: Screen, scale: Scale, half: float) -> Callable[[float], None
             number.draw()
 
     return draw
+
+
+DIGIT = 1.5
+"""Height of digits as a multiple of their space: the inverse of their width, 0.58 of the height, with a margin."""
 
 
 def _half(screen: Screen) -> float:
@@ -256,10 +261,9 @@ def _boxes(screen: Screen, scale: Steps) -> tuple[list[Any], list[float]]:
     unit, half = screen.size[1], _half(screen)
     values = scale.values
     places = [(2 * number / (len(values) - 1) - 1) * half for number in range(len(values))]
-    still = [
-        screen.text(_signed(scale, value), height=0.04, x=x / unit, y=LOW)
-        for value, x in zip(values, places, strict=True)
-    ]
+    texts = [_signed(screen, scale, value) for value in values]
+    height = min(0.04, DIGIT * (places[1] - places[0]) / unit / max(map(len, texts)))
+    still = [screen.text(text, height=height, x=x / unit, y=LOW) for text, x in zip(texts, places, strict=True)]
     wide = 2 * half / max(len(scale.labelled()) - 1, 1)
     for value, label in scale.labelled():
         x = places[values.index(value)]
@@ -267,15 +271,16 @@ def _boxes(screen: Screen, scale: Steps) -> tuple[list[Any], list[float]]:
     return still, places
 
 
-def _signed(scale: Steps, value: int) -> str:
-    return f"{value:+d}".replace("-", "\N{MINUS SIGN}") if scale.least < 0 and value else str(value)
+def _signed(screen: Screen, scale: Steps, value: float) -> str:
+    return screen.words.number(value, "+g" if scale.least < 0 and value else "g").replace("-", "\N{MINUS SIGN}")
 
 
 def _steps(screen: Screen, scale: Steps, event: str) -> Given:
     keys = screen.words("scale.steps_keys" if scale.has_digits else "scale.arrow_keys")
     still = _head(screen, scale.question, scale.below, keys)
     boxes, places = _boxes(screen, scale)
-    frame, unit, values = screen.box(0.075 * screen.size[1]), screen.size[1], scale.values
+    unit, values = screen.size[1], scale.values
+    frame = screen.box(min(0.075 * unit, places[1] - places[0]))
     at: int | None = None
     start: float | None = None
 

@@ -24,7 +24,7 @@ from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.scales import OrdinalScale
 from focalgradient.stimuli import StimulusSet
-from focalgradient.tasks import task_named
+from focalgradient.tasks import check_task, task_named
 
 if TYPE_CHECKING:
     from focalgradient.observers.intervals import SeenLevels
@@ -134,6 +134,7 @@ def simulate(
     2
     """
     one = observer_named(observer)
+    check_task(design)
     if one.categories and isinstance(design, DepthRatingDesign) and design.response_scale.analysis.ratios:
         design = DepthRatingDesign.model_validate(
             design.model_dump() | {"scale": OrdinalScale.name, "steps": one.categories}

@@ -15,12 +15,27 @@ from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis
 from focalgradient.scales.controls import Control
 
-__all__ = ["AnswerColumn", "ResponseScale", "Texts"]
+__all__ = ["AnswerColumn", "ResponseScale", "Texts", "filled"]
 
 FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-6
 """Tolerance of answers beyond the ends of a scale: exceeds the error of rounding to four decimals."""
+
+
+def filled(text: str, what: str, values: Mapping[str, object]) -> str:
+    """Fill values into a text; raise `InputError` for a brace that none of them fills in.
+
+    >>> filled("from {least} to {most}", "the text", {"least": 0, "most": 10})
+    'from 0 to 10'
+    """
+    try:
+        return text.format(**values)
+    except (LookupError, ValueError, AttributeError) as error:
+        known = ", ".join(f"{{{name}}}" for name in values) or "none"
+        raise InputError(
+            f"{what} has a brace that is not a value's name ({known}): correct it, or double each brace to be shown."
+        ) from error
 
 
 class Texts(Protocol):
@@ -186,7 +201,7 @@ class ResponseScale(ABC):
                 f"the scale {self.name!r} has no text {entry!r} in {texts.language!r}: write it into the section "
                 f"[{self.name}] of a file of words."
             )
-        return own[entry].format(**values)
+        return filled(own[entry], f"the text {entry!r} of the scale {self.name!r}", values)
 
     def answer_in(self, given: float, interval: int) -> float:
         """Convert the value set on the control to an answer, given the interval (1 or 2) that showed the picture."""

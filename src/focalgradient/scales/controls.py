@@ -98,33 +98,40 @@ class Steps:
     question, below
         Question, and the reference that the answer is relative to.
     least, most
-        First and last step, integers.
+        First and last step.
     labels
         Labels: one per step, one per end, or three for the ends and the middle.
+    size
+        Difference between neighbouring steps, such as 0.5.
     """
 
     question: str
     below: str
-    least: int
-    most: int
+    least: float
+    most: float
     labels: Sequence[str] = ()
+    size: float = 1
 
     @property
-    def values(self) -> list[int]:
-        """All steps, in ascending order."""
-        return list(range(self.least, self.most + 1))
+    def values(self) -> list[float]:
+        """All steps, in ascending order.
+
+        >>> Steps("", "", 1, 3).values, Steps("", "", -0.5, 0.5, size=0.5).values
+        ([1, 2, 3], [-0.5, 0.0, 0.5])
+        """
+        return [self.least + number * self.size for number in range(round((self.most - self.least) / self.size) + 1)]
 
     @property
     def has_digits(self) -> bool:
         """True if a digit key chooses each step."""
-        return self.least >= 0 and self.most <= 9
+        return self.least >= 0 and self.most <= 9 and all(value % 1 == 0 for value in self.values)
 
     @property
     def how(self) -> str:
         """Input method: suffix of the text entry ``depth.answer_...``."""
         return "steps" if self.has_digits else "arrows"
 
-    def labelled(self) -> list[tuple[int, str]]:
+    def labelled(self) -> list[tuple[float, str]]:
         """Return the labelled steps as pairs (step, label).
 
         >>> Steps("", "", 1, 7, ("flat", "deep")).labelled()

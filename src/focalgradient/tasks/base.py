@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.scales import Control
+from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
@@ -71,6 +72,9 @@ class Response(metaclass=OpenRecord):
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
 
+
+ENTRIES = ("about", "units", "levels", "least", "most", "above")
+"""Metadata of fields of trials and answers: entries of the sidecar, and limits."""
 
 Interval = tuple[NDArray[np.uint8], float]
 """Picture (H x W x 3, 8 bits) and its duration in seconds."""
@@ -188,14 +192,14 @@ class Task(ABC):
         Raises
         ------
         InputError
-            If the task has no such text in that language.
+            If the task has no such text in that language, or it has a brace that no value fills in.
         """
         own = self.texts.get(words.language, {})
         if entry not in own:
             raise InputError(
                 f"the task {self.name!r} has no text {entry!r} in {words.language!r}: add it to its texts."
             )
-        return own[entry].format(**values)
+        return filled(own[entry], f"the text {entry!r} of the task {self.name!r}", values)
 
     def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
         """Return the trial to be shown, given the answers so far: by default the planned trial.
@@ -447,6 +451,11 @@ def _own_columns(record: type[Any], about: str) -> Iterator[Column]:
         if one.name not in shared:
             form, levels, optional = _form(hints[one.name], one.name)
             told = dict(one.metadata)
+            if wrong := [key for key in told if key not in ENTRIES]:
+                raise InputError(
+                    f"{one.name} is a field with the metadata {wrong[0]!r}, but may have {', '.join(ENTRIES)}: correct "
+                    "it."
+                )
             levels = told.pop("levels", levels)
             yield Column(one.name, told.pop("about", about), form, levels=levels, optional=optional, **told)
 

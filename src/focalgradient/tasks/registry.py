@@ -47,7 +47,7 @@ def register(task: Class) -> Class:
     Raises
     ------
     InputError
-        If it is not a complete subclass of `Task`, its name is not a label, or the name is taken.
+        If it is not a complete subclass of `Task`, its name is not a label or is taken, or its design has no defaults.
 
     Examples
     --------
@@ -68,8 +68,25 @@ def register(task: Class) -> Class:
     ):
         raise InputError(f"there is a task {name!r} already: give {task.__name__} another name.")
     if known is None:
-        _REGISTERED[name] = task()
+        made = task()
+        if name not in OURS:
+            _check_defaults(made)
+        _REGISTERED[name] = made
     return task
+
+
+def _check_defaults(task: Task) -> None:
+    """Raise `InputError` unless the task's design can be made without settings, as for a template of a design."""
+    try:
+        task.design()
+    except InputError:
+        raise
+    except ValueError as error:
+        first = ": ".join(line.partition("[")[0].strip() for line in str(error).splitlines()[1:3])
+        raise InputError(
+            f"the design of the task {task.name!r} cannot be made without settings ({first}): give each a valid "
+            "default."
+        ) from error
 
 
 def _path(task: type[Task]) -> str:

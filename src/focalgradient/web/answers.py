@@ -16,7 +16,7 @@ from focalgradient.design import DepthTrial, NeckerTrial, Trial
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Control, Ways
+from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
@@ -113,7 +113,7 @@ def read_answer(
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
     rated = Rated(
-        rating=read.rating,
+        rating=_rating(session.design, read.rating, trial.interval),
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
@@ -122,10 +122,23 @@ def read_answer(
     return rated, frames
 
 
+def _rating(design: Any, given: float, interval: int) -> float:
+    """Return the answer for a value sent by the page: of a choice, 1 if the interval of the picture was chosen."""
+    scale: ResponseScale = design.response_scale
+    if scale.intervals == 1:
+        return scale.answer_in(given, interval)
+    if given not in (0, 1):
+        raise InputError(f"rating is {given:g}, but must be 1 or 0: send one of them.")
+    return scale.answer_in(float(interval if given else 3 - interval), interval)
+
+
 def _check_reached(name: str, value: float, control: Control) -> None:
-    least, most = min(control.reached()), max(control.reached())
+    reached = control.reached()
+    least, most = min(reached), max(reached)
     if not least - SCALE_TOLERANCE <= value <= most + SCALE_TOLERANCE:
         raise InputError(f"{name} is {value:g}, but must be from {least:g} to {most:g}: send a value on the scale.")
+    if not isinstance(control, Scale) and min(abs(value - one) for one in reached) > SCALE_TOLERANCE:
+        raise InputError(f"{name} is {value:g}, which lies between two answers: send one of them.")
 
 
 def _check_begun(onset: float, frames: Mapping[str, Any]) -> None:

@@ -20,7 +20,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.stimuli.drawings import DRAWINGS
-from focalgradient.tasks import Task, task_named
+from focalgradient.tasks import Task, check_task, task_named
 from focalgradient.web import texts
 from focalgradient.web.pictures import (
     cube_session,
@@ -91,6 +91,7 @@ class Lists:
                 "it out."
             )
         self._display = self.pictures.display if self.pictures else Display()
+        check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree)
 
     def opening(self) -> dict[str, Any]:
         """Return what the page needs before a session begins: texts, consent, form fields, required measurements."""

@@ -6,7 +6,7 @@ import { escaped } from "./texts.js";
 export function exampleScale(scale, at, number) {
   if (scale.kind === "steps") {
     const bipolar = scale.steps[0].value < 0;
-    const signed = (value) => `${bipolar && value > 0 ? "+" : ""}${value}`.replace("-", "−");
+    const signed = (value) => `${bipolar && value > 0 ? "+" : ""}${number(value)}`.replace("-", "−");
     const step = ({ value, label }) =>
       `<span class="step ${value === at ? "chosen" : ""}">${signed(value)}${label ? `<br><small>${escaped(label)}</small>` : ""}</span>`;
     return `<div class="example steps">${scale.steps.map(step).join("")}</div>`;

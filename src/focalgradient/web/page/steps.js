@@ -4,10 +4,10 @@
 
 import Buttons from "@jspsych/plugin-html-button-response";
 
-export function stepsQuestion(scale, { escaped, keep }) {
+export function stepsQuestion(scale, { number, escaped, keep }) {
   const values = scale.steps.map(({ value }) => value);
   const bipolar = values[0] < 0;
-  const signed = (value) => `${bipolar && value > 0 ? "+" : ""}${value}`.replace("-", "\u2212");
+  const signed = (value) => `${bipolar && value > 0 ? "+" : ""}${number(value)}`.replace("-", "\u2212");
   let start = null;
   let listen;
   return {

@@ -1,0 +1,169 @@
+"""The check of a task before anyone takes part: each fault is one sentence, and nothing has been written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import pytest
+from pydantic import Field
+
+from focalgradient.design import Plan, Trial
+from focalgradient.errors import InputError
+from focalgradient.observers import simulate
+from focalgradient.scales import Scale, Steps, Ways
+from focalgradient.tasks import Noted, Response, Task, check_task, register
+from focalgradient.web import Lists
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SideTrial(Trial):
+    side: Literal["left", "right"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SideAnswer(Response):
+    chosen: Literal["left", "right"]
+
+
+class SideDesign(Plan):
+    task: str = "sides"
+
+    def trials(self, participant: str, session: str | None = None) -> tuple[Trial, ...]:
+        return self.ordered(participant, session, [SideTrial(side="left"), SideTrial(side="right")])
+
+
+@register
+class Sides(Task):
+    """Say which side is brighter, and how sure you are."""
+
+    name = "sides"
+    title = "Brighter side"
+    design, trial, answer = SideDesign, SideTrial, SideAnswer
+    texts: ClassVar = {
+        "en": {"instructions": "Which side?\nSay which.", "question": "Which side?", "debriefing": "Thanks."}
+    }
+
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Any:
+        return np.zeros((8, 16, 3), np.uint8), 0.5
+
+    def control(self, words: Any, trial: Any) -> Any:
+        return Ways(self.text(words, "question"), ("left", "right"))
+
+    def further(self, design: Any, words: Any, trial: Any) -> Any:
+        return {"sure": (Steps("How sure?", "", 1, 5, ("not", "very")), Noted(None, "points", "How sure."))}
+
+    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+        return SideAnswer(chosen=("left", "right")[int(value) - 1], **times)
+
+    def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
+        return SideAnswer(onset=0.0, response_time=1.0, chosen=trial.side)
+
+
+@pytest.fixture
+def changed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    def change(**parts: Any) -> None:
+        for name, part in parts.items():
+            monkeypatch.setattr(Sides, name, part)
+
+    return change
+
+
+def test_a_whole_task_passes() -> None:
+    check_task(SideDesign(), room=(16, 8))
+
+
+def test_a_grey_picture_passes(changed: Callable[..., None]) -> None:
+    changed(shown=picture(BLACK[..., 0]))
+    check_task(SideDesign())
+
+
+def picture(pixels: Any, seconds: Any = 0.5) -> Callable[..., Any]:
+    return lambda *_: (pixels, seconds)
+
+
+def control(given: Any) -> Callable[..., Any]:
+    return lambda *_: given
+
+
+def raising(*_: Any) -> Any:
+    return dict[str, int]()["side"]
+
+
+BLACK = np.zeros((8, 16, 3), np.uint8)
+FAULTS: dict[str, tuple[dict[str, Any], str]] = {
+    "a brace": (
+        {"texts": {"en": {"instructions": "100 % of {it}"}}},
+        r"the text 'instructions' of the task 'sides' has a brace that is not a value's name \(none\): correct it",
+    ),
+    "no question": ({"texts": {"en": {"instructions": "Go."}}}, "has no text 'question' in 'en': add it to its texts"),
+    "floats": ({"shown": picture(BLACK / 255)}, r"picture of shown is float64 of shape \(8, 16, 3\), but must be an"),
+    "two channels": ({"shown": picture(BLACK[..., :2])}, r"uint8 of shape \(8, 16, 2\), but must be an array H x W or"),
+    "no duration": (
+        {"shown": picture(BLACK, 0)},
+        "the duration of shown is 0, but must be a number of seconds above 0",
+    ),
+    "an error": ({"shown": raising}, r"fails: shown raises KeyError\('side'\) \(test_task_check.py, line \d+\)"),
+    "three ways": ({"control": control(Ways("?", ("a", "b", "c")))}, "control has 3 ways, but must have 2"),  # type: ignore[arg-type]
+    "labels": ({"control": control(Steps("?", "", 1, 5, "abcd"))}, "control has 4 labels, which do not fit 5 steps"),
+    "no ratios": ({"control": control(Scale("?", "", 0, 9))}, "goes from 0 to 9, which has no ratios: give ratios=Fal"),
+    "no control": ({"control": control("left")}, "control is 'left', not a control"),
+    "another answer": ({"answered": lambda *_, **times: 3}, "answered gives 3, not SideAnswer"),
+    "off its levels": (
+        {"answered": lambda *_, **times: SideAnswer(**{"chosen": "up", **times})},
+        "chosen is 'up', but must be 'left' or 'right'",
+    ),
+    "a name with a space": ({"further": lambda *_: {"a b": ()}}, "further names 'a b': use letters, digits and _"),
+    "a name of a column": ({"further": lambda *_: {"chosen": ()}}, "further names 'chosen': use letters, digits"),
+    "no note": ({"further": lambda *_: {"sure": Ways("?", ("a", "b"))}}, "must be a control and a Noted"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_named_before_anything_is_written(
+    fault: str, changed: Callable[..., None], tmp_path: Path
+) -> None:
+    parts, sentence = FAULTS[fault]
+    changed(**parts)
+    with pytest.raises(InputError, match=sentence):
+        simulate(SideDesign(), tmp_path / "data", observers=1, seed=1)
+    assert not (tmp_path / "data").exists()
+    with pytest.raises(InputError, match=sentence):
+        Lists(SideDesign())
+
+
+def test_a_picture_larger_than_the_window_is_refused() -> None:
+    with pytest.raises(InputError, match="have 16 x 8 pixels, but the window has only 15 x 8: use the whole screen"):
+        check_task(SideDesign(), room=(15, 8))
+
+
+def test_fields_with_the_name_of_a_column_or_unknown_metadata_are_refused(changed: Callable[..., None]) -> None:
+    def record(name: str, **metadata: Any) -> Any:
+        made = field(default=1, metadata=metadata)
+        own = type("OwnTrial", (Trial,), {"__annotations__": {name: int}, name: made})
+        return dataclass(frozen=True, kw_only=True)(own)
+
+    for name, metadata, sentence in (
+        ("onset", {}, "'onset' is the name of another column: rename the field"),
+        ("event", {}, "'event' is the name of another column: rename the field"),
+        ("ring", {"abuot": "x"}, "ring is a field with the metadata 'abuot', but may have about, units, levels, least"),
+    ):
+        changed(trial=record(name, **metadata))
+        with pytest.raises(InputError, match=sentence):
+            check_task(SideDesign())
+
+
+def test_a_design_without_defaults_is_refused() -> None:
+    class Bare(SideDesign):
+        task: str = "bare"
+        levels: int = Field()
+
+    parts = {"name": "bare", "design": Bare}
+    with pytest.raises(
+        InputError,
+        match=r"'bare' cannot be made without settings \(levels: Field required\): give each a valid default",
+    ):
+        register(type("BareSides", (Sides,), parts))
