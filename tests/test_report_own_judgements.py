@@ -75,7 +75,9 @@ def test_a_table_of_differences_gives_the_scale_that_the_library_gives(tmp_path)
     assert "differences.png" in report.files
 
 
-@pytest.mark.parametrize(("p", "said"), [(4e-5, "against it (p <\xa0.001)"), (0.0612, "not against it (p =\xa0.061)")])
+@pytest.mark.parametrize(
+    ("p", "said"), [(4e-5, "rejects it (p <\xa0.001)"), (0.0612, "does not reject it (p =\xa0.061)")]
+)
 def test_a_small_p_of_optimal_combination_is_worded(p: float, said: str, tmp_path, monkeypatch) -> None:
     cues().to_csv(tmp_path / "own.csv", index=False)
 
@@ -84,7 +86,7 @@ def test_a_small_p_of_optimal_combination_is_worded(p: float, said: str, tmp_pat
 
     monkeypatch.setattr("focalgradient.report.own_judgements.fit_cue_combination", fitted)
     page = make_report(tmp_path / "own.csv").files["report.html"].decode()
-    assert f"speaks {said}" in html.unescape(re.sub("<.*?>", "", page))
+    assert f"combination {said}" in html.unescape(re.sub("<.*?>", "", page))
 
 
 @pytest.mark.parametrize(("p", "said"), [(0.0005, "allows (p <\xa0.001)"), (0.06, None)])
