@@ -152,10 +152,10 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
 
 
 def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
-    found = called(task, "findings", task.findings, rows)
+    found: Any = called(task, "findings", task.findings, rows)
     if isinstance(found, str) or not all(isinstance(one, str) for one in found):
         raise InputError(f"the task {task.name!r} fails: findings is {described(found)}, but must be a list of texts.")
-    return [*found]
+    return list(found)
 
 
 def _in_words(test: ConditionTest) -> Paragraph:
