@@ -110,8 +110,8 @@ def test_a_list_has_each_condition_as_often_as_the_design_says() -> None:
     ]
 
 
-def recorded(root: Path, **other: object) -> None:
-    with Session.begin(root, DotDesign(), "01", apparatus=Apparatus("seconds of the test")) as session:
+def recorded(root: Path, design: DotDesign | None = None, **other: object) -> None:
+    with Session.begin(root, design or DotDesign(), "01", apparatus=Apparatus("seconds of the test")) as session:
         for number, trial in enumerate(session.remaining()):
             given = {"guess": trial.dots, "sure": True, "said": "yes", **other}
             session.record(trial, DotAnswer(onset=5.0 * number, response_time=1.0, **given))
@@ -156,6 +156,41 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
     ends = stats.ttest_1samp(own, 0.0).confidence_interval()
     assert (first["mean"], first["low"], first["high"]) == pytest.approx((own.mean(), ends.low, ends.high))
     assert set(means["answer"]) == {"guess", "sure", "response_time"}
+
+
+class Confounded(DotDesign):
+    def trials(self, participant, session=None):
+        shown = [DotTrial(side=side, dots=dots) for side, dots in (("left", 3), ("right", 7))]
+        return self.ordered(participant, session, shown)
+
+
+@pytest.mark.parametrize(("design", "confounded"), [(DotDesign, False), (Confounded, True)])
+def test_factors_that_always_change_together_are_named(design, confounded: bool, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(type(task_named("dots")), "design", design)
+    recorded(tmp_path / "data", design(seed=7 + confounded))  # lists of trials are kept by the settings of a design
+    text = make_report(tmp_path / "data").files["report.md"].decode()
+    assert ("side and dots always change together: their effects cannot be separated" in text) == confounded
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "sentence"),
+    [
+        (
+            "findings",
+            lambda self, table: [table["none"]],
+            r"the task 'dots' fails: findings raises KeyError\('none'\) \(",
+        ),
+        ("findings", lambda self, table: "A sentence.", "findings is 'A sentence.', but must be a list of texts"),
+        ("tested", lambda self, design, table: 1 / 0, "the task 'dots' fails: tested raises ZeroDivisionError"),
+    ],
+)
+def test_a_report_names_the_method_of_a_task_that_fails(
+    name, given, sentence: str, tmp_path: Path, monkeypatch
+) -> None:
+    recorded(tmp_path / "data")
+    monkeypatch.setattr(type(task_named("dots")), name, given)
+    with pytest.raises(InputError, match=sentence):
+        make_report(tmp_path / "data")
 
 
 @pytest.mark.parametrize(

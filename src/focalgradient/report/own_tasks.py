@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.design import recorded_design
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.power import TaskStudy, power, run_here
 from focalgradient.report.choices import OWN
@@ -26,6 +27,7 @@ from focalgradient.report.tables import Sheet, effect_sheet, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
 from focalgradient.statistics.means import t_interval
 from focalgradient.tasks import Task
+from focalgradient.tasks.check import called
 
 __all__ = ["OwnTask", "analyse_own_task", "preregister_own_task"]
 
@@ -99,14 +101,16 @@ class OwnTask(Part):
         people = "simulated observer" if self.simulated else "subject"
         subjects = self.rows["participant_id"].nunique()
         yield Paragraph(f"{many(subjects, people)} with {many(len(self.rows), 'trial')}; nobody is left out.")
-        yield from map(Paragraph, self.task.findings(self.rows))
+        yield from map(Paragraph, _sentences(self.task, self.rows))
         for test in self.tests:
             yield (
                 Notice(f"{test.name}: {test.effect.reason}")
                 if isinstance(test.effect, NotComputed)
                 else _in_words(test)
             )
-        for number, factor in enumerate(dict.fromkeys(test.factor for test in self.tests)):
+        factors = [*dict.fromkeys(test.factor for test in self.tests)]
+        yield from _confounded(self.rows, factors)
+        for number, factor in enumerate(factors):
             answers = list(dict.fromkeys((test.answer, test.log) for test in self.tests))
             figure = condition_figure(self.rows, factor, answers, units=self.units, simulated=self.simulated)
             name = self.name if number == 0 else f"{self.name}_{factor}"
@@ -144,13 +148,28 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
         raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
     design = recorded_design(task.name, next(iter(data.sidecars.values()))["Design"])
     rows = table[~table["catch"]] if "catch" in table else table
-    return OwnTask(task, data, table, data.simulated, task.tested(design, rows))
+    return OwnTask(task, data, table, data.simulated, called(task, "tested", task.tested, design, rows))
+
+
+def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
+    found: Any = called(task, "findings", task.findings, rows)
+    if isinstance(found, str) or not all(isinstance(one, str) for one in found):
+        raise InputError(f"the task {task.name!r} fails: findings is {described(found)}, but must be a list of texts.")
+    return list(found)
 
 
 def _in_words(test: ConditionTest) -> Paragraph:
     assert isinstance(test.effect, Effect)
     verb = "is reliable" if test.effect.significant else "is not reliable"
-    return Paragraph(f"The {test.name} {verb} ({test.effect.summary()}).")
+    return Paragraph(f"The effect “{test.name}” {verb} ({test.effect.summary()}).")
+
+
+def _confounded(rows: pd.DataFrame, factors: Iterable[str]) -> Iterator[Notice]:
+    """Yield a notice of each two factors whose levels always change together."""
+    for one, other in combinations(factors, 2):
+        levels = [rows[name].nunique() for name in (one, other)]
+        if levels == [len(rows[[one, other]].drop_duplicates())] * 2:
+            yield Notice(f"{one} and {other} always change together: their effects cannot be separated.")
 
 
 def _tests(part: OwnTask) -> list[Sheet]:

@@ -16,7 +16,7 @@ from focalgradient.tasks.base import Task
 from focalgradient.tasks.noted import NAME, Noted
 from focalgradient.tasks.registry import task_named
 
-__all__ = ["PIXELS_PER_DEGREE", "check_task"]
+__all__ = ["PIXELS_PER_DEGREE", "called", "check_task"]
 
 PIXELS_PER_DEGREE = 37.5
 """Resolution at which a trial is drawn if the screen is unknown: a screen 53.1 cm and 1920 pixels wide, 57 cm away."""
@@ -70,6 +70,18 @@ def check_task(
     checked.further(trial)
 
 
+def called(task: Task, name: str, function: Callable[..., Result], *given: Any, **named: Any) -> Result:
+    """Call a method of a task; any error that is not an `InputError` becomes one that names the method and the line."""
+    try:
+        return function(*given, **named)
+    except InputError:
+        raise
+    except Exception as error:
+        at = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(at.filename).name}, line {at.lineno}"
+        raise InputError(f"the task {task.name!r} fails: {name} raises {error!r} ({place}).") from error
+
+
 class _Checked:
     """A task under test, with a design and the texts of its language."""
 
@@ -82,15 +94,8 @@ class _Checked:
             raise InputError(f"the task {self.task.name!r} fails: {what}.")
 
     def call(self, name: str, function: Callable[..., Result], *given: Any, **named: Any) -> Result:
-        """Call a method of the task; any error that is not an `InputError` becomes one that names its place."""
-        try:
-            return function(*given, **named)
-        except InputError:
-            raise
-        except Exception as error:
-            at = traceback.extract_tb(error.__traceback__)[-1]
-            place = f"{Path(at.filename).name}, line {at.lineno}"
-            raise InputError(f"the task {self.task.name!r} fails: {name} raises {error!r} ({place}).") from error
+        """Call a method of the task, as `called` does."""
+        return called(self.task, name, function, *given, **named)
 
     def columns(self) -> None:
         """Check that the names of columns are distinct, and not reserved."""
