@@ -187,3 +187,23 @@ def test_interleaved_procedures_are_recorded_checked_and_find_the_threshold(tmp_
         assert np.exp(np.log(late).mean()) == pytest.approx(0.4, rel=0.25)
     counts = table[table["staircase"] == "constant"]["level"].value_counts()
     assert counts.max() - counts.min() <= 4
+
+
+def test_practice_shows_every_condition_once_before_any_again() -> None:
+    for participant in ("01", "02", "k7"):
+        trials = ShapeDesign(practice_trials=24).trials(participant)[:24]
+        assert {*Counter(one.condition for one in trials[:12]).values()} == {1}
+        assert {*Counter(one.condition for one in trials).values()} == {2}
+
+
+@pytest.mark.parametrize("blocked", [("shape",), ("size",), ("size", "shape")])
+def test_every_row_of_conditions_meets_every_order_of_blocks(blocked) -> None:
+    design = ShapeDesign(blocked=blocked, condition_order="latin-square")
+    rest = 12 // {1: 4 if blocked == ("shape",) else 3, 2: 12}[len(blocked)]
+    orders = Counter()
+    blocks, rows = {("shape",): (4, 6), ("size",): (6, 4), ("size", "shape"): (24, 2)}[blocked]
+    for number in range(blocks * rows):
+        trials = design.trials(str(number + 1))
+        placed = tuple(dict.fromkeys(tuple(getattr(one, name) for name in blocked) for one in trials))
+        orders[placed, tuple(one.condition for one in trials[:rest])] += 1
+    assert {*orders.values()} == ({1} if rest > 1 else {2})
