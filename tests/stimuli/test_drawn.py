@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -191,6 +192,35 @@ def test_a_border_belongs_to_the_side_whose_blur_it_has() -> None:
         other = "right" if near == "left" else "left"
         assert one.depth_m[one.masks[near]].max() < one.depth_m[one.masks[other]].min()
     assert not texture_border(**blurs, border_blur_arcmin=0.0, near="right").controlled["occlusion_agrees_with_blur"]
+    # With equal spectra both sides have the larger blur: only a border of that blur agrees.
+    for edge, agrees in ((0.0, False), (4.0, True)):
+        one = texture_border(**blurs, border_blur_arcmin=edge, equalise=("spectrum",))
+        assert one.controlled["occlusion_agrees_with_blur"] is agrees
+
+
+@pytest.mark.parametrize("settings", [{}, {"perspective": 0.8, "tilt_deg": 40.0, "edge_deg": 4.0, "pupil_mm": 4.0}])
+def test_the_centre_of_the_cube_is_marked_where_it_is_seen(settings: dict[str, float]) -> None:
+    one = fixated_cube(fixation="centre", **settings)
+    assert one.controlled["fixation_px"] == [side / 2 for side in one.shape[::-1]]
+    y, x = np.nonzero(one.masks["fixation"])
+    assert (y.mean(), x.mean()) == tuple((side - 1) / 2 for side in one.shape)
+
+
+def test_pixels_at_an_annulus_are_counted_on_a_flat_screen() -> None:
+    one = wide_field(eccentricity_deg=30, annulus_deg=4, window_deg=80, pixels_per_degree=8)
+    # Directions to the middle of a pixel at 30 degrees and to its neighbours, outwards and around.
+    away, pixel = math.tan(math.radians(30)), one.pixel_angle
+    here, outwards, around = (
+        np.array(way) / np.linalg.norm(way) for way in ((away, 0, 1), (away + pixel, 0, 1), (away, pixel, 1))
+    )
+    degrees = [math.degrees(math.acos(here @ other)) for other in (outwards, around)]
+    assert one.controlled["pixels_per_degree_at_annulus"] == pytest.approx(1 / math.sqrt(math.prod(degrees)), rel=0.01)
+
+
+@pytest.mark.parametrize("draw", [slanted_plane, corrugated_plane])
+def test_a_focus_of_zero_is_refused(draw: Draw) -> None:
+    with pytest.raises(InputError, match="focus_m is 0"):
+        draw(focus_m=0.0)
 
 
 @every

@@ -24,8 +24,8 @@ MOST_SHUFFLES = 8
 """Maximum number of initial shuffles in the search for an order without long runs."""
 
 NAMED_PLACES = 2 * 55_440
-"""Number of places for participants whose label is not a number: two for each of 55440 pairs, which is a multiple of 1 to
-12, so that up to 12 combinations of between-participant levels are equally probable."""
+"""Number of places for participants whose label is not a number: two for each of 55440 pairs. 55440 is a multiple of 1
+to 12, so that up to 12 combinations of between-participant levels are equally probable."""
 
 MOST_EXCHANGES = 40
 """Number of exchanges tried for each trial in a long run."""
