@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import stats
 
 from focalgradient import InputError, Lens
 from focalgradient.eye import Eye
@@ -29,6 +31,7 @@ from focalgradient.stimuli import (
     wide_field,
 )
 from focalgradient.stimuli.layers import noise
+from focalgradient.stimuli.leaves import _leaves
 
 Draw = Callable[..., Stimulus]
 ARCMIN = np.radians(1 / 60)
@@ -121,6 +124,41 @@ def test_the_control_of_the_miniature_has_a_planar_gradient_with_as_much_blur(gr
     assert control.blur_arcmin.max() == pytest.approx(one.blur_arcmin.max(), rel=1e-6)
     assert not control.controlled["blur_agrees_with_depth"]
     np.testing.assert_array_equal(control.depth_m, one.depth_m)
+
+
+@pytest.mark.parametrize("gradient", ["vertical", "horizontal"])
+@pytest.mark.parametrize("nearer_first", [True, False])
+def test_the_gradient_of_the_control_slopes_as_the_scene(gradient: Any, nearer_first: bool) -> None:
+    line = np.linspace(0.02, 0.005, 48)[:: 1 if nearer_first else -1]
+    vergence = np.broadcast_to(line[:, None] if gradient == "vertical" else line, (48, 48))
+    one = miniature(
+        gradient=gradient,
+        picture=np.full((48, 48), 0.5),
+        depth_m=1 / vergence,
+        width_deg=10,
+        true_distance_m=100,
+        simulated_distance_m=1.0,
+        pupil_mm=4.0,
+    )
+    # A model a hundred times smaller, seen by an eye that is focused at 1 m.
+    wanted = 4e-3 / 4 * np.abs(1 - 100 * vergence)
+    np.testing.assert_allclose(one.blur_arcmin * ARCMIN, wanted, rtol=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 3.0])
+def test_leaves_have_the_sizes_and_the_shapes_that_were_set(exponent: float) -> None:
+    drawn = [*islice(_leaves((64, 64), (2.0, 20.0), exponent, 3.0, 1.0, (0.5, 0.5), 4), 4000)]
+    radius = np.array([math.sqrt(leaf.long * leaf.short) for leaf in drawn])
+
+    def share(size: Any) -> Any:  # of leaves up to a size, by 1 / r^exponent
+        if exponent == 1:
+            return np.log(size / 2) / np.log(10)
+        return (size ** (1 - exponent) - 2 ** (1 - exponent)) / (20 ** (1 - exponent) - 2 ** (1 - exponent))
+
+    assert stats.kstest(radius, share).pvalue > 0.001
+    assert stats.kstest([leaf.long / leaf.short for leaf in drawn], stats.uniform(1, 2).cdf).pvalue > 0.001
+    light = np.array([leaf.light for leaf in drawn])
+    assert (light.mean(), light.std()) == (pytest.approx(0.5, abs=0.01), pytest.approx(0.25, abs=0.01))
 
 
 @pytest.mark.slow
