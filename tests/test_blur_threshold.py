@@ -45,6 +45,13 @@ def test_both_intervals_come_equally_often_and_no_one_too_often_in_a_row():
     assert all(len(set(counted[at : at + 4])) == 2 for at in range(len(counted) - 3))
 
 
+def test_scenes_do_not_tell_the_interval_in_practice_and_catch_trials():
+    design = BlurThresholdDesign(catch_trials=8, practice_trials=4)
+    trials = design.trials("01")
+    shown = [(trial.scene, trial.interval) for trial in trials if trial.catch or trial.phase == "practice"]
+    assert {*((shown.count(one), one) for one in shown)} == {(3, (scene, n)) for scene in design.scenes for n in (1, 2)}
+
+
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections import Counter
 from dataclasses import dataclass
 from itertools import pairwise
@@ -25,6 +26,7 @@ from focalgradient.design import (
     balanced_latin_square,
     weighted_staircase,
 )
+from focalgradient.design.adaptive import reversals
 from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 from focalgradient.tasks import Task, register
@@ -123,6 +125,28 @@ def test_a_staircase_converges_where_it_should(procedure: Staircase, share: floa
     assert np.mean(rights) == pytest.approx(share, abs=0.02)  # the share itself: no level is compared with a formula
 
 
+def test_a_staircase_is_walked_as_by_hand() -> None:
+    # Two right: down; one wrong: up. Steps of 4 until the first reversal, then 2, then 1.
+    walk = "RR RR W W RR RR W RW RR"
+    answers = [(0.0, answer == "R") for answer in walk.replace(" ", "")]
+    given = {"start": 20.0, "least": 0.5, "most": 30.0, "steps": (4.0, 2.0, 1.0), "ratios": False}
+    plain = Staircase(**given)
+    levels = [plain.level(answers[:number]) for number in range(len(answers) + 1)]
+    assert levels == [20, 20, 16, 16, 12, 14, 16, 16, 15, 15, 14, 15, 15, 16, 16, 15]
+    assert reversals(plain, answers) == [12, 16, 14, 16]
+    assert (plain.threshold(answers), plain.threshold(answers, last=2)) == (14.5, 15)
+    assert math.isnan(plain.threshold(answers[:5]))
+    twice = Staircase(**given, up=2)
+    assert twice.level([(0.0, False), (0.0, True), (0.0, False)]) == 20
+    assert twice.level([(0.0, False), (0.0, False)]) == 24
+    for right, end in ((True, 0.5), (False, 30.0)):
+        assert plain.level([(0.0, right)] * 100) == end
+    ratios = Staircase(100.0, 1.0, 1000.0, steps=(1.0, 0.5), down=1)
+    turned = [(0.0, True), (0.0, False), (0.0, True)]  # 100, 10, 10 sqrt(10), 10
+    assert reversals(ratios, turned) == pytest.approx([10, 10**1.5])
+    assert ratios.threshold(turned) == pytest.approx(10**1.25)
+
+
 def test_constant_stimuli_show_each_level_equally_often() -> None:
     chosen = ConstantStimuli((0.1, 0.2, 0.4), (7, "01"))
     levels = [chosen.level([(0.1, True)] * number) for number in range(30)]
@@ -187,3 +211,23 @@ def test_interleaved_procedures_are_recorded_checked_and_find_the_threshold(tmp_
         assert np.exp(np.log(late).mean()) == pytest.approx(0.4, rel=0.25)
     counts = table[table["staircase"] == "constant"]["level"].value_counts()
     assert counts.max() - counts.min() <= 4
+
+
+def test_practice_shows_every_condition_once_before_any_again() -> None:
+    for participant in ("01", "02", "k7"):
+        trials = ShapeDesign(practice_trials=24).trials(participant)[:24]
+        assert {*Counter(one.condition for one in trials[:12]).values()} == {1}
+        assert {*Counter(one.condition for one in trials).values()} == {2}
+
+
+@pytest.mark.parametrize("blocked", [("shape",), ("size",), ("size", "shape")])
+def test_every_row_of_conditions_meets_every_order_of_blocks(blocked) -> None:
+    design = ShapeDesign(blocked=blocked, condition_order="latin-square")
+    rest = 12 // {1: 4 if blocked == ("shape",) else 3, 2: 12}[len(blocked)]
+    orders = Counter()
+    blocks, rows = {("shape",): (4, 6), ("size",): (6, 4), ("size", "shape"): (24, 2)}[blocked]
+    for number in range(blocks * rows):
+        trials = design.trials(str(number + 1))
+        placed = tuple(dict.fromkeys(tuple(getattr(one, name) for name in blocked) for one in trials))
+        orders[placed, tuple(one.condition for one in trials[:rest])] += 1
+    assert {*orders.values()} == ({1} if rest > 1 else {2})

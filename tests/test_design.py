@@ -24,7 +24,8 @@ from focalgradient.design import (
     recorded_design,
 )
 from focalgradient.design.draws import Draws
-from focalgradient.design.order import in_order
+from focalgradient.design.factors import Factor, between
+from focalgradient.design.order import Place, in_order
 from focalgradient.errors import InputError
 
 DEFAULTS = {"depth-rating": DepthRatingDesign(), "necker": NeckerDesign(), "pinhole": Pinhole()}
@@ -189,6 +190,38 @@ def test_keys_are_counterbalanced_and_apart_from_the_order():
     assert [NeckerDesign().keys_of(f"{number}")["rigid"] for number in (1, 2, 3, 4)] == ["f", "f", "j", "j"]
     named = Counter(NeckerDesign().keys_of(f"p{number}")["rigid"] for number in range(400))
     assert 160 < named["f"] < 240
+
+
+def test_people_with_names_are_spread_over_all_levels_between_participants():
+    levels = {"light": Factor(levels=["dim", "mid", "bright"], vary="between")}
+    two = levels | {"sound": Factor(levels=["off", "on"], vary="between")}
+    for factors, count in ((levels, 3), (two, 6)):
+        found = Counter(tuple(between(factors, Place.of(f"p{n}").pair).values()) for n in range(600))
+        assert len(found) == count
+        assert stats.chisquare([*found.values()]).pvalue > 0.001
+
+
+@pytest.mark.parametrize("repetitions", [1, 2])
+def test_a_choice_shows_the_picture_equally_often_first_and_second_in_each_condition(repetitions):
+    design = DepthRatingDesign(scale="choice", repetitions=repetitions, apertures=["pinhole", "f/8", "f/4"])
+    both = Counter()
+    for label in ("01", "02"):
+        trials = design.trials(label)
+        cells = Counter((trial.aperture, trial.fixation, trial.interval) for trial in ordinary(trials))
+        assert {*cells.values()} == {len(design.scenes) * repetitions // 2}
+        both += Counter((*trial.condition, trial.interval) for trial in ordinary(trials))
+        for phase, catch in (("practice", False), ("main", True)):
+            shown = [trial.interval for trial in trials if (trial.phase, trial.catch) == (phase, catch)]
+            assert sorted(shown) == [1, 1, 1, 2, 2, 2]
+    assert {*both.values()} == {repetitions}
+
+
+def test_the_time_to_the_question_includes_the_mark_before_the_second_picture():
+    one, two = (
+        DepthRatingDesign(scale=scale, mark_s=1.5, picture_s=3.0, blank_s=0.5, mask="noise", mask_s=0.25)
+        for scale in ("ratio", "choice")
+    )
+    assert (one.shown_s, two.shown_s) == (3.75, 3.75 + 1.5 + 3.75)
 
 
 def test_blocked_fixations_come_one_after_the_other_in_turn_over_participants():

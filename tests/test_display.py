@@ -44,6 +44,12 @@ def test_the_value_shown_is_the_nearest(light: float, gamma: float) -> None:
     assert high >= light - 1e-12
 
 
+def test_guns_of_successive_pictures_are_dithered_independently() -> None:
+    display, light = Display(gamma=(2.0, 2.0, 2.0), dither=True), np.full((64, 64), 0.3)
+    guns = [display.encode(light, seed)[..., gun].tobytes() for seed in range(4) for gun in range(3)]
+    assert len(set(guns)) == 12
+
+
 def test_dithering_is_right_on_average_and_mixes_neighbours_only() -> None:
     display = Display(dither=True)
     light = np.full(100_000, 0.2138)  # between values 127 and 128

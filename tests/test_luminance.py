@@ -31,6 +31,12 @@ def test_the_standard_curve_is_found_from_noisy_measurements():
     assert max(curve.deviation for curve in found.curves.values()) < 0.02
 
 
+def test_the_light_of_black_counts_once_in_the_sum_of_the_guns():
+    whites = {"red": 20.0, "green": 70.0, "blue": 10.0, "grey": 100.0}
+    found = fit_luminance(LEVELS, {gun: 5 + white * (LEVELS / 255) ** 2.2 for gun, white in whites.items()})
+    assert found.additivity == pytest.approx(0.0, abs=1e-6)
+
+
 def test_the_curve_of_srgb_is_no_power_and_is_told_by_its_deviation():
     from focalgradient.display import Display
 

@@ -171,7 +171,7 @@ class Display:
         if isinstance(self.gamma, tuple):
             colours = np.moveaxis(light, -1, 0) if light.ndim == 3 and light.shape[-1] == 3 else [light] * 3
             guns = [replace(self, gamma=gamma) for gamma in self.gamma]
-            values = [gun.encode(own, seed + at) for at, (gun, own) in enumerate(zip(guns, colours, strict=True))]
+            values = [gun.encode(own, 3 * seed + at) for at, (gun, own) in enumerate(zip(guns, colours, strict=True))]
             return np.stack(values, axis=-1)
         if not np.isfinite(light).all():
             raise InputError(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import stats
 
 from focalgradient import InputError, Lens
 from focalgradient.eye import Eye
@@ -28,6 +31,7 @@ from focalgradient.stimuli import (
     wide_field,
 )
 from focalgradient.stimuli.layers import noise
+from focalgradient.stimuli.leaves import _leaves
 
 Draw = Callable[..., Stimulus]
 ARCMIN = np.radians(1 / 60)
@@ -122,6 +126,41 @@ def test_the_control_of_the_miniature_has_a_planar_gradient_with_as_much_blur(gr
     np.testing.assert_array_equal(control.depth_m, one.depth_m)
 
 
+@pytest.mark.parametrize("gradient", ["vertical", "horizontal"])
+@pytest.mark.parametrize("nearer_first", [True, False])
+def test_the_gradient_of_the_control_slopes_as_the_scene(gradient: Any, nearer_first: bool) -> None:
+    line = np.linspace(0.02, 0.005, 48)[:: 1 if nearer_first else -1]
+    vergence = np.broadcast_to(line[:, None] if gradient == "vertical" else line, (48, 48))
+    one = miniature(
+        gradient=gradient,
+        picture=np.full((48, 48), 0.5),
+        depth_m=1 / vergence,
+        width_deg=10,
+        true_distance_m=100,
+        simulated_distance_m=1.0,
+        pupil_mm=4.0,
+    )
+    # A model a hundred times smaller, seen by an eye that is focused at 1 m.
+    wanted = 4e-3 / 4 * np.abs(1 - 100 * vergence)
+    np.testing.assert_allclose(one.blur_arcmin * ARCMIN, wanted, rtol=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 3.0])
+def test_leaves_have_the_sizes_and_the_shapes_that_were_set(exponent: float) -> None:
+    drawn = [*islice(_leaves((64, 64), (2.0, 20.0), exponent, 3.0, 1.0, (0.5, 0.5), 4), 4000)]
+    radius = np.array([math.sqrt(leaf.long * leaf.short) for leaf in drawn])
+
+    def share(size: Any) -> Any:  # of leaves up to a size, by 1 / r^exponent
+        if exponent == 1:
+            return np.log(size / 2) / np.log(10)
+        return (size ** (1 - exponent) - 2 ** (1 - exponent)) / (20 ** (1 - exponent) - 2 ** (1 - exponent))
+
+    assert stats.kstest(radius, share).pvalue > 0.001
+    assert stats.kstest([leaf.long / leaf.short for leaf in drawn], stats.uniform(1, 2).cdf).pvalue > 0.001
+    light = np.array([leaf.light for leaf in drawn])
+    assert (light.mean(), light.std()) == (pytest.approx(0.5, abs=0.01), pytest.approx(0.25, abs=0.01))
+
+
 @pytest.mark.slow
 def test_a_miniature_of_ones_own_scene() -> None:
     picture = 0.5 + 0.1 * noise((48, 64), 1)
@@ -191,6 +230,35 @@ def test_a_border_belongs_to_the_side_whose_blur_it_has() -> None:
         other = "right" if near == "left" else "left"
         assert one.depth_m[one.masks[near]].max() < one.depth_m[one.masks[other]].min()
     assert not texture_border(**blurs, border_blur_arcmin=0.0, near="right").controlled["occlusion_agrees_with_blur"]
+    # With equal spectra both sides have the larger blur: only a border of that blur agrees.
+    for edge, agrees in ((0.0, False), (4.0, True)):
+        one = texture_border(**blurs, border_blur_arcmin=edge, equalise=("spectrum",))
+        assert one.controlled["occlusion_agrees_with_blur"] is agrees
+
+
+@pytest.mark.parametrize("settings", [{}, {"perspective": 0.8, "tilt_deg": 40.0, "edge_deg": 4.0, "pupil_mm": 4.0}])
+def test_the_centre_of_the_cube_is_marked_where_it_is_seen(settings: dict[str, float]) -> None:
+    one = fixated_cube(fixation="centre", **settings)
+    assert one.controlled["fixation_px"] == [side / 2 for side in one.shape[::-1]]
+    y, x = np.nonzero(one.masks["fixation"])
+    assert (y.mean(), x.mean()) == tuple((side - 1) / 2 for side in one.shape)
+
+
+def test_pixels_at_an_annulus_are_counted_on_a_flat_screen() -> None:
+    one = wide_field(eccentricity_deg=30, annulus_deg=4, window_deg=80, pixels_per_degree=8)
+    # Directions to the middle of a pixel at 30 degrees and to its neighbours, outwards and around.
+    away, pixel = math.tan(math.radians(30)), one.pixel_angle
+    here, outwards, around = (
+        np.array(way) / np.linalg.norm(way) for way in ((away, 0, 1), (away + pixel, 0, 1), (away, pixel, 1))
+    )
+    degrees = [math.degrees(math.acos(here @ other)) for other in (outwards, around)]
+    assert one.controlled["pixels_per_degree_at_annulus"] == pytest.approx(1 / math.sqrt(math.prod(degrees)), rel=0.01)
+
+
+@pytest.mark.parametrize("draw", [slanted_plane, corrugated_plane])
+def test_a_focus_of_zero_is_refused(draw: Draw) -> None:
+    with pytest.raises(InputError, match="focus_m is 0"):
+        draw(focus_m=0.0)
 
 
 @every

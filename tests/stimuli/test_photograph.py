@@ -47,6 +47,13 @@ def test_each_condition_is_the_photograph_through_that_lens(made: StimulusSet) -
     assert one.blur_px[1] == pytest.approx(2 * lens.blur_radius(1 / 1.6) / ANGLE, rel=1e-6)
 
 
+def test_a_blur_too_wide_is_refused_with_its_radius(tmp_path: Path) -> None:
+    radius = Lens(0.05, 1.0, float(SLANT.max())).blur_radius(float(SLANT.min())) / 1e-4
+    with pytest.raises(InputError, match=r"the blur is \d+ pixels in radius") as refused:
+        make_from_photographs(tmp_path / "set", {"wall": (LIGHT, SLANT)}, pixel_angle=1e-4, apertures=[1.0])
+    assert int(str(refused.value).split()[3]) == pytest.approx(radius, rel=0.05)
+
+
 def test_controls_are_measured_and_met(made: StimulusSet) -> None:
     controls = made.manifest["controls"]
     assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent", "sharpest"}

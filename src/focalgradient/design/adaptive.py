@@ -185,8 +185,8 @@ class Quest:
 
     Parameters
     ----------
-    Levels, positive and increasing.
-        Positive, rising.
+    levels
+        Levels, positive and increasing.
 
     Raises
     ------

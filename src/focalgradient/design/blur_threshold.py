@@ -144,7 +144,8 @@ class BlurThresholdDesign(Plan):
         )
 
     def _easy(self, count: int, draws: Draws) -> list[BlurTrial]:
-        """Return trials to be shown at the largest level, balanced over the two intervals."""
+        """Return trials to be shown at the largest level, balanced over the two intervals, and these over scenes."""
         return draws.shuffled(
-            BlurTrial(scene=self.scenes[number % len(self.scenes)], interval=1 + number % 2) for number in range(count)
+            BlurTrial(scene=self.scenes[number // 2 % len(self.scenes)], interval=1 + number % 2)
+            for number in range(count)
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
@@ -143,7 +144,8 @@ class Counterbalanced(Plan):
         participant.
     condition_order
         "random": conditions are shuffled within each repetition. "latin-square": conditions follow the rows of a
-        square, the next row in each repetition and for each participant.
+        square, the next row in each repetition and for each participant, so that every row occurs with every order of
+        blocks.
     runs, distances
         Constraints on a random order, by field of a trial: maximum number of consecutive trials with the same level;
         minimum number of other trials between two with the same level.
@@ -186,7 +188,7 @@ class Counterbalanced(Plan):
         draws = self.draws(participant, session, f"order {participant.lstrip('0')}")
         blocks = self._blocks(list(conditions), self.blocked, number, draws)
         order = self._within(blocks, number, draws)
-        practice = [draws.shuffled(conditions)[one % len(conditions)] for one in range(self.practice_trials)]
+        practice = draws.rounds(conditions, self.practice_trials)
         shown: Counter[Hashable] = Counter()
         main = []
         for place, trial in enumerate(order, start=1):
@@ -221,12 +223,18 @@ class Counterbalanced(Plan):
     def _within(self, blocks: list[list[Kind]], number: int, draws: Draws) -> list[Kind]:
         if self.condition_order == "latin-square":
             order = []
+            levels = [{getattr(one, name) for block in blocks for one in block} for name in self.blocked]
+            block_orders = math.prod(len(balanced_latin_square(len(own))) for own in levels)
             for block in blocks:
                 rows = balanced_latin_square(len(block))
+                # Where both cycles return together, one row is skipped: otherwise each order of blocks would meet only
+                # some of the rows.
+                common = math.gcd(block_orders, len(rows))
+                skipped = (number - 1) // math.lcm(block_orders, len(rows)) % common
                 for repetition in range(self.repetitions):
-                    order += [block[one] for one in rows[(number - 1 + repetition) % len(rows)]]
+                    order += [block[one] for one in rows[(number - 1 + skipped + repetition) % len(rows)]]
             return order
         repeated = [block for block in blocks for _ in range(self.repetitions)]
         names = {*self.runs, *self.distances}
-        levels = [{name: getattr(one, name) for name in names} for block in repeated for one in block]
-        return constrained(repeated, levels, runs=self.runs, distances=self.distances, draws=draws)
+        own = [{name: getattr(one, name) for name in names} for block in repeated for one in block]
+        return constrained(repeated, own, runs=self.runs, distances=self.distances, draws=draws)

@@ -282,7 +282,7 @@ class DepthRatingDesign(Plan):
         """Time in s from the onset of a trial's (first) picture to the question."""
         mask = self.mask_s if self.mask != "none" else 0.0
         once = self.picture_s + mask + self.blank_s
-        return self.response_scale.intervals * once
+        return once + (self.response_scale.intervals - 1) * (self.mark_s + once)
 
     def least_s(self, trial: DepthTrial) -> float:
         """Return the minimum time in s from one answer to the next question, including the standard.
@@ -335,9 +335,34 @@ class DepthRatingDesign(Plan):
         if self.response_scale.intervals == 1:
             return tuple(listed)
         mirrored = self.place(participant).mirrored
-        draws = self.draws(participant, session, "intervals, mirrored" if mirrored else "intervals")
-        halves = draws.shuffled([1 + number % 2 for number in range(len(listed))])
-        return tuple(replace(trial, interval=half) for trial, half in zip(listed, halves, strict=True))
+        first = self._first_halves(seen, self.draws(participant, session, "intervals"))
+        own = self.draws(participant, session, "own intervals, mirrored" if mirrored else "own intervals")
+        others = {
+            group: iter(own.rounds((0, 1), len(listed))) for group in (("practice", False), ("main", True))
+        }  # of practice and catch trials
+        return tuple(
+            replace(
+                trial,
+                interval=1 + (first[trial.condition] + trial.repetition + mirrored) % 2
+                if (trial.phase, trial.catch) not in others
+                else 1 + next(others[trial.phase, trial.catch]),
+            )
+            for trial in listed
+        )
+
+    @staticmethod
+    def _first_halves(seen: Sequence[DepthTrial], draws: Draws) -> dict[Hashable, int]:
+        """Return 0 or 1 for each condition: the interval of its first presentation, balanced over the scenes."""
+        groups: dict[Hashable, list[Hashable]] = {}
+        for trial in seen:
+            groups.setdefault(trial.condition[1:], []).append(trial.condition)
+        return {
+            condition: half
+            for number, group in enumerate(groups.values())
+            for condition, half in zip(
+                group, draws.shuffled((number + place) % 2 for place in range(len(group))), strict=True
+            )
+        }
 
     def _seen(self, levels: Mapping[str, str]) -> list[DepthTrial]:
         """Return each condition of a participant once."""
@@ -408,10 +433,8 @@ class DepthRatingDesign(Plan):
             examples = []
         two = self.response_scale.intervals > 1
         apertures = [one for one in self.apertures if not (two and one == "pinhole")] or self.apertures
-        pairs: list[tuple[str, Fixation]] = []
-        while len(pairs) < self.practice_trials - len(examples):
-            pairs += draws.shuffled(product(apertures, self.fixations))
-        listed = [self._trial(self.standard_scene, *pair) for pair in pairs[: self.practice_trials - len(examples)]]
+        pairs = draws.rounds(product(apertures, self.fixations), self.practice_trials - len(examples))
+        listed = [self._trial(self.standard_scene, *pair) for pair in pairs]
         if not examples:
             return listed
         return draws.shuffled([*listed, *(self._trial(scene, "pinhole", self.fixations[0]) for scene in examples)])

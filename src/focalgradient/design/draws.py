@@ -53,3 +53,14 @@ class Draws:
             other = self.below(last + 1)
             order[last], order[other] = order[other], order[last]
         return order
+
+    def rounds(self, items: Iterable[Item], count: int) -> list[Item]:
+        """Return `count` items in rounds: each round has all of them, in a new random order.
+
+        >>> sorted(Draws("practice").rounds("ab", 4)[:2])
+        ['a', 'b']
+        """
+        whole, drawn = list(items), list[Item]()
+        while whole and len(drawn) < count:
+            drawn += self.shuffled(whole)
+        return drawn[:count]

@@ -23,6 +23,10 @@ Item = TypeVar("Item")
 MOST_SHUFFLES = 8
 """Maximum number of initial shuffles in the search for an order without long runs."""
 
+NAMED_PLACES = 2 * 55_440
+"""Number of places for participants whose label is not a number: two for each of 55440 pairs. 55440 is a multiple of 1
+to 12, so that up to 12 combinations of between-participant levels are equally probable."""
+
 MOST_EXCHANGES = 40
 """Number of exchanges tried for each trial in a long run."""
 
@@ -79,7 +83,7 @@ class Place:
         """
         check_label("the participant", participant)
         numbered = participant.isdigit()
-        number = int(participant) if numbered else digest("place", participant) % 4 + 1
+        number = int(participant) if numbered else digest("place", participant) % NAMED_PLACES + 1
         pair = (number + 1) // 2
         return cls(f"pair {pair}" if numbered else f"label {participant}", number % 2 == 0, pair % 2 == 0, pair)
 

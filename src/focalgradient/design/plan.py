@@ -264,9 +264,7 @@ class Plan(Table):
                 blocks=[conditions] * self.repetitions,
                 factors=lambda trial: trial.condition,
                 catches=lambda draws: (),
-                practice=lambda draws: [
-                    draws.shuffled(conditions)[number % len(conditions)] for number in range(self.practice_trials)
-                ],
+                practice=lambda draws: draws.rounds(conditions, self.practice_trials),
             )
         )
 

@@ -192,7 +192,7 @@ def texture_border(
         {
             "equalised": list(names),
             "near": near,
-            "occlusion_agrees_with_blur": edge == blur[near],
+            "occlusion_agrees_with_blur": edge == (max(blur.values()) if "spectrum" in names else blur[near]),
             **measured(picture, sharp, allowed, masks, shape),
         },
         ("mather1996", "marshall1996", "mather2002"),

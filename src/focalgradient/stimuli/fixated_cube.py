@@ -123,7 +123,8 @@ def fixated_cube(
     blur = np.zeros(frame.shape) if gradient == "none" else blur
     lines = away <= max(1.0, frame.pixels(line_arcmin) / 2)
     down, right = frame.grid()
-    middle = (vertices.mean(axis=0) if at is None else vertices[at]) - (np.array(frame.shape[::-1]) - 1) / 2
+    # The centre of the cube lies on the axis, which the mean of its projected vertices misses.
+    middle = np.zeros(2) if at is None else vertices[at] - (np.array(frame.shape[::-1]) - 1) / 2
     mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
     masks = {"lines": lines, "fixation": mark}
     own = frame.pixels(line_arcmin) / (2 * math.sqrt(2 * math.log(2)))  # standard deviation of a sharp line

@@ -219,7 +219,8 @@ def _surface(
     check_light(mean, contrast, parameters["seed"], CLIP + 0.5)
     check_choice("texture", parameters["texture"], ("painted", "projected"))
     names = check_equalise(parameters["equalise"])
-    optics = _optics(parameters["optics"], parameters["focus_m"] or distance_m, parameters["pupil_mm"])
+    focus_m = distance_m if parameters["focus_m"] is None else parameters["focus_m"]
+    optics = _optics(parameters["optics"], focus_m, parameters["pupil_mm"])
     down, right = (frame.pixel_angle * axis for axis in frame.grid())
     metres = depth(down, right) + 0 * down * right
     widest = _widest(optics, metres, frame, "", "a smaller pupil, less depth, or a larger picture")

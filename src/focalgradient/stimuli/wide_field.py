@@ -176,7 +176,7 @@ def wide_field(
         parameters,
         {
             "equalised": [],
-            "pixels_per_degree_at_annulus": pixels_per_degree / stretch,
+            "pixels_per_degree_at_annulus": pixels_per_degree * stretch,
             **measured(picture, leaves, least, masks, shape),
         },
         ("maiello2017",),
