@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,12 +12,15 @@ from scipy.ndimage import distance_transform_edt
 
 import focalgradient as fg
 from focalgradient.errors import InputError
-from focalgradient.eye import Cones
+from focalgradient.eye import Cones, Scatter
+from focalgradient.optics import own_blur
 from focalgradient.psf import disc_transfer
 from focalgradient.render import blur_picture, cast
+from focalgradient.render.blurred import _margin
 from focalgradient.scenes import slant, spheres, step
 from focalgradient.stimuli.depth_rating import Pupil
 
+SCATTERING = replace(Cones.of(fg.Eye(0.004, 1.0), "L+M", wavelengths=3), scatter=Scatter(age=70))
 PIXEL = 8e-4
 SHAPE = (96, 128)
 
@@ -108,6 +113,26 @@ def test_an_eye_blurs_by_its_own_waves() -> None:
         frequency = np.fft.rfftfreq(96)
         expected = np.abs(eye.optical_transfer(0.0, frequency / minute, 1 / distance))
         assert np.abs(np.abs(np.fft.rfft2(spread))[0] - expected)[:40].max() < 0.03
+
+
+def test_a_wide_point_spread_is_not_cut_off() -> None:
+    """Coma of 0.3 um takes 6 % of the light in focus farther than 12 of these pixels, 6 arcmin."""
+    eye = fg.Eye(0.005, 1.0, aberrations=((3, 1, 0.3), (2, 2, -0.2), (3, -3, 0.15)))
+    angle = np.radians(0.5 / 60)
+    point = np.zeros((65, 65), np.float32)
+    point[32, 32] = 1
+    spread = blur_picture(point, np.ones(point.shape), eye, pixel_angle=angle)
+    waves = np.fft.fftfreq(65)[:, None] / angle, np.fft.rfftfreq(65) / angle
+    expected = np.fft.fftshift(np.fft.irfft2(eye.optical_transfer(*waves, 1.0), point.shape))
+    np.testing.assert_allclose(spread, expected, atol=0.03 * expected.max())
+
+
+@pytest.mark.parametrize(("optics", "margin"), [(fg.Eye(0.004, 1.0), 12), (SCATTERING, 12), (fg.Eye(0.002, 1.0), 48)])
+def test_the_margin_is_widened_only_where_that_recovers_light(optics, margin: int) -> None:
+    angle = np.radians((0.1 if margin > 12 else 0.5) / 60)
+    own = own_blur(optics)
+    assert own is not None
+    assert _margin(own, angle) == margin
 
 
 def test_cones_are_optics_as_well() -> None:

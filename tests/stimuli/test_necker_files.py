@@ -13,7 +13,9 @@ from focalgradient import InputError
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
 from focalgradient.scenes import NeckerCube
+from focalgradient.scenes.necker import EDGES, SYMMETRY, edge_lengths
 from focalgradient.stimuli import make_necker
+from focalgradient.stimuli.cube_frames import wobbling
 
 CUBE = NeckerCube(size=math.radians(3), speed=0.5, line_width=math.radians(0.06))
 ASKED = {"size": 244, "frame_rate": 24.0, "aperture": 0.03}
@@ -133,3 +135,17 @@ def test_bad_input(tmp_path: Path, changed: dict, said: str) -> None:
 def test_lines_too_thin_for_the_pixels(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"line_width is 0\.599 pixels"):
         make_necker(tmp_path, NeckerCube(size=math.radians(3), speed=0.5, line_width=math.radians(1 / 60)), **ASKED)
+
+
+def test_the_nonrigid_example_tapers_and_shrinks_by_the_shares_that_are_stated() -> None:
+    cube = NeckerCube(tilt=0.0)
+    for quarter, (top, bottom, height) in enumerate(
+        [(0.7, 0.7, 1.0), (0.4, 1.0, 0.7), (0.7, 0.7, 0.4), (1.0, 0.4, 0.7)]
+    ):
+        lengths = edge_lengths(wobbling(cube, SYMMETRY * quarter / 4)) / cube.edge
+        middles = wobbling(cube, SYMMETRY * quarter / 4)[EDGES].mean(axis=1)[:, 1]
+        np.testing.assert_allclose(lengths[4:][middles[4:] < 0], top)  # y points down
+        np.testing.assert_allclose(lengths[4:][middles[4:] > 0], bottom)
+        assert np.ptp(wobbling(cube, SYMMETRY * quarter / 4)[:, 1]) == pytest.approx(height * cube.edge)
+    left, right = (wobbling(NeckerCube(tilt=0.0, direction=way), 0.25 / 3)[:, 0] for way in ("left", "right"))
+    assert not np.allclose(left, right)

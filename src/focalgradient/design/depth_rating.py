@@ -335,7 +335,7 @@ class DepthRatingDesign(Plan):
         if self.response_scale.intervals == 1:
             return tuple(listed)
         mirrored = self.place(participant).mirrored
-        first = self._first_halves(seen, self.draws(participant, session, "intervals"))
+        halves = self._first_halves(seen, self.draws(participant, session, "intervals"))
         own = self.draws(participant, session, "own intervals, mirrored" if mirrored else "own intervals")
         others = {
             group: iter(own.rounds((0, 1), len(listed))) for group in (("practice", False), ("main", True))
@@ -343,7 +343,7 @@ class DepthRatingDesign(Plan):
         return tuple(
             replace(
                 trial,
-                interval=1 + (first[trial.condition] + trial.repetition + mirrored) % 2
+                interval=1 + (halves[trial.condition] + trial.repetition + mirrored) % 2
                 if (trial.phase, trial.catch) not in others
                 else 1 + next(others[trial.phase, trial.catch]),
             )

@@ -43,8 +43,13 @@ FINE_BLUR_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
 """Spacing in pixels, and maximum number, of tabulated functions where only a few distinct blurs occur, as for frontal
 planes."""
 
-MARGIN_PX = 12
-"""Margin in pixels, in addition to 1.5 times the disc radius, of the tabulated blur functions."""
+MARGIN_PX, MAX_MARGIN_PX = 12, 96
+"""Margin in pixels, in addition to 1.5 times the disc radius, of the tabulated blur functions; and its maximum for
+aberrated or strongly magnified ones."""
+
+MAX_TRUNCATED, MIN_GAIN = 0.05, 1 / 3
+"""Maximum fraction of a point's energy, in focus, outside the margin; otherwise the margin is doubled, unless that
+recovers less than the second fraction of it, as with wide-angle scatter."""
 
 LENS_VISIBLE_PX = 3.0, 5.0
 """Disc radii in pixels between which a point spread function's width begins to reveal, and fully reveals, the lens's
@@ -264,17 +269,10 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
     steps = (
         FINE_BLUR_STEP_PX * fine if few else BLUR_STEP_PX * np.unique(np.rint(blurs / BLUR_STEP_PX).astype(np.int64))
     )
-    pictures = []
+    pictures, margin = [], _margin(own, pixel_angle)
     for blur in steps.tolist():
-        reach = math.ceil(1.5 * abs(blur)) + MARGIN_PX
-        # Padded, so that energy leaving the frame on one side does not wrap around to the other.
-        edge = reach // 2
-        side = 2 * (reach + edge) + 1
-        down = np.fft.fftfreq(side)[:, None] / pixel_angle
-        right = np.fft.rfftfreq(side)[None, :] / pixel_angle
         vergence = (blur / scale if scale else 0.0) + own.optics.focus_vergence
-        transfer = own.optical_transfer(down, right, vergence)
-        picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
+        picture = _point(own, vergence, math.ceil(1.5 * abs(blur)) + margin, pixel_angle)
         pictures.append(np.where(np.abs(picture) > MIN_FRACTION, picture, 0))
     largest = int(np.abs(steps).argmax())
     radius = abs(float(steps[largest]))
@@ -282,6 +280,32 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
     shows = min(max((radius - LENS_VISIBLE_PX[0]) / (LENS_VISIBLE_PX[1] - LENS_VISIBLE_PX[0]), 0.0), 1.0)
     lens = 1.0 if shows == 0 else 1 + shows * (lens_radius(pictures[largest], radius) - 1)
     return kernels_of(steps, pictures, lens)
+
+
+def _point(own: OwnBlur, vergence: float, reach: int, pixel_angle: float) -> NDArray[np.float64]:
+    """Return the image of a point at a vergence (D), up to `reach` pixels from its centre."""
+    # Padded, so that energy leaving the frame on one side does not wrap around to the other.
+    edge = reach // 2
+    side = 2 * (reach + edge) + 1
+    down = np.fft.fftfreq(side)[:, None] / pixel_angle
+    right = np.fft.rfftfreq(side)[None, :] / pixel_angle
+    transfer = own.optical_transfer(down, right, vergence)
+    return np.asarray(np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge])
+
+
+def _margin(own: OwnBlur, pixel_angle: float) -> int:
+    """Return the margin in pixels; that of a point in focus, as pictures must vary continuously with focus."""
+
+    def truncated(margin: int) -> float:
+        return 1 - float(_point(own, own.optics.focus_vergence, margin, pixel_angle).sum())
+
+    margin, lost = MARGIN_PX, truncated(MARGIN_PX)
+    while lost > MAX_TRUNCATED and margin < MAX_MARGIN_PX:
+        wider = truncated(2 * margin)
+        if wider > (1 - MIN_GAIN) * lost:
+            break
+        margin, lost = 2 * margin, wider
+    return margin
 
 
 def _checked(
