@@ -496,8 +496,9 @@ def test_further_answers_off_their_scale_are_seen(steps, given, told, tmp_path):
     design = Pinhole.model_validate({"scenes": ["a"], "repetitions": 1, "also": {"clear": asked}})
     with Session.begin(tmp_path / "data", design, "01", apparatus=APPARATUS) as session:
         for number, trial in enumerate(session.remaining()):
-            answer = {"onset": 30.0 * number, "rating": 1.0, "response_time": 2.0}
-            session.record(trial, Rated(**answer, clear=given if number == 2 else 3.0))
+            clear = given if number == 2 else 3.0
+            answer = {"onset": 30.0 * number, "rating": 1.0, "response_time": 2.0, "clear": clear}
+            session.record(trial, Rated(**answer))
     right = not steps and given == 2.5
     kind = "a whole number" if steps else "a number"
     sentence = f"trial 3: clear is {told}, but must be {kind} from 0 to 4."
