@@ -176,7 +176,7 @@ def make_report(
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
-    body += output.tables(provenance(root, found.parts, asked.used_bound, stated))
+    body += output.tables(provenance(root, found.parts, applied, asked.used_bound, stated))
     files = _files(found.title, body, output)
     for part in found.parts:
         files |= part.exports()

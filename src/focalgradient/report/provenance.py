@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -32,11 +32,6 @@ class Analysed(Protocol):
         """The data set; None for the user's own table."""
         ...
 
-    @property
-    def rules(self) -> tuple[str, ...]:
-        """Rules that the analysis goes by, as in `focalgradient.report.parts.Part`."""
-        ...
-
 
 def listed(
     file: str, caption: str, header: list[str], rows: Sequence[Sequence[str | float | None]], *, folded: bool = False
@@ -53,8 +48,10 @@ def _cell(value: str | float | None) -> str:
     return f"{value:.4g}".replace("-", "−") if isinstance(value, float) else str(value)
 
 
-def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stated) -> Iterator[Sheet]:
-    """Yield tables of the software, of the data set, and of its files with their hashes."""
+def provenance(
+    root: Path, parts: Sequence[Analysed], applied: Collection[str], bound: float, stated: Stated
+) -> Iterator[Sheet]:
+    """Yield tables of the software, of the data set with the rules `applied` to it, and of its files with hashes."""
     made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
     yield listed("versions.csv", "Analysed with", ["what", "version"], made)
     sidecars: dict[Files, Mapping[str, Any]] = {}
@@ -69,7 +66,6 @@ def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stat
         for sitting in sidecar.get("Sittings", ()):
             for name, value in sitting.get("Versions", {}).items():
                 facts.setdefault(f"recorded with {name}", {})[str(value)] = None
-    applied = {name for part in parts for name in part.rules}
     for name, value in asdict(stated.rules).items():
         if name in applied:
             facts[f"rule {name}"] = {"none" if value is None else str(value): None}

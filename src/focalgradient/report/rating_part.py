@@ -43,8 +43,8 @@ SCENES_CAPTION = (
 
 RESIDUALS = (
     "Assumptions. Left: each subject’s own effect by normal quantiles; the line and the grey band are those of normal "
-    "samples of that size and standard deviation (95 % at each rank). Middle and right: what is left of each subject "
-    "and scene, by normal quantiles and by fitted value."
+    "samples of that size and standard deviation (95 % at each rank). Middle and right: residuals of each subject and "
+    "scene, by normal quantiles and by fitted value."
 )
 
 ORDINAL_CAPTION = (

@@ -89,14 +89,12 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     df = y.size - 1
 
     def generalised(tau2: float) -> float:
-        weights = 1 / (se**2 + tau2)
-        return float(weights @ (y - weights @ y / weights.sum()) ** 2)
+        return float(_pooled(y, se, tau2)[2])
 
     q, most = generalised(0.0), 100 * (float(y.var()) + float((se**2).max()))
     tau2 = 0.0 if q <= df else float(optimize.brentq(lambda value: generalised(value) - df, 0.0, most))
-    weights = 1 / (se**2 + tau2)
-    mean = float(weights @ y / weights.sum())
-    error = math.sqrt(max(generalised(tau2) / df, 1.0) / float(weights.sum()))
+    mean, total, left = map(float, _pooled(y, se, tau2))
+    error = math.sqrt(max(left / df, 1.0) / total)
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * error
     low = high = None
     if df >= 2:
@@ -109,6 +107,14 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     )
 
 
+def _pooled(y: NDArray[np.float64], se: NDArray[np.float64], tau2: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+    """Return weighted mean, sum of the weights and generalised Q at each variance between sets (shape of `tau2`)."""
+    weights = 1 / (se**2 + np.asarray(tau2, float)[..., None])
+    total = weights.sum(axis=-1)
+    mean = (weights * y).sum(axis=-1) / total
+    return mean, total, (weights * (y - mean[..., None]) ** 2).sum(axis=-1)
+
+
 def _prediction(y: NDArray[np.float64], se: NDArray[np.float64]) -> tuple[float, float]:
     """Return the 95 % prediction interval of a new effect, which includes the uncertainty of the variance between sets.
 
@@ -118,16 +124,9 @@ def _prediction(y: NDArray[np.float64], se: NDArray[np.float64]) -> tuple[float,
     as the estimate is often 0; this one 92 to 100 % with 3 to 20 sets.
     """
     df, chance = y.size - 1, np.random.default_rng(SEED)
-
-    def pooled(tau2: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-        weights = 1 / (se**2 + tau2[:, None])
-        total = weights.sum(axis=1)
-        mean = (weights * y).sum(axis=1) / total
-        return mean, total, (weights * (y - mean[:, None]) ** 2).sum(axis=1)
-
     grid = np.append(0.0, np.geomspace(1e-4, 1e6, 800) * max(float(y.var()), float((se**2).min())))
-    tau2 = np.interp(-chance.chisquare(df, DRAWS), -pooled(grid)[2], grid)
-    mean, total, q = pooled(tau2)
+    tau2 = np.interp(-chance.chisquare(df, DRAWS), -_pooled(y, se, grid)[2], grid)
+    mean, total, q = _pooled(y, se, tau2)
     error = np.sqrt(np.maximum(q / df, 1) / total)
     new = mean + np.sqrt(tau2) * chance.standard_normal(DRAWS) + error * chance.standard_t(df, DRAWS)
     low, high = np.quantile(new, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
