@@ -94,7 +94,7 @@ ROOMS = {
         "statistics",
         "tasks",
     },
-    "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
+    "plotting": {"depth", "errors", "eye", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live"),
         *("memory", "optics"),

@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-import sys
 from pathlib import Path
 
 import cv2
@@ -11,16 +10,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from focalgradient.cli.accommodate import draw, target_of
 from focalgradient.cli.eye import eye
 from focalgradient.cli.program import Program
-from focalgradient.eye import Course
+from focalgradient.eye import Course, TargetMotion
+from focalgradient.plotting.eye import accommodation_figure
 
 
 @pytest.fixture(autouse=True)
 def place(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys.modules["focalgradient.cli.accommodate"], "DURATION_S", 3.0)
+    monkeypatch.setattr("focalgradient.eye.target_motion.DURATION_S", 3.0)
 
 
 def run(*args: str) -> Result:
@@ -46,16 +45,16 @@ def test_a_course_from_a_table():
 
 
 def test_short_forms():
-    step, sine = target_of("step:1,3,0.7"), target_of("sine:2,0.5,0.25")
+    step, sine = TargetMotion.parse("step:1,3,0.7"), TargetMotion.parse("sine:2,0.5,0.25")
     assert [step.at(t) for t in (0.6, 0.7)] == [1, 3]
     assert sine.at(3.0) == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize("form", ["sine:2,0.5,0.25", "step:1,3,0.77"])
 def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
-    target, times = target_of(form), np.arange(0, 2, 0.1)
+    target, times = TargetMotion.parse(form), np.arange(0, 2, 0.1)
     at = np.array([target.at(t) for t in times])
-    line = draw(Course(times, at, at, at, 0.1 + 0 * at), target).axes[0].lines[0]
+    line = accommodation_figure(Course(times, at, at, at, 0.1 + 0 * at), target.at, form).axes[0].lines[0]
     drawn = np.interp([0.25, 0.74, 0.80, 1.234], *line.get_data())
     assert line.get_drawstyle() == "default"
     assert drawn == pytest.approx([target.at(t) for t in (0.25, 0.74, 0.80, 1.234)], abs=1e-4)

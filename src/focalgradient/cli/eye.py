@@ -1,29 +1,31 @@
-"""``focalgradient eye``: depth of a scene as an eye could see it, by colour, by fluctuations of focus, or by both."""
+"""``focalgradient eye``: what an eye sees: depth of a scene from blur, image quality through focus, accommodation."""
 
 from __future__ import annotations
 
 import math
 import os
-import platform
+import re
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from importlib.metadata import version
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
-from focalgradient.cli.blur_eye import eye_of_file
-from focalgradient.cli.options import positive, shared_options, shared_work
-from focalgradient.cli.person import eye_off_axis, has_natural_pupil, is_person, person_eye, person_options
+from focalgradient.cli.blur_eye import eye_of
+from focalgradient.cli.options import options_named, positive, shared_options, shared_work
+from focalgradient.cli.person import description_of, has_natural_pupil, is_person, person_options
 from focalgradient.cli.program import (
+    announce,
     force_option,
     json_option,
     nothing_valid,
     progress,
+    resumable,
     show,
+    software_versions,
     summary_json,
     warnings_given,
     writable,
@@ -33,13 +35,8 @@ from focalgradient.errors import InputError, check_one_of
 from focalgradient.files import printable
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from focalgradient.depth import DepthMap
-    from focalgradient.eye import Band, Cones, Eye, Light, TimeCourse
+    from focalgradient.eye import Eye, Viewing
     from focalgradient.eye.accommodation import Cue
-    from focalgradient.render import Rendered
-    from focalgradient.scenes import Scene
 
 __all__ = ["eye"]
 
@@ -47,9 +44,6 @@ PIXEL_ANGLE = math.radians(1 / 60)
 """Pixel angle in radians: a minute of arc, about the resolution of the fovea."""
 
 SHAPE = (192, 256)
-VIEW_TIMES_S = (0.125, 0.375)
-"""Times of the two views in seconds: the extremes of an oscillation at 2 Hz, 250 ms apart."""
-
 PUPIL_MM = 4.0
 """Default diameter of the pupil in mm: usual in daylight, a choice."""
 
@@ -57,54 +51,44 @@ FRAMES = 16
 """Number of frames of the film, over one period of half a second."""
 
 NOISE, CORRELATION = 0.01, 0.95
-ASSUMED = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
 SAMPLES = 64
+PUPIL_MM_RANGE, FARTHEST = (0.1, 9.0), 40.0
+"""Diameters in mm and maximum eccentricity in degrees, as `focalgradient.eye.ranges` and `focalgradient.eye.off_axis`,
+without importing them."""
+
 NAMES = ("spheres", "slant", "step", "plane")
-MERIDIANS = ("temporal", "nasal")
-"""Sides of the visual field in which people's refraction was measured."""
-FARTHEST = 40.0
-"""Maximum eccentricity in degrees, as `focalgradient.eye.off_axis.FARTHEST`, without importing it."""
+"""Names of `focalgradient.scenes.SCENES_IN_DEPTH`, without importing them."""
+
 STAGES = 8
+SECONDS_PER_SECOND = 0.5
+"""Computing time per second of a course, on two cores."""
+
 CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "both"}
-"""Depth cue of an accommodating eye, by the name of the views."""
+"""Depth cue by the name of the views."""
 
-FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
-
-
-def _pupil(_: click.Context, __: click.Parameter, given: float | None) -> float | None:
-    if given is None:
-        return None
-    from focalgradient.eye.ranges import LARGEST_PUPIL, SMALLEST_PUPIL
-
-    smallest, largest = 1e3 * SMALLEST_PUPIL, 1e3 * LARGEST_PUPIL
-    if not smallest <= given <= largest:
-        raise InputError(
-            f"--pupil is {given:g}, but must be from {smallest:g} to {largest:g}: give the diameter in millimetres."
-        )
-    return given
+UNITS = {"refraction": "", "correction": "", "age": " years", "aberrations": "", "zones": "", "eye": ""}
+"""Settings that the title of a figure states, and their units."""
 
 
-def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float:
-    if not 0 <= given <= 10:
-        raise InputError(f"--accommodation is {given:g}, but must be between 0 and 10 dioptres.")
-    return given
+def _within(low: float, high: float, bounds: str) -> Callable[[click.Context, click.Parameter, float | None], Any]:
+    """Return an option's callback that raises `InputError` unless a number lies from `low` to `high`."""
 
+    def check(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
+        if given is not None and not low <= given <= high:
+            raise InputError(f"{option.opts[0]} is {given:g}, but must be {bounds.format(low, high)}.")
+        return given
 
-def _eccentricity(_: click.Context, __: click.Parameter, given: float | None) -> float | None:
-    if given is not None and not 0 <= given <= FARTHEST:
-        raise InputError(f"--eccentricity is {given:g}, but must be between 0 and {FARTHEST:g} degrees.")
-    return given
+    return check
 
 
 def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | None:
-    if scene is None or scene in NAMES:
-        return scene
-    if Path(scene).suffix or os.path.exists(scene):
+    if scene is not None and scene not in NAMES and (Path(scene).suffix or os.path.exists(scene)):
         raise InputError(
             f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}: give a picture of known depth to "
             "'focalgradient blur', and photographs that differ in aperture or focus to 'focalgradient depth'."
         )
-    check_one_of("SCENE", scene, NAMES)
+    if scene is not None:
+        check_one_of("SCENE", scene, NAMES)
     return scene
 
 
@@ -112,7 +96,11 @@ def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | No
 @click.argument("scene", metavar="[SCENE]", required=False, callback=_known)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
-    "--pupil", type=float, metavar="MM", callback=_pupil, help="Pupil diameter (mm).  [default: 4, or natural by age]"
+    "--pupil",
+    type=float,
+    metavar="MM",
+    callback=_within(*PUPIL_MM_RANGE, "from {:g} to {:g}: give the diameter in millimetres"),
+    help="Pupil diameter (mm).  [default: 4, or natural by age]",
 )
 @person_options
 @click.option(
@@ -133,13 +121,13 @@ def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | No
     "--eccentricity",
     type=float,
     metavar="DEG",
-    callback=_eccentricity,
+    callback=_within(0, FARTHEST, "between {:g} and {:g} degrees"),
     help="Degrees from the fovea: mean refraction and astigmatism there of emmetropes or, by --refraction, of myopes, "
     "and coma; a scene is resolved as by ganglion cells there.",
 )
 @click.option(
     "--meridian",
-    type=click.Choice(MERIDIANS),
+    type=click.Choice(["temporal", "nasal"]),
     help="Side of the visual field for --eccentricity.  [default: temporal]",
 )
 @click.option(
@@ -153,7 +141,7 @@ def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | No
     default=1.0,
     show_default=True,
     metavar="D",
-    callback=_accommodation,
+    callback=_within(0, 10, "between {:g} and {:g} dioptres"),
     help="Vergence in dioptres (1 / distance in m) that the eye focuses, as far as --refraction and --age allow.",
 )
 @click.option(
@@ -237,262 +225,233 @@ def eye(
       focalgradient eye spheres --out results --views both --pupil 4 --accommodation 1
       focalgradient eye --accommodate step:1,3 --views both --out results
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    start = time.perf_counter()
-    if pupil is None and not has_natural_pupil(person) and eye_file is None:
-        pupil = PUPIL_MM
-    given_place = _Place.of(eccentricity, meridian)
+    given = {"pupil": pupil, "eye_file": eye_file, **person}
+    if eccentricity is None and meridian is not None:
+        raise InputError("--meridian is the side of --eccentricity: give --eccentricity as well.")
+    for name, is_given in (("--accommodate", accommodate is not None), ("--through-focus", is_through_focus)):
+        if scene is not None and is_given:
+            raise InputError(f"SCENE {scene!r} and {name} are both given: leave out one.")
     if accommodate is not None:
-        if scene is not None:
-            raise InputError(f"SCENE {scene!r} and --accommodate are both given: leave out one.")
         if is_through_focus:
             raise InputError("--accommodate and --through-focus are both given: leave out one.")
-        if is_person(person) or illuminant != "D65" or eye_file is not None or given_place is not None or scatter:
+        if is_person(person) or illuminant != "D65" or eye_file is not None or eccentricity is not None or scatter:
             raise InputError(
                 "--accommodate simulates the fovea of a young eye without glasses in daylight: leave out --refraction, "
                 "--correction, --age, --luminance, --aberrations, --zones, --eye, --eccentricity, --scatter and "
                 "--illuminant."
             )
-        from focalgradient.cli.accommodate import accommodate as follow
-
-        follow(accommodate, out, pupil or PUPIL_MM, CUES[views], seed)
+        _accommodate(accommodate, out, PUPIL_MM if pupil is None else pupil, CUES[views], seed)
         return
-    light = _Light(illuminant, person["age"], scatter, given_place)
-    settings: dict[str, Any] = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
-    settings |= {name: value for name, value in person.items() if value is not None}
-    if eye_file is not None:
-        settings["eye"] = eye_file.name
-    if given_place is not None:
-        settings |= {"eccentricity_deg": given_place.eccentricity, "meridian": given_place.meridian}
-    if scatter:
-        settings["scatter"] = True
-    if is_through_focus:
-        if scene is not None:
-            raise InputError(f"SCENE {scene!r} and --through-focus are both given: leave out one.")
-        from focalgradient.cli.through_focus import through_focus
-
-        subject = _subject(person, pupil, eye_file, given_place, accommodation)
-        settings["pupil_mm"] = 1e3 * subject.pupil_diameter
-        through_focus(light.cones(subject, "luminance"), out, settings)
-        return
-    if scene is None:
+    if scene is None and not is_through_focus:
         raise InputError(
             f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
         )
-    writable(out, FILES)
-    with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
-        say("forming the views")
-        from focalgradient import recover_depth
-        from focalgradient.eye import Oscillation, score
-
-        subject = _subject(person, pupil, eye_file, given_place, accommodation)
-        course = Oscillation(amplitude)
-        world = _scene(scene, seed, accommodation)
-        names, cones, seen = _views(world, subject, course, views, seed, light, executor)
-        result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
-        say("filming")
-        film = _film(world, subject, course, seed, executor)
-        say("drawing")
-        figure = _views_figure(seen, names, result)
-        focus = _focus_figure(course, subject.accommodation, light, None if views == "bands" else VIEW_TIMES_S)
-        found = score(result.vergence, result.valid, seen[0].distance, subject.accommodation)
-
-    settings |= {
-        "scene": scene,
-        "pupil_mm": 1e3 * subject.pupil_diameter,
-        "views": views,
-        "amplitude_D": amplitude,
-        "seed": seed,
-    }
-    summary = _summary(settings, cones, found, result.details, given)
-    writers: dict[str, bytes | Callable[[Path], object]] = {
-        "views.png": figure.savefig,
-        "focus.png": focus.savefig,
-        "oscillation.mp4": lambda path: _write_film(path, film),
-        "depth.npz": result.save,
-        "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
-    }
-    write_set(out, writers, "summary.json")
-    written = [printable(out / name) for name in writers]
-    rejected = result.details.get("rejected")
-    side = f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus."
-    show(
-        summary | {"written": written},
-        *([] if rejected else [f"Median error: {found['median_error_D']:.3g} D", side]),
-        f"Valid pixels: {found['valid']:.1%}",
-        f"Written: {', '.join(written)}",
-    )
-    nothing_valid(rejected)
-
-
-def _views(
-    world: Scene, subject: Any, course: TimeCourse, views: str, seed: int, light: _Light, executor: Executor | None
-) -> tuple[list[str], list[Cones], list[Rendered]]:
-    """Return the view in each band and at each moment: its name, the cones, and the view."""
-    from focalgradient.eye import eye_views
-
-    moments = {"": subject}
-    if views != "bands":
-        eyes = subject.through(VIEW_TIMES_S, course)
-        moments = {f" at {1e3 * t:.0f} ms": one for t, one in zip(VIEW_TIMES_S, eyes, strict=True)}
-    bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
-    cones = {f"{band}{moment}": light.cones(one, band) for moment, one in moments.items() for band in bands}
-    how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
-    seen = eye_views(world, [*cones.values()], SHAPE, PIXEL_ANGLE, executor=executor, **how)
-    return [*cones], [*cones.values()], seen
-
-
-@dataclass(frozen=True)
-class _Place:
-    """Place in the visual field: degrees from the fovea, and the side."""
-
-    eccentricity: float
-    meridian: Literal["temporal", "nasal"]
-
-    @classmethod
-    def of(cls, eccentricity: float | None, meridian: str | None) -> _Place | None:
-        """Return the place of the options; None at the fovea."""
-        if eccentricity is None:
-            if meridian is not None:
-                raise InputError("--meridian is the side of --eccentricity: give --eccentricity as well.")
-            return None
-        return cls(eccentricity, "nasal" if meridian == "nasal" else "temporal")
-
-
-def _subject(
-    person: dict[str, Any], pupil: float | None, file: Path | None, place: _Place | None, accommodation: float
-) -> Eye:
-    """Return the eye of the options, as it is at the place in its field."""
-    if file is None:
-        subject = person_eye(person, pupil, accommodation)
-    elif pupil is not None or is_person(person):
+    if eye_file is not None and (pupil is not None or is_person(person)):
         raise InputError(
             "--eye describes the whole eye: leave out --pupil, --refraction, --correction, --age, --luminance, "
             "--aberrations and --zones."
         )
+    if pupil is None and not has_natural_pupil(person):
+        given["pupil"] = PUPIL_MM
+    settings: dict[str, Any] = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
+    settings |= {name: value for name, value in person.items() if value is not None}
+    settings |= {} if eye_file is None else {"eye": eye_file.name}
+    place: dict[str, Any] = (
+        {} if eccentricity is None else {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
+    )
+    settings |= place | ({"scatter": True} if scatter else {})
+
+    def subject() -> tuple[Eye, Viewing]:
+        from focalgradient.eye import Viewing
+
+        viewing = Viewing(illuminant, person["age"], scatter, **place)
+        seeing = viewing.off_axis(eye_of(given, accommodation), description_of(person).periphery)
+        settings["pupil_mm"] = 1e3 * seeing.pupil_diameter
+        return seeing, viewing
+
+    if scene is None:
+        _through_focus(subject, out, settings)
     else:
-        subject = eye_of_file(file, accommodation)
-    return subject if place is None else eye_off_axis(subject, person, place.eccentricity, place.meridian)
+        settings |= {"scene": scene, "views": views, "amplitude_D": amplitude, "seed": seed}
+        _depth(scene, subject, out, settings, workers, scheduler)
 
 
-@dataclass(frozen=True)
-class _Light:
-    """Light of the scene as transmitted by a lens of an `age` (years; None: that of the cone fundamentals).
-
-    `scatter` adds the light scattered in the eye, and `place` is that of the cones.
-    """
-
-    illuminant: str
-    age: float | None
-    scatter: bool
-    place: _Place | None
-
-    def of(self, band: Band) -> Light:
-        from focalgradient.eye import aged_light, band_light
-
-        caught = band_light(band, self.illuminant)
-        return caught if self.age is None else aged_light(caught, self.age)
-
-    def cones(self, subject: Any, band: Band) -> Cones:
-        from focalgradient.eye import Cones, Scatter, resolved_cpd
-        from focalgradient.eye.retina import S_FINEST_CPD
-
-        finest = S_FINEST_CPD if band == "S" else math.inf
-        if self.place is not None and band != "luminance":  # image quality is that of the optics
-            finest = min(finest, float(resolved_cpd(self.place.eccentricity, self.place.meridian)))
-        cones = Cones.in_light(subject, band, self.of(band), finest_cpd=finest)
-        if not self.scatter:
-            return cones
-        return replace(cones, scatter=Scatter() if self.age is None else Scatter(self.age))
-
-
-def _scene(name: str, seed: int, fixation: float) -> Scene:
-    """Return the scene of that name, centred on the fixation."""
-    from focalgradient.scenes import plane, slant, spheres, step
-
-    field = SHAPE[1] * PIXEL_ANGLE
-    nearer, farther = 1 / (fixation + 0.8), 1 / max(fixation - 0.6, 0.1)
-    if name == "slant":
-        return slant(nearer, farther, field, seed=seed)
-    if name == "step":
-        return step(nearer, farther, seed=seed)
-    return plane(farther, seed=seed) if name == "plane" else spheres(seed, field=field)
-
-
-def _summary(
+def _depth(
+    name: str,
+    subject: Callable[[], tuple[Eye, Viewing]],
+    out: Path,
     settings: dict[str, Any],
-    cones: list[Cones],
-    found: dict[str, float],
-    details: Mapping[str, Any],
-    warnings: list[str],
-) -> dict[str, Any]:
-    """Return the summary, except for the computing time."""
-    from focalgradient.eye.retina import S_FINEST_CPD
+    workers: int | None,
+    scheduler: str | None,
+) -> None:
+    """Recover the depth of a scene from the views of an eye, and write the results."""
+    start = time.perf_counter()
+    writable(out, ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json"))
+    seed, cue = settings["seed"], CUES[settings["views"]]
+    with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
+        say("forming the views")
+        from focalgradient import recover_depth
+        from focalgradient.eye import EXTREMES_S, Oscillation, accommodation_views, compared_views, score
+        from focalgradient.eye.retina import S_FINEST_CPD
+        from focalgradient.plotting.eye import eye_depth_figure, focus_figure
+        from focalgradient.scenes import scene_about
+        from focalgradient.video import write_light
 
-    return {
-        "simulated": True,
-        "settings": settings | ASSUMED | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
-        "focus_D": [one.focus_vergence for one in cones],
-        "found": found,
-        "details": details,
-        "warnings": warnings,
-        "versions": {name: version(name) for name in ("focalgradient", "numpy", "scipy")}
-        | {"python": platform.python_version()},
-    }
+        (seeing, viewing), course = subject(), Oscillation(settings["amplitude_D"])
+        scene = scene_about(name, settings["accommodation_D"], field=SHAPE[1] * PIXEL_ANGLE, seed=seed)
+        how: dict[str, Any] = {"seed": seed, "executor": executor}
+        seen = compared_views(
+            *(scene, seeing, cue, SHAPE, PIXEL_ANGLE),
+            viewing=viewing,
+            course=course,
+            correlation=CORRELATION,
+            noise=NOISE,
+            samples=SAMPLES,
+            **how,
+        )
+        named = {name: one.view for name, one in seen.items()}
+        result = recover_depth([*named.values()], progress=lambda share, words: say(words))
+        say("filming")
+        moments = (np.arange(FRAMES) / FRAMES / 2).tolist()
+        film = accommodation_views(scene, seeing, moments, course, SHAPE, PIXEL_ANGLE, wavelengths=1, samples=32, **how)
+        say("drawing")
+        truth = next(iter(seen.values())).distance
+        figure = eye_depth_figure(named, result, truth)
+        times = np.linspace(0, 1, 201)
+        focus = {
+            band: seeing.accommodation + course.at(times) - viewing.light(band).difference() for band in ("L+M", "S")
+        }
+        drawn = focus_figure(times, focus, () if cue == "bands" else EXTREMES_S)
+        found = score(result.vergence, result.valid, truth, seeing.accommodation)
+    assumed = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
+    rejected = result.details.get("rejected")
+    side = f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus."
+    _write(
+        out,
+        {
+            "views.png": figure.savefig,
+            "focus.png": drawn.savefig,
+            "oscillation.mp4": lambda path: write_light(
+                path, [one.view.image for one in film], 2 * FRAMES / 8, repeated=4
+            ),
+            "depth.npz": result.save,
+        },
+        {
+            "settings": settings | assumed | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
+            "focus_D": [view.optics.focus_vergence for view in named.values()],
+            "found": found,
+            "details": result.details,
+            "warnings": given,
+        },
+        start,
+        *([] if rejected else [f"Median error: {found['median_error_D']:.3g} D", side]),
+        f"Valid pixels: {found['valid']:.1%}",
+    )
+    nothing_valid(rejected)
 
 
-def _film(world: Scene, subject: Any, course: TimeCourse, seed: int, executor: Executor | None) -> list[Rendered]:
-    from focalgradient.eye import accommodation_views
+def _through_focus(subject: Callable[[], tuple[Eye, Viewing]], out: Path, settings: dict[str, Any]) -> None:
+    """Write the image quality of an eye in white light against the target's vergence."""
+    start = time.perf_counter()
+    writable(out, ("through_focus.png", "through_focus.csv", "summary.json"))
+    with warnings_given() as given:
+        from focalgradient.eye import image_quality, point_images
+        from focalgradient.eye.quality import PIXEL_ANGLE as POINT_ANGLE
+        from focalgradient.plotting.eye import through_focus_figure
 
-    times = (np.arange(FRAMES) / FRAMES / 2).tolist()
-    return accommodation_views(
-        world, subject, times, course, SHAPE, PIXEL_ANGLE, wavelengths=1, samples=32, seed=seed, executor=executor
+        seeing, viewing = subject()
+        cones = viewing.cones(seeing, "luminance")
+        quality = image_quality(cones)
+        images = point_images(cones, quality.best)
+        figure = through_focus_figure(quality, images, POINT_ANGLE, _stated(settings))
+    found = {"focus_D": cones.focus_vergence, **quality.summary()}
+    _write(
+        out,
+        {"through_focus.png": figure.savefig, "through_focus.csv": quality.to_csv().encode()},
+        {"settings": settings, "found": found, "warnings": given},
+        start,
+        f"Best focus: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
+        f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D",
     )
 
 
-def _write_film(path: Path, film: list[Rendered]) -> None:
-    """Write one period of the oscillation, repeated four times at an eighth of its speed."""
-    from focalgradient.video import Scale, VideoFile
+def _accommodate(target: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> None:
+    """Simulate accommodation to a target, and write the results."""
+    start = time.perf_counter()
+    from focalgradient.eye import Accommodation, Target, TargetMotion
+    from focalgradient.eye import accommodate as simulated
+    from focalgradient.eye.ranges import warn_if_artificial
 
-    white = float(np.percentile([one.view.image for one in film], 99.7))
-    ticks = tuple((value, f"{value:g}") for value in (0.0, 0.5, 1.0))
-    file = VideoFile(path, 2 * FRAMES / 8, SHAPE, Scale(0.0, 1.0, ticks, "light"))
-    try:
-        for one in film * 4:
-            file.write((one.view.image / white) ** (1 / 2.2), np.ones(SHAPE, np.bool_))
-    finally:
-        file.close()
+    with options_named({"motion": "--accommodate"}):
+        motion = TargetMotion.parse(target)
+    writable(out, ("course.csv", "course.png", "retina.mp4", "summary.json"), [motion.file] if motion.file else [])
+    seconds = SECONDS_PER_SECOND * motion.duration
+    with (
+        resumable("nothing was written.", lambda: announce(seconds, "Accommodating")) as say,
+        warnings_given() as given,
+    ):
+        say(0.0, "accommodating")
+        from focalgradient.plotting.eye import accommodation_figure
+        from focalgradient.video import write_frames
+
+        warn_if_artificial(1e-3 * pupil_mm)
+        eye = Accommodation(cue=cue, pupil_diameter=1e-3 * pupil_mm)
+        course = simulated(
+            motion.at, motion.duration, eye, seed=seed, progress=lambda share, words: say(0.9 * share, words)
+        )
+        say(0.9, "drawing")
+        figure = accommodation_figure(course, motion.at, motion.title)
+        film = Target(contrast=0.35).film(course.target, course.accommodation, eye.pupil_diameter, texture=seed)
+    settings = {
+        "target": motion.text,
+        "seconds": motion.duration,
+        "pupil_mm": pupil_mm,
+        "cue": cue,
+        "seed": seed,
+        "plant": asdict(eye.plant),
+        "pulse": asdict(eye.pulse) if eye.pulse else None,
+        "noise_of_mean": eye.noise,
+        "moments_per_second": eye.rate,
+    }
+    found = course.summary()
+    _write(
+        out,
+        {
+            "course.csv": course.to_csv().encode(),
+            "course.png": figure.savefig,
+            "retina.mp4": lambda path: write_frames(path, film, eye.rate),
+        },
+        {"settings": settings, "found": found, "warnings": given},
+        start,
+        f"Lag over the last two seconds: {found['lag_D']:.2f} D",
+        f"Error of the estimate, root mean square: {found['estimate_rms_error_D']:.2f} D; "
+        f"within two stated standard deviations: {found['estimate_within_2_sd']:.0%}",
+    )
 
 
-def _views_figure(seen: list[Rendered], names: list[str], result: DepthMap) -> Any:
-    """Draw the views, true and recovered depth, and the error."""
-    from focalgradient.plotting import depth_figure
+def _write(
+    out: Path,
+    files: Mapping[str, bytes | Callable[[Path], object]],
+    record: Mapping[str, Any],
+    start: float,
+    *lines: str,
+) -> None:
+    """Write the files and the summary of a simulation that began at `start`, and print the lines."""
+    summary = {"simulated": True, **record, "versions": software_versions("numpy", "scipy")}
+    content = summary_json(summary | {"seconds": time.perf_counter() - start})
+    write_set(out, {**files, "summary.json": content}, "summary.json")
+    written = [printable(out / name) for name in (*files, "summary.json")]
+    show(summary | {"written": written}, *lines, f"Written: {', '.join(written)}")
 
-    truth = seen[0].distance
-    finite = np.where(np.isfinite(truth), truth, np.nan)
-    figure = depth_figure([one.view for one in seen], result, names=names, truth=finite)
-    figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=8)
-    return figure
 
-
-def _focus_figure(course: TimeCourse, accommodation: float, light: _Light, moments: tuple[float, ...] | None) -> Any:
-    """Draw the focus of each cone class over a second, and the times of the views."""
-    from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
-
-    times = np.linspace(0, 1, 201)
-    with style():
-        figure = new_figure(120, 62, layout="constrained")
-        ax = figure.subplots()
-        colours: dict[Band, str] = {"L+M": ORANGE, "S": BLUE}
-        for band, colour in colours.items():
-            focus = accommodation + course.at(times) - light.of(band).difference()
-            ax.plot(1e3 * times, focus, color=colour)
-            ax.text(1010, focus[-1], f"{band} cones", color=colour, va="center")
-        for moment in moments or ():
-            ax.axvline(1e3 * moment, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
-        if moments:
-            between = accommodation - sum(light.of(band).difference() for band in colours) / 2
-            ax.text(1e3 * moments[1] + 12, between, "the views’ moments", color=GREY, va="center")
-        ax.set(xlim=(0, 1000), xlabel="time (ms)", ylabel="vergence in focus (D)")
-        ax.set_title("Focus of a simulated eye")
-        figure.draw_without_rendering()
-    return figure
+def _stated(settings: Mapping[str, Any]) -> Sequence[str]:
+    """Return the settings of the eye that the title states."""
+    stated = [f"pupil {settings['pupil_mm']:.1f} mm", f"light {settings['illuminant']}"]
+    stated.append(f"looking at {settings['accommodation_D']:g} D")
+    for name, unit in UNITS.items():
+        if (value := settings.get(name)) is not None:
+            words = f"{value:g}{unit}" if isinstance(value, float) else re.sub(r"-(?=\d)", "−", str(value))
+            stated.append(f"{name} {words}")
+    if "eccentricity_deg" in settings:
+        stated.append(f"at {settings['eccentricity_deg']:g}° in the {settings['meridian']} field")
+    return [*stated, "scatter CIE"] if settings.get("scatter") else stated

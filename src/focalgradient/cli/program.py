@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import platform
 import re
 import signal
 import sys
@@ -14,6 +15,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
@@ -45,6 +47,7 @@ __all__ = [
     "progress",
     "resumable",
     "show",
+    "software_versions",
     "strict",
     "summary_json",
     "warnings_given",
@@ -413,6 +416,11 @@ def summary_json(content: Mapping[str, Any]) -> bytes:
     """Return a summary as strict JSON in UTF-8, whatever file names it contains."""
     text = json.dumps(strict(content), indent=2, allow_nan=False, ensure_ascii=False)
     return (text + "\n").encode("utf-8", "backslashreplace")
+
+
+def software_versions(*packages: str) -> dict[str, str]:
+    """Return the versions of this package, of other `packages` and of Python, for a summary."""
+    return {name: version(name) for name in ("focalgradient", *packages)} | {"python": platform.python_version()}
 
 
 def _refuse_data_set(out: Path) -> None:

@@ -18,6 +18,7 @@ from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chro
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.cone_density import cone_density, cone_nyquist_cpd
+from focalgradient.eye.description import EyeDescription, read_eye
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fixation import FixationalMovements
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
@@ -45,7 +46,7 @@ from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.prior import EyePrior, learn_chromatic_scale, recover_eye_depth
 from focalgradient.eye.pulse import Pulse, PulsedPlant
-from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality
+from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality, point_images
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
@@ -54,10 +55,12 @@ from focalgradient.eye.score import score
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.eye.spectral_image import retinal_spectra, scene_spectra
 from focalgradient.eye.target import Target
+from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.two_eyes import TwoEyes
 from focalgradient.eye.typical import typical_aberrations
+from focalgradient.eye.viewing import EXTREMES_S, Viewing, compared_views
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 from focalgradient.eye.zones import ZonedLens
@@ -65,6 +68,7 @@ from focalgradient.eye.zones import ZonedLens
 __all__ = [
     "CORRECTIONS",
     "EMMETROPES",
+    "EXTREMES_S",
     "MYOPES",
     "REFERENCE_NM",
     "SCHEMATIC",
@@ -79,6 +83,7 @@ __all__ = [
     "Correction",
     "Course",
     "Eye",
+    "EyeDescription",
     "EyePrior",
     "FixationalMovements",
     "GaussianFit",
@@ -104,10 +109,12 @@ __all__ = [
     "SpectralPicture",
     "Stimulus",
     "Target",
+    "TargetMotion",
     "ThroughFocus",
     "TimeCourse",
     "Track",
     "TwoEyes",
+    "Viewing",
     "ZernikePopulation",
     "ZonedLens",
     "accommodate",
@@ -124,6 +131,7 @@ __all__ = [
     "chromatic_difference",
     "chromatic_stimulus",
     "chromatic_wavelength",
+    "compared_views",
     "cone_catches",
     "cone_density",
     "cone_fundamentals",
@@ -151,9 +159,11 @@ __all__ = [
     "osa_index",
     "osa_order",
     "parts_needed",
+    "point_images",
     "point_spread",
     "pupil_transfer",
     "push_up_amplitude",
+    "read_eye",
     "read_isetbio",
     "read_zernike",
     "recover_eye_depth",

@@ -192,6 +192,26 @@ class Course:
         answer, stimulus = (complex(a, -b) for a, b in fits[:2].T)
         return answer / stimulus
 
+    def summary(self) -> dict[str, float]:
+        """Return the `lag`, the estimate's error (root mean square), and how often it is below 2 standard deviations.
+
+        >>> rows = np.array([[1.0, 1.0], [0.5, 1.0], [1.2, 0.8], [0.09, 0.2]])
+        >>> {name: round(value, 2) for name, value in Course(np.arange(2.0), *rows).summary().items()}
+        {'lag_D': 0.25, 'estimate_rms_error_D': 0.2, 'estimate_within_2_sd': 0.5}
+        """
+        error = self.estimate - self.target
+        return {
+            "lag_D": self.lag(),
+            "estimate_rms_error_D": float(np.sqrt(np.mean(error**2))),
+            "estimate_within_2_sd": float(np.mean(np.abs(error) < 2 * self.estimate_sd)),
+        }
+
+    def to_csv(self) -> str:
+        """Return a CSV table with one row for each moment."""
+        columns = (self.times, self.target, self.accommodation, self.estimate, self.estimate_sd)
+        rows = [",".join(f"{value:.4f}" for value in row) for row in zip(*columns, strict=True)]
+        return "\n".join(["time_s,target_D,accommodation_D,estimate_D,estimate_sd_D", *rows, ""])
+
 
 def accommodate(
     target: Callable[[float], float],

@@ -7,6 +7,7 @@ objective refraction from wavefront aberrations", J. Vis. 4, 329).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from focalgradient.eye.diffraction import optical_transfer
 from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.retina import Cones
 
-__all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality"]
+__all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality", "point_images"]
 
 FloatArray = NDArray[np.float64]
 
@@ -29,6 +30,14 @@ RADII, ANGLES = 40, 12
 """Number of frequencies along a radius and of directions over half a circle (of isotropic blur one suffices) in the sum
 of the visual Strehl ratio: twice as many change it by less than 1e-6, and the modulation by 1e-3 (an eye with coma and
 astigmatism)."""
+
+
+SPAN, STEP = 2.0, 0.05
+"""Range in dioptres beyond the foci of the eye and of its lens's zones, and step of the vergences."""
+
+PIXEL_ANGLE = math.radians(0.2 / 60)
+"""Visual angle in radians of a pixel of a point's image: frequencies up to 150 cycles per degree, near the cut-off of a
+pupil of 5 mm."""
 
 
 def contrast_sensitivity(frequency_cpd: ArrayLike) -> FloatArray:
@@ -78,8 +87,34 @@ class ThroughFocus:
         ends = max(self.visual_strehl[0], self.visual_strehl[-1])
         return bool(ends >= share * self.visual_strehl.max())
 
+    def summary(self) -> dict[str, float | bool]:
+        """Return the best vergence, the visual Strehl ratio there, and the `depth_of_focus`.
 
-def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike = (4.0, 8.0, 16.0)) -> ThroughFocus:
+        >>> found = ThroughFocus(np.arange(3.0), np.empty(0), np.empty((3, 0)), np.array([0.1, 0.8, 0.1]))
+        >>> {name: round(value, 2) for name, value in found.summary().items()}
+        {'best_D': 1.0, 'visual_strehl': 0.8, 'depth_of_focus_D': 0.46, 'depth_of_focus_is_cut_off': 0}
+        """
+        return {
+            "best_D": self.best,
+            "visual_strehl": float(self.visual_strehl.max()),
+            "depth_of_focus_D": self.depth_of_focus(),
+            "depth_of_focus_is_cut_off": self.is_cut_off(),
+        }
+
+    def to_csv(self) -> str:
+        """Return a CSV table with one row for each vergence."""
+        head = ["vergence_D", "visual_strehl", *(f"mtf_{f:g}_cpd" for f in self.frequency_cpd)]
+        values = np.column_stack([self.visual_strehl, self.mtf])
+        rows = [
+            ",".join([f"{vergence:.2f}", *(f"{value:.4f}" for value in row)])
+            for vergence, row in zip(self.vergences, values, strict=True)
+        ]
+        return "\n".join([",".join(head), *rows, ""])
+
+
+def image_quality(
+    cones: Cones, vergences: ArrayLike | None = None, frequency_cpd: ArrayLike = (4.0, 8.0, 16.0)
+) -> ThroughFocus:
     """Compute the image quality of points at each of `vergences` (D), as seen by `cones`.
 
     Parameters
@@ -87,7 +122,7 @@ def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike =
     cones
         An eye in the light of a band; "luminance" for what people see of white.
     vergences
-        L values, in order.
+        L values, in order; None: every 0.05 D, to 2 D beyond the focus of the eye and of each zone of its lens.
     frequency_cpd
         F frequencies in cycles per degree at which the modulation is given.
 
@@ -105,6 +140,10 @@ def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike =
     (1.0, 1.0, [0.96, 0.92, 0.83])
     """
     check_kind("cones", cones, Cones, 'give Cones.of(eye, "luminance")')
+    if vergences is None:
+        low, high = _additions(cones)
+        ends = round((low - SPAN) / STEP), round((high + SPAN) / STEP)
+        vergences = round(cones.focus_vergence / STEP) * STEP + STEP * np.arange(ends[0], ends[1] + 1)
     levels = check_finite("vergences", vergences, "dioptres")
     if levels.ndim != 1 or levels.size < 2 or np.any(np.diff(levels) <= 0):
         raise InputError("vergences must be two or more numbers, each above the one before: sort them.")
@@ -122,3 +161,49 @@ def image_quality(cones: Cones, vergences: ArrayLike, frequency_cpd: ArrayLike =
     real = seen[:, :, shown.size :].real.mean(axis=1)
     strehl = real @ weight / float(np.asarray(clear).real @ weight)
     return ThroughFocus(levels, shown, np.abs(seen[:, :, : shown.size]).mean(axis=1), np.asarray(strehl))
+
+
+def point_images(
+    cones: Cones, vergence: float, *, side: int = 160, pixel_angle: float = PIXEL_ANGLE
+) -> dict[float, FloatArray]:
+    """Return five images of a point about a `vergence` (D), by their distance from it in dioptres, positive nearer.
+
+    They lie 0.5 D apart or, through a lens with zones of different power, over its additions.
+
+    Parameters
+    ----------
+    cones
+        Optics of the images.
+    vergence
+        Vergence of the best focus in dioptres.
+    side, pixel_angle
+        Pixels across an image, and the visual angle in radians of one.
+
+    Returns
+    -------
+    dict
+        Images of side x side pixels; all light of a point has a sum of 1.
+
+    Examples
+    --------
+    >>> from focalgradient.eye.model_eye import Eye
+    >>> images = point_images(Cones(Eye(0.003, 1.0), "luminance", (580.0,)), 1.0)
+    >>> [*images], images[0.0].shape, round(float(images[0.0].sum()), 2)
+    ([-1.0, -0.5, 0.0, 0.5, 1.0], (160, 160), 0.99)
+    """
+    low, high = _additions(cones)
+    spacing = np.linspace(low, high, 5) if low < high else np.linspace(-1, 1, 5)
+    whole = 2 * side  # light beyond the picture's border must not wrap around
+    down, right = np.fft.fftfreq(whole, pixel_angle)[:, None], np.fft.rfftfreq(whole, pixel_angle)[None]
+    inner = slice((whole - side) // 2, (whole + side) // 2)
+    images = {}
+    for change in spacing.round(2).tolist():
+        seen = cones.optical_transfer(down, right, vergence + change)
+        images[change] = np.fft.fftshift(np.fft.irfft2(seen, (whole, whole)))[inner, inner]
+    return images
+
+
+def _additions(cones: Cones) -> tuple[float, float]:
+    """Return the lowest and the highest addition (D) of the eye's lens and of the eye itself."""
+    foci = (0.0, *(() if cones.eye.lens is None else cones.eye.lens.additions))
+    return min(foci), max(foci)

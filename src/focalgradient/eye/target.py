@@ -22,6 +22,10 @@ from focalgradient.view import View
 __all__ = ["BandOptics", "Target"]
 
 
+PRIMARIES_NM = (610.0, 550.0, 465.0)
+"""Wavelengths in nm of red, green and blue: about the peaks of displays' primaries."""
+
+
 class BandOptics(Optics, Protocol):
     """Optics of one waveband with a known transfer, such as `Cones`."""
 
@@ -128,6 +132,50 @@ class Target:
             image = image + noise * random.standard_normal(self.shape)
             views.append(View(image, (seen_as or cones)[number], self.pixel_angle))
         return views
+
+    def film(
+        self,
+        vergences: ArrayLike,
+        accommodation: ArrayLike,
+        pupil_diameter: float,
+        *,
+        texture: int = 0,
+        enlarged: int = 5,
+    ) -> list[NDArray[np.uint8]]:
+        """Return the retinal image of the target, grey in white light, at every moment of a course, in colour.
+
+        Parameters
+        ----------
+        vergences, accommodation
+            Vergence of the target and of the plane in focus at each moment, in dioptres.
+        pupil_diameter
+            Metres.
+        texture
+            Index of the place fixated.
+        enlarged
+            Factor by which the frames are larger than the patch of retina.
+
+        Returns
+        -------
+        list
+            8-bit frames, H x W x 3, with twice the mean light as white and a gamma of 2.2.
+
+        Examples
+        --------
+        >>> Target(contrast=0.35).film([1.0], [1.5], 0.004)[0].shape
+        (320, 320, 3)
+        """
+        from focalgradient.eye.model_eye import Eye
+        from focalgradient.eye.retina import Cones
+
+        frames, unused = [], np.random.default_rng(0)
+        for vergence, focus in np.column_stack([vergences, accommodation]).tolist():
+            cones = [Cones(Eye(pupil_diameter, focus), "L+M", (nm,)) for nm in PRIMARIES_NM]
+            views = self.views(cones, vergence, noise=0.0, random=unused, texture=texture)
+            light = np.clip(np.stack([view.image for view in views], axis=-1) / 2, 0, 1) ** (1 / 2.2)
+            small = np.rint(255 * light).astype(np.uint8)
+            frames.append(small.repeat(enlarged, axis=0).repeat(enlarged, axis=1))
+        return frames
 
     @property
     def frequency(self) -> NDArray[np.float64]:

@@ -65,6 +65,28 @@ class ZonedLens:
                 "diameters must grow from zone to zone up to 0.02, additions be within 10: give metres and dioptres."
             )
 
+    @classmethod
+    def parse(cls, zones: str) -> ZonedLens:
+        """Parse zones written as "MM:D,...": outer diameters in millimetres and added powers in dioptres.
+
+        >>> ZonedLens.parse("2:2,8:0")
+        ZonedLens(diameters=(0.002, 0.008), additions=(2.0, 0.0))
+        """
+        try:
+            pairs = [(float(mm), float(power)) for mm, power in (zone.split(":") for zone in zones.split(","))]
+        except ValueError:
+            raise InputError(
+                f"zones is {zones!r}, but must be outer diameters in millimetres and added powers in dioptres, from "
+                "the centre outwards, such as 2:2,8:0."
+            ) from None
+        try:
+            return cls(tuple(1e-3 * mm for mm, _ in pairs), tuple(power for _, power in pairs))
+        except InputError:
+            raise InputError(
+                f"zones is {zones!r}, but diameters must be positive and increase up to 20 mm, and powers must be "
+                "within 10 D."
+            ) from None
+
     def power(self, radius: object) -> FloatArray:
         """Return the added power in dioptres at a `radius` (m, any shape)."""
         zone = np.searchsorted(np.asarray(self.diameters) / 2, np.asarray(radius, dtype=float))

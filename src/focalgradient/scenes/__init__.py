@@ -7,7 +7,7 @@ optics and pixels, so that views through two lenses show the same scene.
 from focalgradient.scenes.bottle import bottle
 from focalgradient.scenes.factories import plane, slant, spheres, step
 from focalgradient.scenes.landscape import terrain
-from focalgradient.scenes.named import SCENES, scene
+from focalgradient.scenes.named import SCENES, SCENES_IN_DEPTH, scene, scene_about
 from focalgradient.scenes.naturalistic import naturalistic
 from focalgradient.scenes.necker import NeckerCube, departure_from_rigid
 from focalgradient.scenes.objects import Mark, Mesh, Plane, Scene, Sky, Sphere
@@ -16,6 +16,7 @@ from focalgradient.scenes.texture import Texture
 
 __all__ = [
     "SCENES",
+    "SCENES_IN_DEPTH",
     "Mark",
     "Mesh",
     "NeckerCube",
@@ -30,6 +31,7 @@ __all__ = [
     "plane",
     "room",
     "scene",
+    "scene_about",
     "slant",
     "spheres",
     "step",

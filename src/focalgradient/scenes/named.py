@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from focalgradient.errors import InputError, check_seed, described
+from focalgradient.errors import InputError, check_number, check_one_of, check_seed, described
 from focalgradient.scenes.bottle import bottle
-from focalgradient.scenes.factories import plane, slant, step
+from focalgradient.scenes.factories import plane, slant, spheres, step
 from focalgradient.scenes.landscape import terrain
 from focalgradient.scenes.naturalistic import naturalistic
 from focalgradient.scenes.objects import Scene
 from focalgradient.scenes.room import room
 
-__all__ = ["SCENES", "scene"]
+__all__ = ["SCENES", "SCENES_IN_DEPTH", "scene", "scene_about"]
 
 SCENES: dict[str, tuple[Callable[[int], Scene], float]] = {
     "spheres": (naturalistic, 0.35),
@@ -43,3 +43,42 @@ def scene(name: str, seed: int = 0) -> Scene:
         raise InputError(f"scene is {described(name)}, but must be one of {', '.join(SCENES)}.")
     check_seed(seed)
     return SCENES[name][0](seed)
+
+
+SCENES_IN_DEPTH = ("spheres", "slant", "step", "plane")
+"""Names of `scene_about`."""
+
+
+def scene_about(name: str, vergence: float, *, field: float = 0.1, seed: int = 0) -> Scene:
+    """Return one of `SCENES_IN_DEPTH` with surfaces nearer and farther than a fixation.
+
+    Parameters
+    ----------
+    name
+        "spheres" at 0.6 to 3 m; "slant" and "step" from 0.8 D nearer to 0.6 D farther than the fixation; "plane", 0.6 D
+        farther. The farthest distance is 10 m.
+    vergence
+        Vergence of the fixation in dioptres.
+    field
+        Width of the frame as a tangent: number of columns x pixel angle.
+    seed
+        Random seed.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or a number is out of its range.
+
+    Examples
+    --------
+    >>> len(scene_about("step", 1.0).objects)
+    2
+    """
+    check_one_of("name", name, SCENES_IN_DEPTH)
+    check_number("vergence", vergence, "dioptres", least=0)
+    near, far = 1 / (vergence + 0.8), 1 / max(vergence - 0.6, 0.1)
+    if name == "slant":
+        return slant(near, far, field, seed=seed)
+    if name == "step":
+        return step(near, far, seed=seed)
+    return plane(far, seed=seed) if name == "plane" else spheres(seed, field=field)

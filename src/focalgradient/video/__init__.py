@@ -8,7 +8,7 @@ import os
 # Decoding errors are reported as skipped frames, not on standard error; OpenCV reads this variable once.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
-from focalgradient.video.depth_video import Scale, ValuesFile, VideoFile
+from focalgradient.video.depth_video import Scale, ValuesFile, VideoFile, write_light
 from focalgradient.video.pairing import PLAIN, Pair, alternation, pairs
 from focalgradient.video.reading import Frame, Skipped, Source, ahead, check_frames, luminance, read_movie
 from focalgradient.video.writing import check_ending, save_movie, write_frames
@@ -31,4 +31,5 @@ __all__ = [
     "read_movie",
     "save_movie",
     "write_frames",
+    "write_light",
 ]

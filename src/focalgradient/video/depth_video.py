@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from focalgradient.errors import InputError
 from focalgradient.video.reading import check_frames
 from focalgradient.video.writing import CODECS, check_ending
 
-__all__ = ["Scale", "ValuesFile", "VideoFile"]
+__all__ = ["Scale", "ValuesFile", "VideoFile", "write_light"]
 
 OMITTED_DARK_COLOURS = 40
 """Number of colours omitted at the dark end of the colour map, to distinguish it from missing values (black)."""
@@ -39,6 +40,11 @@ class Scale:
         values = np.linspace(far, near, 5)
         labels = ["inf" if value <= 0 else f"{1 / value:.3g}" for value in values]
         return cls(far, near, tuple(zip(values.tolist(), labels, strict=True)), "distance, m")
+
+    @classmethod
+    def of_light(cls) -> Scale:
+        """Return a scale of encoded light from 0 to 1."""
+        return cls(0.0, 1.0, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")), "light")
 
     @classmethod
     def of_disparity(cls) -> Scale:
@@ -100,6 +106,35 @@ class VideoFile:
         """Close the file and verify it with `check_frames`."""
         self._writer.release()
         check_frames(self._path, self._frames)
+
+
+def write_light(path: Path, images: Sequence[NDArray[np.floating]], fps: float, *, repeated: int = 1) -> None:
+    """Write linear radiance as colour video.
+
+    Parameters
+    ----------
+    path
+        Output path; its extension determines the file format.
+    images
+        Frames of one shape, H x W: with the 99.7th percentile of all as white and a gamma of 2.2.
+    fps
+        Frames per second.
+    repeated
+        Number of times that the frames are shown one after another.
+
+    Raises
+    ------
+    InputError
+        If the extension is not supported, or the encoder fails.
+    """
+    white = float(np.percentile(np.asarray(images), 99.7))
+    shape = images[0].shape
+    file = VideoFile(path, fps, (shape[0], shape[1]), Scale.of_light())
+    try:
+        for image in [*images] * repeated:
+            file.write((image / white) ** (1 / 2.2), np.ones(shape, np.bool_))
+    finally:
+        file.close()
 
 
 class ValuesFile:
