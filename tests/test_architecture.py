@@ -33,8 +33,8 @@ ROOMS = {
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {
-        *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "render", "scenes"),
-        "view",
+        *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities"),
+        *("render", "scenes", "view"),
     },
     "binocular": {"errors", "files", "optics", "progress", "render", "scenes", "view"},
     "srgb": set(),

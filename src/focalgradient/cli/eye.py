@@ -7,20 +7,19 @@ import os
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import click
 import numpy as np
 
-from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import options_named, positive, shared_options, shared_work
-from focalgradient.cli.person import description_of, has_natural_pupil, is_person, person_options
+from focalgradient.cli.generate import File, Folder, command, options_named
+from focalgradient.cli.groups import Work, Workers
+from focalgradient.cli.person import Person, described_eye
 from focalgradient.cli.program import (
     announce,
-    force_option,
-    json_option,
     nothing_valid,
     progress,
     resumable,
@@ -33,9 +32,10 @@ from focalgradient.cli.program import (
 )
 from focalgradient.errors import InputError, check_one_of
 from focalgradient.files import printable
+from focalgradient.quantities import DIOPTRES
 
 if TYPE_CHECKING:
-    from focalgradient.eye import Eye, Viewing
+    from focalgradient.eye import Eye, TargetMotion, Viewing
     from focalgradient.eye.accommodation import Cue
 
 __all__ = ["eye"]
@@ -52,10 +52,6 @@ FRAMES = 16
 
 NOISE, CORRELATION = 0.01, 0.95
 SAMPLES = 64
-PUPIL_MM_RANGE, FARTHEST = (0.1, 9.0), 40.0
-"""Diameters in mm and maximum eccentricity in degrees, as `focalgradient.eye.ranges` and `focalgradient.eye.off_axis`,
-without importing them."""
-
 NAMES = ("spheres", "slant", "step", "plane")
 """Names of `focalgradient.scenes.SCENES_IN_DEPTH`, without importing them."""
 
@@ -69,134 +65,67 @@ CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "bot
 UNITS = {"refraction": "", "correction": "", "age": " years", "aberrations": "", "zones": "", "eye": ""}
 """Settings that the title of a figure states, and their units."""
 
+SCENE_FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
+COURSE_FILES = ("course.csv", "course.png", "retina.mp4", "summary.json")
+QUALITY_FILES = ("through_focus.png", "through_focus.csv", "summary.json")
 
-def _within(low: float, high: float, bounds: str) -> Callable[[click.Context, click.Parameter, float | None], Any]:
-    """Return an option's callback that raises `InputError` unless a number lies from `low` to `high`."""
 
-    def check(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
-        if given is not None and not low <= given <= high:
-            raise InputError(f"{option.opts[0]} is {given:g}, but must be {bounds.format(low, high)}.")
+@dataclass(frozen=True)
+class _Result:
+    """Contents of the files, entries of the summary, and lines printed."""
+
+    files: Mapping[str, bytes | Callable[[Path], object]]
+    record: Mapping[str, Any]
+    lines: Sequence[str]
+
+
+def _within(low: float, high: float, bounds: str) -> Callable[[str, float], float]:
+    """Return a function that raises `InputError` unless an option's number lies from `low` to `high`."""
+
+    def check(option: str, given: float) -> float:
+        if not low <= given <= high:
+            raise InputError(f"{option} is {given:g}, but must be {bounds}.")
         return given
 
     return check
 
 
-def _known(_: click.Context, __: click.Parameter, scene: str | None) -> str | None:
-    if scene is not None and scene not in NAMES and (Path(scene).suffix or os.path.exists(scene)):
+pupil_mm = _within(0.1, 9, "from 0.1 to 9: give the diameter in millimetres")
+vergence = _within(0, 10, "between 0 and 10 dioptres")
+degrees = _within(0, 40, "between 0 and 40 degrees")
+
+
+def known(_: str, scene: str) -> str:
+    """Raise `InputError` unless a scene is one of `NAMES`."""
+    if scene not in NAMES and (Path(scene).suffix or os.path.exists(scene)):
         raise InputError(
             f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}: give a picture of known depth to "
             "'focalgradient blur', and photographs that differ in aperture or focus to 'focalgradient depth'."
         )
-    if scene is not None:
-        check_one_of("SCENE", scene, NAMES)
+    check_one_of("SCENE", scene, NAMES)
     return scene
 
 
-@click.command(short_help="Estimate depth from blur as an eye could.")
-@click.argument("scene", metavar="[SCENE]", required=False, callback=_known)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@click.option(
-    "--pupil",
-    type=float,
-    metavar="MM",
-    callback=_within(*PUPIL_MM_RANGE, "from {:g} to {:g}: give the diameter in millimetres"),
-    help="Pupil diameter (mm).  [default: 4, or natural by age]",
-)
-@person_options
-@click.option(
-    "--illuminant",
-    default="D65",
-    show_default=True,
-    metavar="NAME",
-    help='Illuminant of the scene: D65, A, E, LED-B1 or another by the CIE, or a black body such as "3000 K".',
-)
-@click.option(
-    "--eye",
-    "eye_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help='Instead of --pupil: a measured eye (TOML), with pupil_mm and zernike = "TABLE.csv" or aberrations.',
-)
-@click.option(
-    "--eccentricity",
-    type=float,
-    metavar="DEG",
-    callback=_within(0, FARTHEST, "between {:g} and {:g} degrees"),
-    help="Degrees from the fovea: mean refraction and astigmatism there of emmetropes or, by --refraction, of myopes, "
-    "and coma; a scene is resolved as by ganglion cells there.",
-)
-@click.option(
-    "--meridian",
-    type=click.Choice(["temporal", "nasal"]),
-    help="Side of the visual field for --eccentricity.  [default: temporal]",
-)
-@click.option(
-    "--scatter",
-    is_flag=True,
-    help="Include the light scattered in the eye (CIE 146:2002), by --age if given, otherwise of 25 years.",
-)
-@click.option(
-    "--accommodation",
-    type=float,
-    default=1.0,
-    show_default=True,
-    metavar="D",
-    callback=_within(0, 10, "between {:g} and {:g} dioptres"),
-    help="Vergence in dioptres (1 / distance in m) that the eye focuses, as far as --refraction and --age allow.",
-)
-@click.option(
-    "--views",
-    type=click.Choice(["bands", "oscillation", "both"]),
-    default="bands",
-    show_default=True,
-    help="Views: bands, L and M cones and S cones at one moment; oscillation, L and M cones at two moments; or both.",
-)
-@click.option(
-    "--amplitude",
-    type=float,
-    default=0.25,
-    show_default=True,
-    metavar="D",
-    callback=positive(" of dioptres"),
-    help="Amplitude of the oscillation of focus, in dioptres: from the mean to an extreme.",
-)
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Random seed of scene and noise."
-)
-@click.option(
-    "--accommodate",
-    metavar="TARGET",
-    help="Instead of SCENE: the eye focuses a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
-    "or sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.",
-)
-@click.option(
-    "--through-focus",
-    "is_through_focus",
-    is_flag=True,
-    help="Instead of SCENE: modulation transfer, visual Strehl ratio and point-spread functions by the target's "
-    "vergence.",
-)
-@shared_options
-@force_option
-@json_option
+@command("Estimate depth from blur as an eye could.")
 def eye(
-    scene: str | None,
-    out: Path,
-    pupil: float | None,
-    accommodation: float,
-    views: str,
-    amplitude: float,
-    seed: int,
-    accommodate: str | None,
-    illuminant: str,
-    is_through_focus: bool,
-    eye_file: Path | None,
-    eccentricity: float | None,
-    meridian: str | None,
-    scatter: bool,
-    workers: int | None,
-    scheduler: str | None,
-    **person: Any,
+    scene: Annotated[str | None, known, "[SCENE]"] = None,
+    /,
+    *,
+    out: Folder,
+    pupil: Annotated[float | None, pupil_mm, "MM"] = None,
+    person: Person,
+    illuminant: Annotated[str, "NAME"] = "D65",
+    eye_file: Annotated[File | None, "--eye"] = None,
+    eccentricity: Annotated[float | None, degrees, "DEG"] = None,
+    meridian: Literal["temporal", "nasal"] | None = None,
+    scatter: bool = False,
+    accommodation: Annotated[float, vergence, "D"] = 1.0,
+    views: Literal["bands", "oscillation", "both"] = "bands",
+    amplitude: Annotated[float, DIOPTRES] = 0.25,
+    seed: Annotated[int, click.IntRange(0), "N"] = 0,
+    accommodate: Annotated[str | None, "TARGET"] = None,
+    is_through_focus: Annotated[bool, "--through-focus"] = False,
+    workers: Workers,
 ) -> None:
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could from blur alone.
 
@@ -224,71 +153,108 @@ def eye(
       focalgradient eye --through-focus --pupil 4 --eccentricity 20 --meridian nasal --out periphery
       focalgradient eye spheres --out results --views both --pupil 4 --accommodation 1
       focalgradient eye --accommodate step:1,3 --views both --out results
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    pupil
+        Pupil diameter (mm).  [default: 4, or natural by age]
+    illuminant
+        Illuminant of the scene: D65, A, E, LED-B1 or another by the CIE, or a black body such as "3000 K".
+    eye_file
+        Instead of --pupil: a measured eye (TOML), with pupil_mm and zernike = "TABLE.csv" or aberrations.
+    eccentricity
+        Degrees from the fovea: mean refraction and astigmatism there of emmetropes or, by --refraction, of myopes, and
+        coma; a scene is resolved as by ganglion cells there.
+    meridian
+        Side of the visual field for --eccentricity.  [default: temporal]
+    scatter
+        Include the light scattered in the eye (CIE 146:2002), by --age if given, otherwise of 25 years.
+    accommodation
+        Vergence in dioptres (1 / distance in m) that the eye focuses, as far as --refraction and --age allow.
+    views
+        Views: bands, L and M cones and S cones at one moment; oscillation, L and M cones at two moments; or both.
+    amplitude
+        Amplitude of the oscillation of focus, in dioptres: from the mean to an extreme.
+    seed
+        Random seed of scene and noise.
+    accommodate
+        Instead of SCENE: the eye focuses a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] or
+        sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.
+    is_through_focus
+        Instead of SCENE: modulation transfer, visual Strehl ratio and point-spread functions by the target's vergence.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    given = {"pupil": pupil, "eye_file": eye_file, **person}
+    start = time.perf_counter()
     if eccentricity is None and meridian is not None:
         raise InputError("--meridian is the side of --eccentricity: give --eccentricity as well.")
-    for name, is_given in (("--accommodate", accommodate is not None), ("--through-focus", is_through_focus)):
-        if scene is not None and is_given:
-            raise InputError(f"SCENE {scene!r} and {name} are both given: leave out one.")
+    modes = [f"SCENE {scene!r}"] * (scene is not None) + ["--accommodate"] * (accommodate is not None)
+    modes += ["--through-focus"] * is_through_focus
+    if len(modes) > 1:
+        raise InputError(f"{modes[0]} and {modes[1]} are both given: leave out one.")
+    if not modes:
+        raise InputError(
+            f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
+        )
+    if pupil is None and eye_file is None and not person.has_natural_pupil:
+        pupil = PUPIL_MM
     if accommodate is not None:
-        if is_through_focus:
-            raise InputError("--accommodate and --through-focus are both given: leave out one.")
-        if is_person(person) or illuminant != "D65" or eye_file is not None or eccentricity is not None or scatter:
+        if not person.is_empty or illuminant != "D65" or eye_file is not None or eccentricity is not None or scatter:
             raise InputError(
                 "--accommodate simulates the fovea of a young eye without glasses in daylight: leave out --refraction, "
                 "--correction, --age, --luminance, --aberrations, --zones, --eye, --eccentricity, --scatter and "
                 "--illuminant."
             )
-        _accommodate(accommodate, out, PUPIL_MM if pupil is None else pupil, CUES[views], seed)
-        return
-    if scene is None and not is_through_focus:
-        raise InputError(
-            f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
-        )
-    if eye_file is not None and (pupil is not None or is_person(person)):
-        raise InputError(
-            "--eye describes the whole eye: leave out --pupil, --refraction, --correction, --age, --luminance, "
-            "--aberrations and --zones."
-        )
-    if pupil is None and not has_natural_pupil(person):
-        given["pupil"] = PUPIL_MM
-    settings: dict[str, Any] = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
-    settings |= {name: value for name, value in person.items() if value is not None}
-    settings |= {} if eye_file is None else {"eye": eye_file.name}
-    place: dict[str, Any] = (
-        {} if eccentricity is None else {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
-    )
-    settings |= place | ({"scatter": True} if scatter else {})
+        from focalgradient.eye import TargetMotion
 
-    def subject() -> tuple[Eye, Viewing]:
-        from focalgradient.eye import Viewing
-
-        viewing = Viewing(illuminant, person["age"], scatter, **place)
-        seeing = viewing.off_axis(eye_of(given, accommodation), description_of(person).periphery)
-        settings["pupil_mm"] = 1e3 * seeing.pupil_diameter
-        return seeing, viewing
-
-    if scene is None:
-        _through_focus(subject, out, settings)
+        with options_named({"motion": "--accommodate"}):
+            motion = TargetMotion.parse(accommodate)
+        writable(out, COURSE_FILES, [motion.file] if motion.file else [])
+        work = partial(_accommodate, motion, pupil or PUPIL_MM, CUES[views], seed)
     else:
-        settings |= {"scene": scene, "views": views, "amplitude_D": amplitude, "seed": seed}
-        _depth(scene, subject, out, settings, workers, scheduler)
+        if eye_file is not None and (pupil is not None or not person.is_empty):
+            raise InputError(
+                "--eye describes the whole eye: leave out --pupil, --refraction, --correction, --age, --luminance, "
+                "--aberrations and --zones."
+            )
+        settings: dict[str, Any] = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
+        settings |= {name: value for name, value in asdict(person).items() if value is not None}
+        settings |= {} if eye_file is None else {"eye": eye_file.name}
+        place: dict[str, Any] = (
+            {} if eccentricity is None else {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
+        )
+        settings |= place | ({"scatter": True} if scatter else {})
+        writable(out, QUALITY_FILES if scene is None else SCENE_FILES)
+
+        def subject() -> tuple[Eye, Viewing]:
+            from focalgradient.eye import Viewing, read_eye
+
+            viewing = Viewing(illuminant, person.age, scatter, **place)
+            own = described_eye(person, pupil, accommodation) if eye_file is None else read_eye(eye_file, accommodation)
+            seeing = viewing.off_axis(own, person.periphery)
+            settings["pupil_mm"] = 1e3 * seeing.pupil_diameter
+            return seeing, viewing
+
+        if scene is None:
+            work = partial(_through_focus, subject, settings)
+        else:
+            settings |= {"scene": scene, "views": views, "amplitude_D": amplitude, "seed": seed}
+            work = partial(_depth, subject, settings, workers)
+    with warnings_given() as given:
+        result = work()
+    versions = software_versions("numpy", "scipy")
+    summary = {"simulated": True, **result.record, "warnings": given, "versions": versions}
+    content = summary_json(summary | {"seconds": time.perf_counter() - start})
+    write_set(out, {**result.files, "summary.json": content}, "summary.json")
+    written = [printable(out / name) for name in (*result.files, "summary.json")]
+    show(summary | {"written": written}, *result.lines, f"Written: {', '.join(written)}")
+    nothing_valid(result.record.get("details", {}).get("rejected"))
 
 
-def _depth(
-    name: str,
-    subject: Callable[[], tuple[Eye, Viewing]],
-    out: Path,
-    settings: dict[str, Any],
-    workers: int | None,
-    scheduler: str | None,
-) -> None:
-    """Recover the depth of a scene from the views of an eye, and write the results."""
-    start = time.perf_counter()
-    writable(out, ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json"))
+def _depth(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any], workers: Work) -> _Result:
+    """Recover the depth of a scene from the views of an eye."""
     seed, cue = settings["seed"], CUES[settings["views"]]
-    with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
+    with progress(STAGES) as say, workers.shared() as executor:
         say("forming the views")
         from focalgradient import recover_depth
         from focalgradient.eye import EXTREMES_S, Oscillation, accommodation_views, compared_views, score
@@ -298,105 +264,82 @@ def _depth(
         from focalgradient.video import write_light
 
         (seeing, viewing), course = subject(), Oscillation(settings["amplitude_D"])
-        scene = scene_about(name, settings["accommodation_D"], field=SHAPE[1] * PIXEL_ANGLE, seed=seed)
-        how: dict[str, Any] = {"seed": seed, "executor": executor}
-        seen = compared_views(
-            *(scene, seeing, cue, SHAPE, PIXEL_ANGLE),
-            viewing=viewing,
-            course=course,
-            correlation=CORRELATION,
-            noise=NOISE,
-            samples=SAMPLES,
-            **how,
-        )
+        field = SHAPE[1] * PIXEL_ANGLE
+        scene = scene_about(settings["scene"], settings["accommodation_D"], field=field, seed=seed)
+        frame: dict[str, Any] = {"shape": SHAPE, "pixel_angle": PIXEL_ANGLE, "seed": seed, "executor": executor}
+        assumed: dict[str, Any] = {"correlation": CORRELATION, "noise": NOISE, "samples": SAMPLES}
+        seen = compared_views(scene, seeing, cue, viewing=viewing, course=course, **assumed, **frame)
         named = {name: one.view for name, one in seen.items()}
         result = recover_depth([*named.values()], progress=lambda share, words: say(words))
         say("filming")
         moments = (np.arange(FRAMES) / FRAMES / 2).tolist()
-        film = accommodation_views(scene, seeing, moments, course, SHAPE, PIXEL_ANGLE, wavelengths=1, samples=32, **how)
+        film = accommodation_views(scene, seeing, moments, course, wavelengths=1, samples=32, **frame)
         say("drawing")
         truth = next(iter(seen.values())).distance
         figure = eye_depth_figure(named, result, truth)
         times = np.linspace(0, 1, 201)
-        focus = {
-            band: seeing.accommodation + course.at(times) - viewing.light(band).difference() for band in ("L+M", "S")
-        }
-        drawn = focus_figure(times, focus, () if cue == "bands" else EXTREMES_S)
+        mean = {band: seeing.accommodation - viewing.light(band).difference() for band in ("L+M", "S")}
+        focus = {band: value + course.at(times) for band, value in mean.items()}
+        focus_drawn = focus_figure(times, focus, () if cue == "bands" else EXTREMES_S)
         found = score(result.vergence, result.valid, truth, seeing.accommodation)
-    assumed = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
-    rejected = result.details.get("rejected")
+
+    def write_film(path: Path) -> None:
+        write_light(path, [one.view.image for one in film], 2 * FRAMES / 8, repeated=4)
+
     side = f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus."
-    _write(
-        out,
+    error = [] if result.details.get("rejected") else [f"Median error: {found['median_error_D']:.3g} D", side]
+    stated = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
+    return _Result(
         {
             "views.png": figure.savefig,
-            "focus.png": drawn.savefig,
-            "oscillation.mp4": lambda path: write_light(
-                path, [one.view.image for one in film], 2 * FRAMES / 8, repeated=4
-            ),
+            "focus.png": focus_drawn.savefig,
+            "oscillation.mp4": write_film,
             "depth.npz": result.save,
         },
         {
-            "settings": settings | assumed | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
+            "settings": settings | stated | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
             "focus_D": [view.optics.focus_vergence for view in named.values()],
             "found": found,
             "details": result.details,
-            "warnings": given,
         },
-        start,
-        *([] if rejected else [f"Median error: {found['median_error_D']:.3g} D", side]),
-        f"Valid pixels: {found['valid']:.1%}",
+        [*error, f"Valid pixels: {found['valid']:.1%}"],
     )
-    nothing_valid(rejected)
 
 
-def _through_focus(subject: Callable[[], tuple[Eye, Viewing]], out: Path, settings: dict[str, Any]) -> None:
-    """Write the image quality of an eye in white light against the target's vergence."""
-    start = time.perf_counter()
-    writable(out, ("through_focus.png", "through_focus.csv", "summary.json"))
-    with warnings_given() as given:
-        from focalgradient.eye import image_quality, point_images
-        from focalgradient.eye.quality import PIXEL_ANGLE as POINT_ANGLE
-        from focalgradient.plotting.eye import through_focus_figure
+def _through_focus(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any]) -> _Result:
+    """Compute the image quality of an eye in white light against the target's vergence."""
+    from focalgradient.eye import image_quality, point_images
+    from focalgradient.eye.quality import PIXEL_ANGLE as POINT_ANGLE
+    from focalgradient.plotting.eye import through_focus_figure
 
-        seeing, viewing = subject()
-        cones = viewing.cones(seeing, "luminance")
-        quality = image_quality(cones)
-        images = point_images(cones, quality.best)
-        figure = through_focus_figure(quality, images, POINT_ANGLE, _stated(settings))
+    seeing, viewing = subject()
+    cones = viewing.cones(seeing, "luminance")
+    quality = image_quality(cones)
+    figure = through_focus_figure(quality, point_images(cones, quality.best), POINT_ANGLE, _stated(settings))
     found = {"focus_D": cones.focus_vergence, **quality.summary()}
-    _write(
-        out,
+    return _Result(
         {"through_focus.png": figure.savefig, "through_focus.csv": quality.to_csv().encode()},
-        {"settings": settings, "found": found, "warnings": given},
-        start,
-        f"Best focus: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
-        f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D",
+        {"settings": settings, "found": found},
+        [
+            f"Best focus: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
+            f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D",
+        ],
     )
 
 
-def _accommodate(target: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> None:
-    """Simulate accommodation to a target, and write the results."""
-    start = time.perf_counter()
-    from focalgradient.eye import Accommodation, Target, TargetMotion
-    from focalgradient.eye import accommodate as simulated
-    from focalgradient.eye.ranges import warn_if_artificial
-
-    with options_named({"motion": "--accommodate"}):
-        motion = TargetMotion.parse(target)
-    writable(out, ("course.csv", "course.png", "retina.mp4", "summary.json"), [motion.file] if motion.file else [])
+def _accommodate(motion: TargetMotion, pupil: float, cue: Cue, seed: int) -> _Result:
+    """Simulate accommodation to a target."""
     seconds = SECONDS_PER_SECOND * motion.duration
-    with (
-        resumable("nothing was written.", lambda: announce(seconds, "Accommodating")) as say,
-        warnings_given() as given,
-    ):
+    with resumable("nothing was written.", lambda: announce(seconds, "Accommodating")) as say:
         say(0.0, "accommodating")
+        from focalgradient.eye import Accommodation, Target, accommodate
+        from focalgradient.eye.ranges import warn_if_artificial
         from focalgradient.plotting.eye import accommodation_figure
         from focalgradient.video import write_frames
 
-        warn_if_artificial(1e-3 * pupil_mm)
-        eye = Accommodation(cue=cue, pupil_diameter=1e-3 * pupil_mm)
-        course = simulated(
+        warn_if_artificial(1e-3 * pupil)
+        eye = Accommodation(cue=cue, pupil_diameter=1e-3 * pupil)
+        course = accommodate(
             motion.at, motion.duration, eye, seed=seed, progress=lambda share, words: say(0.9 * share, words)
         )
         say(0.9, "drawing")
@@ -405,7 +348,7 @@ def _accommodate(target: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -
     settings = {
         "target": motion.text,
         "seconds": motion.duration,
-        "pupil_mm": pupil_mm,
+        "pupil_mm": pupil,
         "cue": cue,
         "seed": seed,
         "plant": asdict(eye.plant),
@@ -414,34 +357,19 @@ def _accommodate(target: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -
         "moments_per_second": eye.rate,
     }
     found = course.summary()
-    _write(
-        out,
+    return _Result(
         {
             "course.csv": course.to_csv().encode(),
             "course.png": figure.savefig,
             "retina.mp4": lambda path: write_frames(path, film, eye.rate),
         },
-        {"settings": settings, "found": found, "warnings": given},
-        start,
-        f"Lag over the last two seconds: {found['lag_D']:.2f} D",
-        f"Error of the estimate, root mean square: {found['estimate_rms_error_D']:.2f} D; "
-        f"within two stated standard deviations: {found['estimate_within_2_sd']:.0%}",
+        {"settings": settings, "found": found},
+        [
+            f"Lag over the last two seconds: {found['lag_D']:.2f} D",
+            f"Error of the estimate, root mean square: {found['estimate_rms_error_D']:.2f} D; "
+            f"within two stated standard deviations: {found['estimate_within_2_sd']:.0%}",
+        ],
     )
-
-
-def _write(
-    out: Path,
-    files: Mapping[str, bytes | Callable[[Path], object]],
-    record: Mapping[str, Any],
-    start: float,
-    *lines: str,
-) -> None:
-    """Write the files and the summary of a simulation that began at `start`, and print the lines."""
-    summary = {"simulated": True, **record, "versions": software_versions("numpy", "scipy")}
-    content = summary_json(summary | {"seconds": time.perf_counter() - start})
-    write_set(out, {**files, "summary.json": content}, "summary.json")
-    written = [printable(out / name) for name in (*files, "summary.json")]
-    show(summary | {"written": written}, *lines, f"Written: {', '.join(written)}")
 
 
 def _stated(settings: Mapping[str, Any]) -> Sequence[str]:

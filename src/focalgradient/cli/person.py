@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
-import click
-
-from focalgradient.cli.options import added, options_named, positive
+from focalgradient.cli.generate import Made, options_named
 
 if TYPE_CHECKING:
     from focalgradient.eye import Eye, EyeDescription
 
-__all__ = ["description_of", "has_natural_pupil", "is_person", "person_eye", "person_options"]
+__all__ = ["Person", "described_eye", "has_natural_pupil", "is_person", "person_eye", "person_options"]
 
-CORRECTIONS = ("none", "spectacles", "contact-lens")
-"""Names of `focalgradient.eye.CORRECTIONS`, without importing it."""
+Person = Annotated[Any, Made("focalgradient.eye:EyeDescription")]
+"""A `focalgradient.eye.EyeDescription`."""
 
-OLDEST = 120.0
-"""Maximum age in years, as `focalgradient.eye.ranges.OLDEST`, without importing it."""
-
-PERSON = ("refraction", "correction", "age", "luminance", "aberrations", "zones")
+NAMES = ("refraction", "correction", "age", "luminance", "aberrations", "zones")
 """Parameters of the options."""
 
-NAMED = {name: f"--{name}" for name in PERSON} | {
+NAMED = {name: f"--{name}" for name in NAMES} | {
     "typical aberrations": "--aberrations typical",
     "smaller pupil_diameter": "smaller --pupil",
     "pupil_diameter and": "--pupil and",
@@ -31,72 +26,38 @@ NAMED = {name: f"--{name}" for name in PERSON} | {
 }
 """Options by the library's parameter, for `options_named`."""
 
-_PERSON = [
-    click.option(
-        "--refraction",
-        metavar="RX",
-        help='Prescription of the eye, such as "-2.00 -0.75 x 180" (sphere, cylinder, axis).',
-    ),
-    click.option(
-        "--correction",
-        type=click.Choice(CORRECTIONS),
-        help="Correction worn by the eye of --refraction; both lenses correct it fully.  [default: none]",
-    ),
-    click.option(
-        "--age",
-        type=float,
-        metavar="YEARS",
-        callback=positive(" of years", least=1, most=OLDEST),
-        help="Age: sets the amplitude of accommodation, the density of the lens and, without --pupil, the pupil.",
-    ),
-    click.option(
-        "--luminance",
-        type=float,
-        metavar="CD",
-        callback=positive(" of cd/m^2"),
-        help="Instead of --pupil: luminance (cd/m^2) of a field of 20 degrees, which with --age sets the pupil.  "
-        "[default with --refraction or --age: 100]",
-    ),
-    click.option(
-        "--aberrations",
-        type=click.Choice(["typical"]),
-        help="Coma, trefoil and spherical aberration, each with its mean magnitude in healthy eyes.  [default: none]",
-    ),
-    click.option(
-        "--zones",
-        metavar="MM:D,...",
-        help="Multifocal lens: outer diameter (mm) and added power (D) of each zone, centre outwards, as 2:2,8:0.",
-    ),
-]
-"""Options that describe a person's eye."""
+
+def described_eye(person: EyeDescription, pupil_mm: float | None, vergence: float) -> Eye:
+    """Return a person's eye with a pupil (mm; None: its natural one) that looks at a `vergence` (D)."""
+    with options_named(NAMED):
+        return person.eye(vergence, None if pupil_mm is None else 1e-3 * pupil_mm)
 
 
 def person_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options for a person's eye, from which `person_eye` makes an eye."""
-    return added(command, _PERSON)
+    found = Person.__metadata__[0].parameters()
+    options = [option for name in NAMES for option in found[name]]
+    command.__dict__.setdefault("__click_params__", []).extend(reversed(options))
+    return command
 
 
-def is_person(options: dict[str, Any]) -> bool:
+def _description(options: Mapping[str, Any]) -> EyeDescription:
+    from focalgradient.eye import EyeDescription
+
+    with options_named({"zones is": "--zones is"}):
+        return EyeDescription(**{name: options[name] for name in NAMES})
+
+
+def is_person(options: Mapping[str, Any]) -> bool:
     """Return whether any of these options is given."""
-    return any(options[name] is not None for name in PERSON)
+    return not _description(options).is_empty
 
 
-def has_natural_pupil(options: dict[str, Any]) -> bool:
+def has_natural_pupil(options: Mapping[str, Any]) -> bool:
     """Return whether these options give the pupil of an eye without ``--pupil``."""
-    return any(options[name] is not None for name in ("refraction", "age", "luminance"))
+    return _description(options).has_natural_pupil
 
 
-def description_of(options: dict[str, Any]) -> EyeDescription:
-    """Return the description of the eye by the options of `person_options`."""
-    from focalgradient.eye import EyeDescription, ZonedLens
-
-    with options_named(NAMED):
-        lens = None if options["zones"] is None else ZonedLens.parse(options["zones"])
-    return EyeDescription(**{name: options[name] for name in PERSON if name != "zones"}, lens=lens)
-
-
-def person_eye(options: dict[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
-    """Return the eye of the options with a pupil (mm; None: its natural one) that looks at a `vergence` (D)."""
-    described = description_of(options)
-    with options_named(NAMED):
-        return described.eye(vergence, None if pupil_mm is None else 1e-3 * pupil_mm)
+def person_eye(options: Mapping[str, Any], pupil_mm: float | None, vergence: float) -> Eye:
+    """Return the eye of the options, as `described_eye`."""
+    return described_eye(_description(options), pupil_mm, vergence)

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from focalgradient.errors import InputError
 from focalgradient.eye.measured import read_zernike
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
-from focalgradient.eye.ranges import warn_if_artificial
-from focalgradient.eye.refraction import Correction, Refraction
+from focalgradient.eye.ranges import OLDEST, warn_if_artificial
+from focalgradient.eye.refraction import Refraction
 from focalgradient.eye.typical import MEASURED, typical_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import given_as
+from focalgradient.quantities import LUMINANCE, Quantity
 
 __all__ = ["EyeDescription", "read_eye"]
 
@@ -30,6 +31,10 @@ KEYS = {
 """Keys of an eye's file."""
 
 
+YEARS = Quantity("years", "years", least=1, most=OLDEST)
+"""Age of a person, in years."""
+
+
 @dataclass(frozen=True, slots=True)
 class EyeDescription:
     """What is known about a person's eye; None: unknown.
@@ -37,25 +42,35 @@ class EyeDescription:
     Parameters
     ----------
     refraction
-        Prescription, such as "-2.00 -0.75 x 180" (sphere, cylinder, axis).
+        Prescription of the eye, such as "-2.00 -0.75 x 180" (sphere, cylinder, axis).
     correction
-        Correction worn by the eye of `refraction`.
+        Correction worn by the eye of the refraction; both lenses correct it fully.  [default: none]
     age
-        Age in years.
+        Age: sets the amplitude of accommodation, the density of the lens and, unless it is given, the pupil.
     luminance
-        Luminance in cd/m^2 of a field of 20 degrees, to which the natural pupil adapts.
+        Instead of the pupil: luminance (cd/m^2) of a field of 20 degrees, which with the age sets the pupil.
+        [default with a refraction or an age: 100]
     aberrations
-        "typical": coma, trefoil and spherical aberration with their mean magnitudes in healthy eyes.
-    lens
-        Multifocal lens.
+        Coma, trefoil and spherical aberration, each with its mean magnitude in healthy eyes.  [default: none]
+    zones
+        Multifocal lens: outer diameter (mm) and added power (D) of each zone, centre outwards, as 2:2,8:0.
+
+    Raises
+    ------
+    InputError
+        If the zones cannot be read.
     """
 
-    refraction: Refraction | str | None = None
-    correction: Correction | str | None = None
-    age: float | None = None
-    luminance: float | None = None
+    refraction: Annotated[str | None, "RX"] = None
+    correction: Literal["none", "spectacles", "contact-lens"] | None = None
+    age: Annotated[float | None, YEARS] = None
+    luminance: Annotated[float | None, LUMINANCE, "CD"] = None
     aberrations: Literal["typical"] | None = None
-    lens: ZonedLens | None = None
+    zones: Annotated[str | None, "MM:D,..."] = None
+
+    def __post_init__(self) -> None:
+        if self.zones is not None:
+            ZonedLens.parse(self.zones)
 
     @property
     def is_empty(self) -> bool:
@@ -74,9 +89,9 @@ class EyeDescription:
         >>> EyeDescription(refraction="-3.00").periphery is MYOPES, EyeDescription(age=30).periphery is MYOPES
         (True, False)
         """
-        given = self.refraction
-        known = Refraction.parse(given) if isinstance(given, str) else given
-        return EMMETROPES if known is None or known.power_vector[0] > MYOPIA else MYOPES
+        if self.refraction is None or Refraction.parse(self.refraction).power_vector[0] > MYOPIA:
+            return EMMETROPES
+        return MYOPES
 
     def eye(self, looking_at: float, pupil_diameter: float | None = None) -> Eye:
         """Return the eye that looks at a vergence (D), with a pupil in metres (None: its natural one).
@@ -99,7 +114,7 @@ class EyeDescription:
         else:
             eye = Eye(
                 pupil_diameter,
-                lens=self.lens,
+                lens=None if self.zones is None else ZonedLens.parse(self.zones),
                 refraction="plano" if self.refraction is None else self.refraction,
                 age=self.age,
                 looking_at=looking_at,
