@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
-from focalgradient.cli.options import GIVEN, depth_file_options, picture_encoding_option, positive
+from focalgradient.cli.options import depth_file_options, picture_encoding_option, positive
 from focalgradient.cli.program import force_option, json_option, resumable, show, warnings_given, writable
 from focalgradient.cli.through_optics import (
+    NAMED,
     lens_or_eye_options,
     optics_of,
     pixel_options,
@@ -91,10 +92,11 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
     names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if options["web"] else [])]
     writable(out, names, [picture, depth])
     refuse_overwriting([picture, depth], [out / "distance.npy"])
-    click.get_current_context().with_resource(given_as({**GIVEN, "field": ("--field", "")}))
+    click.get_current_context().with_resource(given_as(NAMED))
     if options["wavelengths"] is not None and options["pupil"] is None and options["eye_file"] is None:
         raise InputError("--wavelengths requires an eye: give --pupil or --eye, or leave it out.")
-    light, metres, angle = read_picture_and_depth(picture, depth, options, [])
+    shown = read_picture_and_depth(picture, depth, options, [])
+    light, metres, angle = shown.light, shown.metres, shown.pixel_angle
     low = 1 / (options["farthest"] or float(metres.max()))
     high = 1 / (options["nearest"] or float(metres.min()))
     if not low <= high:

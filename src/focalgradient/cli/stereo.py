@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from focalgradient.cli.options import (
-    GIVEN,
     UNITS,
     depth_file_options,
     gamma_of,
@@ -30,6 +26,7 @@ from focalgradient.cli.program import (
     write_set,
 )
 from focalgradient.cli.through_optics import (
+    NAMED,
     lens_or_eye_options,
     optics_of,
     pixel_options,
@@ -40,13 +37,12 @@ from focalgradient.files import printable, refuse_overwriting
 from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
-    from focalgradient.binocular import StereoPair
+    from focalgradient.binocular import Presentation
 
 __all__ = ["stereo"]
 
 WAYS = ("side-by-side", "crossed", "over-under", "anaglyph", "colour-anaglyph", "rows", "halves", "screens")
-NAMES = {"screens": ("left-screen", "right-screen")}
-"""Ways to combine two views; and the output files of those with more than one."""
+"""Ways to combine two views, as `focalgradient.binocular.PRESENTATIONS`, without importing it."""
 
 
 @click.command(short_help="Render a picture of known depth for two eyes.")
@@ -118,7 +114,7 @@ NAMES = {"screens": ("left-screen", "right-screen")}
 )
 @force_option
 @json_option
-def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **options: Any) -> None:
+def stereo(picture: Path, depth: Path, out: Path, ways: tuple[Presentation, ...], **options: Any) -> None:
     """Render PICTURE for a left and a right eye, each with its own blur.
 
     PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. Surfaces that an eye sees beside
@@ -136,78 +132,54 @@ def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **optio
       focalgradient stereo demo/picture.png demo/distance.npy --out two-eyes --pupil 4 --focus 0.8 --field 6 \\
         --interocular 20 --show anaglyph --show side-by-side
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    from focalgradient.binocular import PRESENTATIONS
     from focalgradient.binocular import stereo as see
     from focalgradient.display import Display
+    from focalgradient.photographs.pictures import png_of
 
-    pictures = [f"{name}.png" for way in ways for name in NAMES.get(way, (way,))]
+    pictures = [f"{name}.png" for way in ways for name in PRESENTATIONS[way]]
     names = ["left.png", "right.png", *pictures, "left.npz", "right.npz"]
     writable(out, [*names, "summary.json"], [picture, depth])
     refuse_overwriting([picture, depth], [out / name for name in names])
-    click.get_current_context().with_resource(given_as({**GIVEN, "field": ("--field", "")}))
+    click.get_current_context().with_resource(given_as(NAMED))
     if options["no_blur"] and options["blur_at"] is not None:
         raise InputError("--no-blur and --blur-at both set the blur: give one of them.")
     display, size = Display(gamma=gamma_of(options["gamma"])), screen_size(options["screen"])
     left = optics_of(options, 1 / options["focus"])
     right = left if options["right_focus"] is None else optics_of(options, 1 / options["right_focus"])
-    zero = 1 / (options["screen_at"] or options["focus"])
+    zero = options["screen_at"] or options["focus"]
     with warnings_given() as said, resumable("nothing was written.") as say:
-        light, metres, angle = read_picture_and_depth(picture, depth, options, [left, right])
+        shown = read_picture_and_depth(picture, depth, options, [left, right])
         pair = see(
-            light / options["white"],
-            metres,
+            shown.light / options["white"],
+            shown.metres,
             (left, right),
-            pixel_angle=angle,
+            pixel_angle=shown.pixel_angle,
             interocular=1e-3 * options["interocular"],
-            vergence=zero,
+            vergence=1 / zero,
             blur=not options["no_blur"],
             blur_distance=options["blur_at"],
-            disparity_distance=(1 / zero if zero > 0 else math.inf) if options["no_disparity"] else None,
+            disparity_distance=zero if options["no_disparity"] else None,
             camera={"left": -0.5, "middle": 0.0, "right": 0.5}[options["camera"]],
             progress=say,
         )
-        shown = {"left": pair.left.light, "right": pair.right.light}
+        lights = {"left": pair.left.light, "right": pair.right.light}
         for way in ways:
-            shown |= _together(pair, way, size)
-        files: dict[str, Any] = {f"{name}.png": _png(one, display) for name, one in shown.items()}
+            lights |= pair.presented(way, size)
+        files: dict[str, Any] = {f"{name}.png": png_of(display.encode(one)) for name, one in lights.items()}
         files |= {"left.npz": pair.left.write, "right.npz": pair.right.write}
-    pixels = pair.left.disparity / angle
+    settings = {name: printable(one) if isinstance(one, Path) else one for name, one in options.items()}
+    found = pair.summary()
     summary = {
-        "settings": {"picture": printable(picture), "depth": printable(depth)}
-        | {name: printable(one) if isinstance(one, Path) else one for name, one in options.items()},
-        "pixel_arcmin": 60 * math.degrees(angle),
-        "disparity_px": [float(pixels.min()), float(pixels.max())],
-        "share_completed": [float(view.is_invented.mean()) for view in (pair.left, pair.right)],
-        "share_seen_by_one_eye": [float(view.is_monocular.mean()) for view in (pair.left, pair.right)],
+        "settings": {"picture": printable(picture), "depth": printable(depth), **settings},
+        **found,
         "warnings": said,
     }
     write_set(out, {**files, "summary.json": summary_json(summary)}, "summary.json")
+    (low, high), (left_share, right_share) = found["disparity_px"], found["share_completed"]
     show(
         summary | {"written": [printable(out / name) for name in (*files, "summary.json")]},
-        f"Disparity: {pixels.min():.3g} to {pixels.max():.3g} pixels, positive if nearer than the screen",
-        f"Completed: {pair.left.is_invented.mean():.1%} of the left view, "
-        f"{pair.right.is_invented.mean():.1%} of the right one",
+        f"Disparity: {low:.3g} to {high:.3g} pixels, positive if nearer than the screen",
+        f"Completed: {left_share:.1%} of the left view, {right_share:.1%} of the right one",
         f"Written: {len(files) + 1} files in {printable(out)}",
     )
-
-
-def _together(pair: StereoPair, way: str, size: tuple[int, int]) -> dict[str, Any]:
-    """Return both views combined in one of `WAYS`, by the name of the picture."""
-    if way == "screens":
-        left, right = pair.screens()
-        return {"left-screen": left, "right-screen": right}
-    make: dict[str, Callable[[], Any]] = {
-        "side-by-side": pair.side_by_side,
-        "crossed": partial(pair.side_by_side, crossed=True),
-        "over-under": pair.over_under,
-        "anaglyph": pair.anaglyph,
-        "colour-anaglyph": partial(pair.anaglyph, "colour"),
-        "rows": pair.interleaved,
-        "halves": partial(pair.halves, size),
-    }
-    return {way: make[way]()}
-
-
-def _png(light: Any, display: Any) -> bytes:
-    from focalgradient.photographs.pictures import png_of
-
-    return png_of(display.encode(light))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,28 +10,31 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import DIAMETER, OPENEST, added, positive, read_depth_file
+from focalgradient.cli.options import DIAMETER, GIVEN, OF_DEPTH, OPENEST, added, positive
 from focalgradient.cli.person import has_natural_pupil, is_person, person_options
-from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable
-from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch
+from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from focalgradient.display import Display
     from focalgradient.optics import Optics
+    from focalgradient.photographs import DepthPicture
 
-__all__ = [
-    "lens_or_eye_options",
-    "optics_of",
-    "pixel_angle_of",
-    "pixel_options",
-    "read_picture_and_depth",
-    "refuse_slips",
-]
+__all__ = ["NAMED", "lens_or_eye_options", "optics_of", "pixel_options", "read_picture_and_depth"]
 
 Command = Callable[..., Any]
+
+NAMED = {
+    **GIVEN,
+    **{name: (option, "") for name, option in OF_DEPTH.items()},
+    "focus_distance": ("--focus", "m"),
+    "field": ("--field", ""),
+    "otherwise": ("--screen-width and --distance", ""),
+    "white": ("--white", ""),
+    "picture": ("PICTURE", ""),
+    "depth": ("DEPTH", ""),
+}
+"""Options with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
 
 _LENS_OR_EYE = [
     click.option(
@@ -87,7 +89,7 @@ def lens_or_eye_options(command: Command) -> Command:
 
 
 def pixel_options(command: Command) -> Command:
-    """Add the options of the size of a pixel, for `pixel_angle_of`."""
+    """Add the options of the size of a pixel, for `read_picture_and_depth`."""
     return added(command, _PIXEL)
 
 
@@ -114,63 +116,29 @@ def optics_of(options: dict[str, Any], vergence: float) -> Optics:
     return Lens(1e-3 * options["focal_length"], options["f_number"], 1 / vergence if vergence > 0 else math.inf)
 
 
-def pixel_angle_of(options: dict[str, Any], width: int, display: Display | None) -> float:
-    """Return the visual angle in rad of a pixel of a picture `width` pixels wide."""
-    field, pitch = options["field"], options["pixel_pitch"]
-    if field is not None and pitch is not None:
-        raise InputError("--field and --pixel-pitch both give the size of a pixel: give one of them.")
-    if field is not None:
-        if not field < 180:
-            raise InputError(f"--field is {field:g} degrees, but must be less than 180.")
-        focal_length = options["focal_length"]
-        check_field(math.radians(field), width, None if focal_length is None else 1e-3 * focal_length)
-        return 2 * math.tan(math.radians(field) / 2) / width
-    if pitch is not None:
-        if options["focal_length"] is None:
-            raise InputError(
-                "--pixel-pitch of a camera's sensor requires a focal length: give --focal-length, or --field instead."
-            )
-        angle = float(1e-3 * pitch / options["focal_length"])
-        check_pixel_pitch(1e-6 * pitch, angle)
-        return angle
-    if display is not None:
-        return display.pixel_pitch / display.distance
-    raise InputError(
-        "the size of a pixel is unknown: give --field, or --pixel-pitch, or --screen-width and --distance."
-    )
-
-
 def read_picture_and_depth(
-    picture: Path, depth: Path, options: dict[str, Any], optics: Sequence[Optics]
-) -> tuple[NDArray[Any], NDArray[Any], float]:
-    """Read a picture and its depth; return linear light, distances in m, and the visual angle of a pixel in rad."""
-    from focalgradient.photographs import read_picture
+    picture: Path,
+    depth: Path,
+    options: dict[str, Any],
+    optics: Sequence[Optics],
+    pixel_angle: float | None = None,
+    frame: NDArray[Any] | None = None,
+) -> DepthPicture:
+    """Read a picture and its depth with the options of a command, whose messages `NAMED` names."""
+    from focalgradient.photographs import read_depth_picture
 
-    light = read_picture(picture, options["encoding"]).light
-    angle = pixel_angle_of(options, light.shape[1], None)
-    metres = read_depth_file(depth, options, angle).metres
-    if metres.shape != light.shape[:2]:
-        (h, w), (dh, dw) = light.shape[:2], metres.shape
-        raise InputError(
-            f"{printable(picture)} is {w} x {h} pixels but {printable(depth)} is {dw} x {dh}, but both must have the "
-            "same "
-            "size: scale or crop one of them."
-        )
-    refuse_slips(metres, optics, angle, options["depth_unit"])
-    check_frame(angle, light.shape)
-    return light, metres, angle
-
-
-def refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: str) -> None:
-    """Raise `InputError` for distances (m) implausible with the optics; only warn if the user stated their unit."""
-    from focalgradient.plausibility import picture_slip
-
-    ends = float(distances.min()), float(distances.max())
-    for one in optics:
-        slip = picture_slip(ends, one.aperture_diameter, one.focus_vergence, angle, max(distances.shape))
-        if slip is None:
-            continue
-        source = click.get_current_context().get_parameter_source("depth_unit")
-        if source is not click.core.ParameterSource.COMMANDLINE:
-            raise InputError(f"{slip} If all is correct, give --depth-unit {unit}.")
-        warnings.warn(FocalGradientWarning(slip), stacklevel=2)
+    source = click.get_current_context().get_parameter_source("depth_unit")
+    lengths = {"pixel_pitch": 1e-6, "focal_length": 1e-3, "field": math.radians(1)}
+    return read_depth_picture(
+        picture,
+        depth,
+        **{name: None if options[name] is None else options[name] * unit for name, unit in lengths.items()},
+        pixel_angle=pixel_angle,
+        encoding=options["encoding"],
+        unit=options["depth_unit"] if source is click.core.ParameterSource.COMMANDLINE else None,
+        scale=options["depth_scale"],
+        baseline=options["baseline"],
+        offset=options["disparity_offset"],
+        optics=optics,
+        frame=frame,
+    )

@@ -19,6 +19,7 @@ from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSe
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
+from focalgradient.stimuli.viewing import Seen, Viewing, viewed_files, with_frames
 from focalgradient.stimuli.wide_field import wide_field
 
 __all__ = [
@@ -29,10 +30,12 @@ __all__ = [
     "Fixation",
     "Paper",
     "Picture",
+    "Seen",
     "ShownScene",
     "Stimulus",
     "StimulusSet",
     "Target",
+    "Viewing",
     "blurred_edge",
     "blurred_scene",
     "corrugated_plane",
@@ -53,5 +56,7 @@ __all__ = [
     "sharpness",
     "slanted_plane",
     "texture_border",
+    "viewed_files",
     "wide_field",
+    "with_frames",
 ]
