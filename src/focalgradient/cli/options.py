@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -17,7 +16,6 @@ from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.photographs import Distances
 
 PLANES = ("entrance_pupil", "sensor", "lens_front")
 """Reference planes of distances, as in `focalgradient.photographs.planes`, without loading it for help."""
@@ -28,6 +26,7 @@ __all__ = [
     "DIAMETER",
     "GIVEN",
     "NEAREST",
+    "OF_DEPTH",
     "OPENEST",
     "SCREEN",
     "SERVER",
@@ -45,7 +44,6 @@ __all__ = [
     "options_named",
     "picture_encoding_option",
     "positive",
-    "read_depth_file",
     "screen_size",
     "shared_options",
     "shared_work",
@@ -204,23 +202,8 @@ def display_of(
 
 
 def depth_file_options(command: Command) -> Command:
-    """Add the options that interpret a depth file, for `read_depth_file`."""
+    """Add the options that interpret a depth file."""
     return added(command, _DEPTH_FILE)
-
-
-def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
-    """Read a depth file with the options of `depth_file_options`; a pixel subtends `pixel_angle` radians."""
-    from focalgradient.photographs import read_distances
-
-    with options_named(OF_DEPTH):
-        return read_distances(
-            path,
-            options["depth_unit"],
-            scale=options["depth_scale"],
-            baseline=options["baseline"],
-            pixel_angle=pixel_angle,
-            offset=options["disparity_offset"],
-        )
 
 
 def limit_options(command: Command) -> Command:

@@ -24,20 +24,21 @@ from focalgradient.cli.options import (
     options_named,
     picture_encoding_option,
     positive,
-    read_depth_file,
     shared_options,
     shared_work,
 )
 from focalgradient.cli.program import KEPT, announce, json_option, resumable, show, warnings_given, writable
+from focalgradient.cli.through_optics import NAMED, read_picture_and_depth
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from focalgradient.cli.options import Command
-    from focalgradient.display import Display
-    from focalgradient.stimuli import Stimulus, StimulusSet
+    from focalgradient.photographs import DepthPicture
+    from focalgradient.stimuli import StimulusSet
 
 __all__ = ["stimuli"]
 
@@ -162,6 +163,8 @@ def depth_rating(
     writable(out, ())
     _refuse_inside(out, (*pictures, *depths))
     depth_file = {name: options.pop(name) for name in DEPTH_FILE}
+    depth_file |= {"field": field, "encoding": encoding}
+    click.get_current_context().with_resource(given_as(NAMED))
     display = display_of(**options)
     from focalgradient.render.mitsuba_backend import variant
     from focalgradient.stimuli import make_depth_rating, make_from_photographs
@@ -172,11 +175,11 @@ def depth_rating(
         if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
             raise InputError(f"{given} applies to rendered scenes: leave it out with --picture.")
         with warnings_given(), resumable(KEPT) as say, shared_work(workers, scheduler) as executor:
-            photographs, angle = _photographs(pictures, depths, field, encoding, depth_file)
+            photographs = _photographs(pictures, depths, depth_file)
             made = make_from_photographs(
                 out,
-                photographs,
-                pixel_angle=angle,
+                {name: (one.light, one.metres) for name, one in photographs.items()},
+                pixel_angle=next(iter(photographs.values())).pixel_angle,
                 apertures=apertures,
                 display=display,
                 executor=executor,
@@ -223,20 +226,15 @@ def _given(*names: str) -> str | None:
 
 
 def _photographs(
-    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, encoding: Any, depth_file: dict[str, Any]
-) -> tuple[dict[str, Any], float]:
-    """Return light and distances of photographs by file name, and the visual angle of a pixel in rad."""
-    from focalgradient.photographs.pictures import read_picture
-
-    found: dict[str, Any] = {}
-    angle = 0.0
+    pictures: tuple[Path, ...], depths: tuple[Path, ...], options: dict[str, Any]
+) -> dict[str, DepthPicture]:
+    """Return photographs with depth by file name."""
+    found: dict[str, DepthPicture] = {}
     for picture, file in zip(pictures, depths, strict=True):
         if picture.stem in found:
             raise InputError(f"two pictures are named {picture.stem!r}, but names of scenes must differ: rename one.")
-        light = read_picture(picture, encoding).light
-        angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
-        found[picture.stem] = (light, read_depth_file(file, depth_file, angle).metres)
-    return found, angle
+        found[picture.stem] = read_picture_and_depth(picture, file, options, [])
+    return found
 
 
 @stimuli.command("import", short_help="Import your own pictures as a set.")
@@ -318,24 +316,12 @@ def set_(folders: tuple[Path, ...], out: Path) -> None:
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
     _refuse_inside(out, [folder / "stimulus.json" for folder in folders])
-    from focalgradient.stimuli import make_from_stimuli, read_stimulus
+    from focalgradient.stimuli import make_from_stimuli, read_stimuli
 
-    drawn: dict[str, Stimulus] = {}
-    displays: dict[str, Display] = {}
-    for folder in folders:
-        name = folder.resolve().name
-        if name in drawn:
-            raise InputError(f"two folders are named {name!r}, but names of scenes must differ: rename one.")
-        drawn[name], displays[name] = read_stimulus(folder)
-        first = next(iter(displays))
-        if displays[name] != displays[first]:
-            raise InputError(
-                f"{name} is drawn for a display other than that of {first}: draw all with the same --screen-width, "
-                "--distance "
-                "and other display options."
-            )
+    with options_named({"the same width, distance and": "the same --screen-width, --distance and"}):
+        drawn, display = read_stimuli(folders)
     with warnings_given(), resumable(KEPT) as say:
-        _tell(make_from_stimuli(out, drawn, display=displays[first], progress=say), out)
+        _tell(make_from_stimuli(out, drawn, display=display, progress=say), out)
 
 
 def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:
@@ -352,20 +338,14 @@ def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:
 
 def _tell(made: StimulusSet, out: Path) -> None:
     """Print the contents of a finished set, and the values of its controls."""
-    controls = {name: made.manifest["controls"][name] for name in CONTROLS if name in made.manifest["controls"]}
-    pictures = len({one.png for one in made.pictures})
+    found = made.summary()
     show(
-        {
-            "scenes": list(made.scenes),
-            "pictures": pictures,
-            "controls": {name: {key: one[key] for key in ("worst", "limit", "met")} for name, one in controls.items()},
-            "written": printable(out),
-        },
+        found | {"written": printable(out)},
         f"Scenes: {len(made.scenes)}",
-        f"Pictures: {pictures}",
+        f"Pictures: {found['pictures']}",
         *(
             f"{CONTROLS[name].format(one['worst'])} at most (limit {one['limit']:g}){'' if one['met'] else ': NOT met'}"
-            for name, one in controls.items()
+            for name, one in found["controls"].items()
         ),
         f"Written: {printable(out)}",
     )

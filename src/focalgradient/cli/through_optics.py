@@ -132,7 +132,7 @@ def read_picture_and_depth(
     return read_depth_picture(
         picture,
         depth,
-        **{name: None if options[name] is None else options[name] * unit for name, unit in lengths.items()},
+        **{name: None if options.get(name) is None else options[name] * unit for name, unit in lengths.items()},
         pixel_angle=pixel_angle,
         encoding=options["encoding"],
         unit=options["depth_unit"] if source is click.core.ParameterSource.COMMANDLINE else None,

@@ -7,7 +7,7 @@ from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
-from focalgradient.stimuli.drawn_files import read_stimulus
+from focalgradient.stimuli.drawn_files import read_stimuli, read_stimulus
 from focalgradient.stimuli.drawn_set import make_from_stimuli
 from focalgradient.stimuli.films import frames
 from focalgradient.stimuli.fixated_cube import fixated_cube
@@ -51,6 +51,7 @@ __all__ = [
     "miniature",
     "read_necker",
     "read_set",
+    "read_stimuli",
     "read_stimulus",
     "replica",
     "sharpness",
