@@ -20,7 +20,22 @@ if TYPE_CHECKING:
     from focalgradient.display import Display
     from focalgradient.photographs import Distances
 
-__all__ = ["SESSION_S", "DepthFile", "Limits", "Optics", "Screen", "Work", "Workers", "read_depth_file"]
+__all__ = [
+    "SERVER",
+    "SESSION_S",
+    "STORE",
+    "DepthFile",
+    "Limits",
+    "Optics",
+    "Screen",
+    "Work",
+    "Workers",
+    "read_depth_file",
+]
+
+SERVER = ("the server", "web", "starlette", "uvicorn")
+STORE = ("the store", "store", "psycopg")
+"""Arguments of `check_installed`: purpose, extra and modules."""
 
 SESSION_S = 0.04
 """Time of checking a session of about 400 trials, in s on one core."""
