@@ -212,6 +212,8 @@ def _parameters(
 ) -> dict[str, list[click.Parameter]]:
     """Return the options of each parameter of a function; none for those that are `groups`."""
     texts, hints = _texts(function), _hints(function)
+    if unknown := {*how.only, *how.options} - {*hints}:
+        raise TypeError(f"{function} has no parameter {', '.join(sorted(unknown))}.")
     found: dict[str, list[click.Parameter]] = {}
     for parameter in inspect.signature(function).parameters.values():
         name, hint = parameter.name, hints[parameter.name]
@@ -255,10 +257,9 @@ def _made(hint: Any, option: str, text: str, parameter: inspect.Parameter, comma
         "required": parameter.default is parameter.empty,
         "metavar": next((word for word in words if not word.startswith("--")), unit or None),
         "callback": None if quantity is None and reader is None else _checked(quantity, reader),
-        **_default(parameter, quantity),
+        **_default(parameter.default, quantity, several),
     }
     if parameter.kind is parameter.POSITIONAL_ONLY:
-        how["metavar"] = how["metavar"] or parameter.name.upper()
         return click.Argument([parameter.name], nargs=-1 if several else 1, **how)
     names = [option, option.removeprefix("--").replace("-", "_")]
     if kind is bool:
@@ -266,16 +267,16 @@ def _made(hint: Any, option: str, text: str, parameter: inspect.Parameter, comma
     return click.Option(names, multiple=several, show_default="default" in how, help=text, **how)
 
 
-def _default(parameter: inspect.Parameter, quantity: Quantity | None) -> dict[str, Any]:
-    """Return a parameter's default as users state it, if it has one other than None and an empty tuple."""
-    given = parameter.default
-    if given in (parameter.empty, None, ()):
+def _default(given: Any, quantity: Quantity | None, several: bool) -> dict[str, Any]:
+    """Return a default as users state it, if it is one other than None and an empty tuple."""
+    if given in (inspect.Parameter.empty, None, ()):
         return {}
-    if isinstance(given, tuple):
-        given = ",".join(f"{one:g}" if isinstance(one, float) else str(one) for one in given)
-    elif quantity is not None and quantity.scale != 1:
-        given = float(f"{given / quantity.scale:.12g}")  # without the rounding of the division
-    return {"default": given}
+    parts = given if isinstance(given, tuple) else (given,)
+    if quantity is not None and quantity.scale != 1:
+        parts = tuple(float(f"{one / quantity.scale:.12g}") for one in parts)  # without the rounding of the division
+    if several:
+        return {"default": parts}
+    return {"default": ",".join(map(str, parts)) if isinstance(given, tuple) else parts[0]}
 
 
 def _click_type(kind: Any, read: bool) -> click.ParamType[Any] | None:
