@@ -6,27 +6,19 @@ import json
 import math
 import platform
 import time
-from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from focalgradient.cli.blur_eye import spectra_of
-from focalgradient.cli.options import (
-    SCREEN,
-    depth_file_options,
-    gamma_of,
-    picture_encoding_option,
-    positive,
-    screen_size,
-)
+from focalgradient.cli.generate import File, Folder, command
+from focalgradient.cli.groups import SCREEN, gamma_of, screen_size
 from focalgradient.cli.program import (
     announce,
-    force_option,
-    json_option,
     resumable,
     show,
     summary_json,
@@ -34,113 +26,59 @@ from focalgradient.cli.program import (
     writable,
     write_set,
 )
-from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
-from focalgradient.cli.through_optics import (
-    NAMED,
-    lens_or_eye_options,
-    optics_of,
-    pixel_options,
-    read_picture_and_depth,
-)
+from focalgradient.cli.shapes import ShapeAsked
+from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth, settings_given
+from focalgradient.depth.settings import AUTO
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_json, refuse_overwriting
 from focalgradient.plausibility import given_as
+from focalgradient.quantities import CENTIMETRES, METRES, POSITIVE
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.psf import Psf
-    from focalgradient.stimuli import Viewing
 
 __all__ = ["blur"]
 
 SETTINGS = "settings.json"
 """Settings of the frames in a folder: existing frames are kept only if they were made with the same settings."""
 
-DISTANCE = "distance.npy"
-"""Distances of a single picture in m, with holes filled."""
-
 SECONDS_PER_MEGAPIXEL = 0.55
 """Computing time of one picture through one lens, in s per megapixel on two cores: 1920 x 1080 pixels in colour with a
 blur of 15 pixels took 1.1 s (`benchmarks/blurred_pictures.py --speed`)."""
 
 
-def _focus(context: click.Context, option: click.Parameter, given: tuple[float, ...]) -> tuple[float, ...]:
-    """Raise `InputError` for an invalid distance, or two that would have the same file name."""
-    positive(" of metres, or inf", infinite=True)(context, option, given)
+AUTOMATIC = ShapeAsked(AUTO.name, {})
+
+
+def _different(option: str, given: tuple[float, ...]) -> tuple[float, ...]:
+    """Raise `InputError` for two distances that would have the same file name."""
     if len(set(given)) < len(given):
-        raise InputError("--focus is given twice with the same distance: give each distance once.")
+        raise InputError(f"{option} is given twice with the same distance: give each distance once.")
     return given
 
 
-@click.command(cls=ShapedCommand, short_help="Blur a picture of known depth as a lens or an eye would.")
-@click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
-@click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@lens_or_eye_options
-@click.option(
-    "--focus",
-    type=float,
-    multiple=True,
-    required=True,
-    metavar="M",
-    callback=_focus,
-    help="Distance in focus, in metres, or inf. Repeatable.",
-)
-@pixel_options
-@depth_file_options
-@picture_encoding_option
-@shape_options("Shape of the blur; auto: a disc for a lens, the eye's own blur for an eye.")
-@click.option("--chromatic", is_flag=True, help="Blur each waveband at its own focus, as in an eye.")
-@click.option(
-    "--illuminant",
-    metavar="NAME",
-    help="With --chromatic: surfaces under this illuminant (D65, A, LED-B1 or another by the CIE, or '3000 K') "
-    "instead of a "
-    "display.",
-)
-@click.option(
-    "--wavelengths",
-    type=click.IntRange(3, 81),
-    metavar="N",
-    help="With --chromatic: number of wavelength samples, each at its own focus.  [default: by pupil and distances]",
-)
-@click.option(
-    "--to-show",
-    is_flag=True,
-    help="With --chromatic: compute what a display at --focus must show to give the eye this retinal image in every "
-    "waveband.",
-)
-@click.option(
-    "--display",
-    "display_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Display (TOML), instead of the following options.",
-)
-@click.option(
-    "--screen", default="1920x1080", show_default=True, metavar="WxH", help="Width and height of the display in pixels."
-)
-@click.option(
-    "--screen-width",
-    type=float,
-    metavar="CM",
-    callback=positive(" of centimetres"),
-    help="Width of the display, in centimetres.",
-)
-@click.option(
-    "--distance",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres"),
-    help="Distance from the eye to the display, in metres.",
-)
-@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Gamma of the display, or sRGB.")
-@click.option(
-    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
-)
-@force_option
-@json_option
-def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: ShapeAsked, **options: Any) -> None:
+@command("Blur a picture of known depth as a lens or an eye would.")
+def blur(
+    picture: Path,
+    depth: Path,
+    /,
+    *,
+    out: Folder,
+    optics: LensOrEye,
+    focus: Annotated[tuple[float, ...], DISTANCE, _different],
+    read: Read,
+    psf: ShapeAsked = AUTOMATIC,
+    chromatic: bool = False,
+    illuminant: Annotated[str | None, "NAME"] = None,
+    wavelengths: Annotated[int | None, click.IntRange(3, 81), "N"] = None,
+    to_show: bool = False,
+    display_file: Annotated[File | None, "--display"] = None,
+    screen: Annotated[str, "WxH"] = "1920x1080",
+    screen_width: Annotated[float | None, CENTIMETRES] = None,
+    distance: Annotated[float | None, METRES] = None,
+    gamma: Annotated[str, "G"] = "sRGB",
+    white: Annotated[float, POSITIVE] = 1.0,
+) -> None:
     """Image PICTURE through a lens or an eye, with DEPTH giving the distance of each pixel.
 
     PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, sharp everywhere. DEPTH is a .npy, EXR, PFM or floating-point TIFF
@@ -172,30 +110,93 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
       focalgradient blur demo/picture.png demo/distance.npy --out seen --pupil 4 --focus 0.8 --field 3 --chromatic
       focalgradient blur demo/picture.png demo/distance.npy --out old --pupil 3 --refraction "-2.00 -0.75 x 180" \\
         --age 60 --focus 2 --field 3 --chromatic --illuminant A
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    focus
+        Distance in focus, in metres, or inf. Repeatable.
+    psf
+        Shape of the blur; auto: a disc for a lens, the eye's own blur for an eye.
+    chromatic
+        Blur each waveband at its own focus, as in an eye.
+    illuminant
+        With --chromatic: surfaces under this illuminant (D65, A, LED-B1 or another by the CIE, or '3000 K') instead of
+        a display.
+    wavelengths
+        With --chromatic: number of wavelength samples, each at its own focus.  [default: by pupil and distances]
+    to_show
+        With --chromatic: compute what a display at --focus must show to give the eye this retinal image in every
+        waveband.
+    display_file
+        Display (TOML), instead of the following options.
+    screen
+        Width and height of the display in pixels.
+    screen_width
+        Width of the display, in centimetres.
+    distance
+        Distance from the eye to the display, in metres.
+    gamma
+        Gamma of the display, or sRGB.
+    white
+        Linear value shown as white.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     from focalgradient.photographs import depth_pairs
     from focalgradient.progress import part_of
-    from focalgradient.stimuli import viewed_files, with_frames
+    from focalgradient.stimuli import Viewing, viewed_files, with_frames
     from focalgradient.stimuli.sets import npy
 
     click.get_current_context().with_resource(given_as(NAMED))
     pairs, several = depth_pairs(picture, depth), depth.is_dir()
     stems = [pair.stem for pair in pairs] if several else ["blurred"]
     names = [f"{stem}-{metres}m{end}" for stem in stems for metres in focus for end in (".png", ".npy")]
-    names.append(SETTINGS if several else DISTANCE)
-    tables = [options[name] for name in ("eye_file", "display_file") if options[name] is not None]
+    names.append(SETTINGS if several else "distance.npy")
+    tables = [file for file in (optics.eye_file, display_file) if file is not None]
     writable(out, [*names, "summary.json"], [picture, depth, *tables])
     refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
     with warnings_given() as early:
-        (display, angle), shape = _display(options), psf.shape_or_none()
-        viewings = _viewings(options, focus, shape)
+        display, angle = _display(display_file, screen, screen_width, distance, gamma)
+        if wavelengths is not None and not chromatic:
+            raise InputError("--wavelengths is the number of wavelength samples of --chromatic: add --chromatic.")
+        if illuminant is not None and (to_show or not chromatic):
+            raise InputError(
+                "--illuminant requires surfaces seen in colour: add --chromatic, and leave out --to-show, "
+                "whose light is a display's."
+            )
+        if to_show and not (chromatic and all(math.isfinite(metres) for metres in focus)):
+            raise InputError(
+                "--to-show requires an eye and a display at --focus: add --chromatic, and a finite --focus."
+            )
+        if chromatic and optics.is_lens:
+            raise InputError(
+                "--chromatic is the chromatic aberration of an eye: give --pupil or --eye instead of a lens."
+            )
+        lenses, shape = [optics.focused(1 / metres) for metres in focus], psf.shape_or_none()
+        if shape is not None and not optics.is_lens:
+            raise InputError(
+                "--psf is the shape of a lens's blur, but an eye has its own: give --f-number, or leave --psf out."
+            )
+        coloured = chromatic and (find_spec("colour") is not None or illuminant is not None)
+        viewing = Viewing(
+            lenses[0],
+            shape,
+            (wavelengths or "needed") if chromatic else None,
+            spectra_of({**optics.person, "illuminant": illuminant}) if coloured else None,
+            white=white,
+        )
+    viewings = [
+        replace(viewing, optics=lens, screen=metres if to_show else None)
+        for lens, metres in zip(lenses, focus, strict=True)
+    ]
     left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
-    settings |= {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()}
+    settings |= settings_given("focus", "psf")
     settings |= {"psf": psf.name, "psf_parameters": {} if shape is None else shape.stated()}
     if several:
         _same_settings(out, settings)
+    how: dict[str, Any] = {"focal_length": optics.focal_length, "pixel_angle": angle}
     found: list[dict[str, Any]] = []
     files: dict[str, bytes] = {}
     with warnings_given() as said, resumable(left) as say:
@@ -205,7 +206,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
                 continue
             tell = part_of(say, number, len(pairs))
             tell(0.0, "reading")
-            shown = read_picture_and_depth(*pair[:2], options, [one.optics for one in viewings], angle, frame)
+            shown = read_picture_and_depth(*pair[:2], lenses, **read, **how, frame=frame)
             ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, viewings, strict=True)}
             if not found:
                 pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())
@@ -217,7 +218,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
             if several:
                 write_set(out, files, next(reversed(files)))
             else:
-                files[DISTANCE] = npy(shown.metres.astype("float32"))
+                files["distance.npy"] = npy(shown.metres.astype("float32"))
     summary = {
         "settings": settings,
         "pictures": found,
@@ -251,49 +252,20 @@ def _same_settings(out: Path, settings: dict[str, Any]) -> None:
         )
 
 
-def _viewings(options: dict[str, Any], focus: Sequence[float], shape: Psf | None) -> list[Viewing]:
-    """Return the lens or eye, focused at each distance, and how it blurs."""
-    from focalgradient.stimuli import Viewing
-
-    chromatic, count = options["chromatic"], options["wavelengths"]
-    if count is not None and not chromatic:
-        raise InputError("--wavelengths is the number of wavelength samples of --chromatic: add --chromatic.")
-    if options["illuminant"] is not None and (options["to_show"] or not chromatic):
-        raise InputError(
-            "--illuminant requires surfaces seen in colour: add --chromatic, and leave out --to-show, "
-            "whose light is a display's."
-        )
-    if options["to_show"] and not (chromatic and all(math.isfinite(metres) for metres in focus)):
-        raise InputError("--to-show requires an eye and a display at --focus: add --chromatic, and a finite --focus.")
-    if chromatic and (options["f_number"] is not None or options["focal_length"] is not None):
-        raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye instead of a lens.")
-    optics = [optics_of(options, 1 / metres) for metres in focus]
-    if shape is not None and options["f_number"] is None:
-        raise InputError(
-            "--psf is the shape of a lens's blur, but an eye has its own: give --f-number, or leave --psf out."
-        )
-    has_spectra = chromatic and (find_spec("colour") is not None or options["illuminant"] is not None)
-    basis = spectra_of(options) if has_spectra else None
-    wavelengths: Any = (count or "needed") if chromatic else None
-    return [
-        Viewing(one, shape, wavelengths, basis, metres if options["to_show"] else None, options["white"])
-        for metres, one in zip(focus, optics, strict=True)
-    ]
-
-
-def _display(options: dict[str, Any]) -> tuple[Display, float | None]:
+def _display(
+    file: Path | None, screen: str, width_cm: float | None, distance: float | None, gamma: str
+) -> tuple[Display, float | None]:
     """Return the display that the pictures are for, and the angle (rad) of its pixels if it is known."""
     from focalgradient.display import Display
 
-    if options["display_file"] is not None:
-        display = Display.read(options["display_file"])
+    if file is not None:
+        display = Display.read(file)
+    elif width_cm is None and distance is None:
+        return Display(gamma=gamma_of("--gamma", gamma)), None
     else:
-        curve = gamma_of(options["gamma"])
-        if options["screen_width"] is None and options["distance"] is None:
-            return Display(gamma=curve), None
-        if options["screen_width"] is None or options["distance"] is None:
+        curve = gamma_of("--gamma", gamma)
+        if width_cm is None or distance is None:
             raise InputError("--screen-width and --distance belong together: give both.")
-        size = screen_size(options["screen"])
         with given_as(SCREEN):
-            display = Display.of_width(1e-2 * options["screen_width"], size, distance=options["distance"], gamma=curve)
+            display = Display.of_width(1e-2 * width_cm, screen_size("--screen", screen), distance=distance, gamma=curve)
     return display, display.pixel_pitch / display.distance

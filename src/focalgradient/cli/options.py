@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
@@ -22,7 +21,6 @@ PLANES = ("entrance_pupil", "sensor", "lens_front")
 """Reference planes of distances, as in `focalgradient.photographs.planes`, without loading it for help."""
 
 __all__ = [
-    "COUNT",
     "DEPTH_FILE",
     "DIAMETER",
     "GIVEN",
@@ -31,7 +29,6 @@ __all__ = [
     "OPENEST",
     "SCREEN",
     "SERVER",
-    "SIDE",
     "STORE",
     "UNITS",
     "added",
@@ -101,28 +98,6 @@ BODY_MM = 1.0, 1e4
 
 UNITS = ": check its unit"
 """Hint on a probable mistake, added to the message on a number out of range."""
-
-COUNT = click.IntRange(max=65_536)
-"""Number of scenes or rays; `focalgradient.stimuli` checks its range."""
-
-
-class _Side(click.IntRange):
-    """Width and height of square pictures in pixels, given as one number."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        try:
-            return super().convert(value, param, ctx)
-        except click.BadParameter as error:
-            digits = re.match(r"[0-9]{2,5}", str(value))
-            side = max(min(int(digits[0]) if digits else 512, 65_536), 16)
-            raise InputError(
-                f"--size is {value}, but must be one even number of pixels, for the width and the height: give --size "
-                f"{side + side % 2}."
-            ) from error
-
-
-SIDE = _Side(max=65_536)
-"""Width and height of square pictures (px); `focalgradient.stimuli` checks its range."""
 
 
 def positive(

@@ -1,32 +1,36 @@
-"""A picture with depth imaged through a lens or an eye: shared options, and the optics that they describe."""
+"""A picture with depth imaged through a lens or an eye: shared options, and what they describe."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import DIAMETER, GIVEN, OF_DEPTH, OPENEST, added, positive
+from focalgradient.cli.generate import File, Given
+from focalgradient.cli.groups import OF_DEPTH
+from focalgradient.cli.options import GIVEN
 from focalgradient.cli.person import has_natural_pupil, is_person, person_options
 from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.quantities import APERTURE_RATIO, DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from focalgradient.optics import Optics
     from focalgradient.photographs import DepthPicture
 
-__all__ = ["NAMED", "lens_or_eye_options", "optics_of", "pixel_options", "read_picture_and_depth"]
+__all__ = ["DISTANCE", "NAMED", "LensOrEye", "Read", "Stored", "Through", "read_picture_and_depth", "settings_given"]
 
-Command = Callable[..., Any]
+DISTANCE = replace(METRES, words="metres, or inf", infinite=True)
+"""Distance in a picture, which may be infinite."""
 
 NAMED = {
     **GIVEN,
-    **{name: (option, "") for name, option in OF_DEPTH.items()},
+    **{name: (option, "") for name, option in {**OF_DEPTH, "baseline": "--baseline"}.items()},
     "focus_distance": ("--focus", "m"),
     "field": ("--field", ""),
     "otherwise": ("--screen-width and --distance", ""),
@@ -36,109 +40,141 @@ NAMED = {
 }
 """Options with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
 
-_LENS_OR_EYE = [
-    click.option(
-        "--f-number",
-        type=float,
-        metavar="N",
-        callback=positive(least=OPENEST, hint=DIAMETER),
-        help="f-number of a camera's lens.",
-    ),
-    click.option(
-        "--focal-length",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres"),
-        help="Focal length of a camera's lens, in millimetres.",
-    ),
-    click.option(
-        "--pupil",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres"),
-        help="Pupil diameter of an eye, in millimetres.",
-    ),
-    click.option(
-        "--eye",
-        "eye_file",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help='Eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...',
-    ),
-]
-"""Options of a lens or an eye."""
 
-_PIXEL = [
-    click.option(
-        "--field", type=float, metavar="DEG", callback=positive(" of degrees"), help="Width of the picture, in degrees."
-    ),
-    click.option(
-        "--pixel-pitch",
-        type=float,
-        metavar="UM",
-        callback=positive(" of micrometres"),
-        help="Pixel pitch of the camera's sensor, in micrometres.",
-    ),
-]
-"""Options of the size of a pixel."""
+@dataclass(frozen=True)
+class Through:
+    """A lens or an eye.
 
+    Parameters
+    ----------
+    f_number
+        f-number of a camera's lens.
+    focal_length
+        Focal length of a camera's lens, in millimetres.
+    pupil
+        Pupil diameter of an eye, in millimetres.
+    eye_file
+        Eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...
+    """
 
-def lens_or_eye_options(command: Command) -> Command:
-    """Add the options of a lens or an eye, from which `optics_of` makes optics."""
-    return added(person_options(command), _LENS_OR_EYE)
+    f_number: Annotated[float | None, replace(APERTURE_RATIO, infinite=False), "N"] = None
+    focal_length: Annotated[float | None, MILLIMETRES] = None
+    pupil: Annotated[float | None, MILLIMETRES] = None
+    eye_file: Annotated[File | None, "--eye"] = None
+    person: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def is_lens(self) -> bool:
+        """Whether a lens is described."""
+        return self.f_number is not None or self.focal_length is not None
 
-def pixel_options(command: Command) -> Command:
-    """Add the options of the size of a pixel, for `read_picture_and_depth`."""
-    return added(command, _PIXEL)
+    def focused(self, vergence: float) -> Optics:
+        """Return the lens or eye, focused at a vergence (D)."""
+        from focalgradient.optics import Lens
+
+        options = {"pupil": self.pupil, "eye_file": self.eye_file, **self.person}
+        pupil = self.pupil is not None or has_natural_pupil(options)
+        if is_person(options) and (self.is_lens or self.eye_file is not None or not pupil):
+            raise InputError(
+                "--refraction, --correction, --age, --luminance, --aberrations and --zones describe an eye: give its "
+                "--pupil, or --luminance, --refraction or --age for its natural pupil, and no other optics."
+            )
+        if self.is_lens + pupil + (self.eye_file is not None) != 1:
+            raise InputError(
+                "the optics must be --f-number and --focal-length, or --pupil (or --refraction, --age), or --eye: give "
+                "exactly one of the three."
+            )
+        if not self.is_lens:
+            return eye_of(options, vergence)
+        if self.f_number is None or self.focal_length is None:
+            raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
+        return Lens(1e-3 * self.focal_length, self.f_number, 1 / vergence if vergence > 0 else math.inf)
 
 
-def optics_of(options: dict[str, Any], vergence: float) -> Optics:
-    """Return the lens or eye of the options, focused at a vergence (D)."""
-    from focalgradient.optics import Lens
+class _LensOrEye(Given):
+    """Options of a lens, an eye and a person, for a command that receives `Through`."""
 
-    camera = options["f_number"] is not None or options["focal_length"] is not None
-    pupil = options["pupil"] is not None or has_natural_pupil(options)
-    if is_person(options) and (camera or options["eye_file"] is not None or not pupil):
-        raise InputError(
-            "--refraction, --correction, --age, --luminance, --aberrations and --zones describe an eye: give its "
-            "--pupil, or --luminance, --refraction or --age for its natural pupil, and no other optics."
-        )
-    if camera + pupil + (options["eye_file"] is not None) != 1:
-        raise InputError(
-            "the optics must be --f-number and --focal-length, or --pupil (or --refraction, --age), or --eye: give "
-            "exactly one of the three."
-        )
-    if not camera:
-        return eye_of(options, vergence)
-    if options["f_number"] is None or options["focal_length"] is None:
-        raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
-    return Lens(1e-3 * options["focal_length"], options["f_number"], 1 / vergence if vergence > 0 else math.inf)
+    def parameters(self) -> dict[str, list[click.Parameter]]:
+        """Return the options of each parameter."""
+        person = click.command()(person_options(lambda **_: None)).params
+        return super().parameters() | {str(one.name): [one] for one in person}
+
+    def value(self, given: dict[str, Any]) -> Through:
+        """Return the optics for values by parameter."""
+        own = {name: given.pop(name) for name in ("f_number", "focal_length", "pupil", "eye_file")}
+        return Through(**own, person=given)
+
+
+@dataclass(frozen=True)
+class _Joined(Given):
+    """Parameters of several functions, as one group."""
+
+    others: Sequence[Given] = field(default=())
+
+    def parameters(self) -> dict[str, list[click.Parameter]]:
+        """Return the options of each parameter."""
+        found = super().parameters()
+        for other in self.others:
+            found |= other.parameters()
+        return found
 
 
 def read_picture_and_depth(
     picture: Path,
     depth: Path,
-    options: dict[str, Any],
-    optics: Sequence[Optics],
-    pixel_angle: float | None = None,
-    frame: NDArray[Any] | None = None,
+    optics: Sequence[Optics] = (),
+    *,
+    field: Annotated[float | None, DEGREES] = None,
+    pixel_pitch: Annotated[float | None, MICROMETRES] = None,
+    focal_length: float | None = None,
+    unit: Any = "m",
+    **others: Any,
 ) -> DepthPicture:
-    """Read a picture and its depth with the options of a command, whose messages `NAMED` names."""
+    """Read a picture and its depth with the options of a command, as `focalgradient.photographs.read_depth_picture`.
+
+    Parameters
+    ----------
+    field
+        Width of the picture, in degrees.
+    pixel_pitch
+        Pixel pitch of the camera's sensor, in micrometres.
+    """
     from focalgradient.photographs import read_depth_picture
 
     source = click.get_current_context().get_parameter_source("depth_unit")
-    lengths = {"pixel_pitch": 1e-6, "focal_length": 1e-3, "field": math.radians(1)}
     return read_depth_picture(
         picture,
         depth,
-        **{name: None if options.get(name) is None else options[name] * unit for name, unit in lengths.items()},
-        pixel_angle=pixel_angle,
-        encoding=options["encoding"],
-        unit=options["depth_unit"] if source is click.core.ParameterSource.COMMANDLINE else None,
-        scale=options["depth_scale"],
-        baseline=options["baseline"],
-        offset=options["disparity_offset"],
+        field=None if field is None else math.radians(field),
+        pixel_pitch=None if pixel_pitch is None else 1e-6 * pixel_pitch,
+        focal_length=None if focal_length is None else 1e-3 * focal_length,
+        unit=unit if source is click.core.ParameterSource.COMMANDLINE else None,
         optics=optics,
-        frame=frame,
+        **others,
     )
+
+
+def settings_given(*others: str) -> dict[str, Any]:
+    """Return the running command's options for its summary, without its files and the `others`."""
+    names = {"eye": "eye_file", "display": "display_file"}
+    return {
+        names.get(name, name): printable(value) if isinstance(value, Path) else value
+        for name, value in click.get_current_context().params.items()
+        if name not in ("picture", "depth", "out", *others)
+    }
+
+
+LensOrEye = Annotated[Through, _LensOrEye(Through)]
+"""A lens or an eye."""
+
+_DISTANCES = "focalgradient.photographs:read_distances", OF_DEPTH, ("unit", "scale", "baseline", "offset")
+_ENCODING = Given("focalgradient.photographs:read_picture", only=("encoding",))
+
+Stored = Annotated[dict[str, Any], _Joined(*_DISTANCES, others=(_ENCODING,))]
+"""How a picture and its depth file are read, for `read_picture_and_depth`."""
+
+Read = Annotated[
+    dict[str, Any],
+    _Joined(read_picture_and_depth, only=("field", "pixel_pitch"), others=(Given(*_DISTANCES), _ENCODING)),
+]
+"""Size of a pixel, and how a picture and its depth file are read, for `read_picture_and_depth`."""

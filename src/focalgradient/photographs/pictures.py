@@ -64,8 +64,7 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
         An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG file; EXR (with the extra ``exr``); a
         .npy file with an H x W or H x W x 3 array; or a camera raw file, of which only green is used.
     encoding
-        ``"linear"`` or ``"srgb"``. None: as stated by the file, otherwise sRGB for 8-bit image files, linear for all
-        others.
+        Encoding of the picture.  [default: as stated in the file; else srgb for 8 bits, linear for more]
 
     Raises
     ------
