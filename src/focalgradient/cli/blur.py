@@ -206,7 +206,7 @@ def blur(
                 continue
             tell = part_of(say, number, len(pairs))
             tell(0.0, "reading")
-            shown = read_picture_and_depth(*pair[:2], lenses, **read, **how, frame=frame)
+            shown = read_picture_and_depth(pair.picture, pair.depth, lenses, **read, **how, frame=frame)
             ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, viewings, strict=True)}
             if not found:
                 pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())
@@ -214,9 +214,9 @@ def blur(
             files, facts = viewed_files(shown, ready, display, tell)
             found.append(facts)
             if several and not (out / SETTINGS).exists():
-                write_set(out, {SETTINGS: summary_json(settings)}, SETTINGS)
+                write_set(out, {SETTINGS: summary_json(settings)}, SETTINGS, None)
             if several:
-                write_set(out, files, next(reversed(files)))
+                write_set(out, files, next(reversed(files)), None)
             else:
                 files["distance.npy"] = npy(shown.metres.astype("float32"))
     summary = {
@@ -228,7 +228,7 @@ def blur(
         "seconds": time.perf_counter() - start,
     }
     last = {"summary.json": summary_json(summary)}
-    write_set(out, last if several else files | last, "summary.json")
+    write_set(out, last if several else files | last, "summary.json", names)
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *(

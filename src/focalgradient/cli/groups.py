@@ -135,7 +135,7 @@ def display_of(
     with given_as(SCREEN):
         if screen_width is not None:
             return Display.of_width(screen_width, screen, **others)
-        return Display(screen, pixel_pitch or 276.7e-6, **others)
+        return Display(screen, pixel_pitch or 276.7 * 1e-6, **others)
 
 
 def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:

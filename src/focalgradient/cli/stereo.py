@@ -79,6 +79,8 @@ def stereo(
         Blur everything as at this distance, in metres; disparity is unchanged.
     no_disparity
         Blur only: both views from the midpoint, at the screen's distance.
+    camera
+        Where the picture was taken: at the left eye, midway between the eyes, or at the right eye.
     show_as
         How the two views are combined; left.png and right.png are always written. Repeatable.
     screen
