@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import json
-import math
 import platform
 import time
-from dataclasses import replace
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from focalgradient.cli.blur_eye import spectra_of
 from focalgradient.cli.generate import File, Folder, command
 from focalgradient.cli.groups import SCREEN, gamma_of, screen_size
 from focalgradient.cli.program import (
@@ -145,7 +141,7 @@ def blur(
     start = time.perf_counter()
     from focalgradient.photographs import depth_pairs
     from focalgradient.progress import part_of
-    from focalgradient.stimuli import Viewing, viewed_files, with_frames
+    from focalgradient.stimuli import viewed_files, viewings, with_frames
     from focalgradient.stimuli.sets import npy
 
     click.get_current_context().with_resource(given_as(NAMED))
@@ -158,38 +154,10 @@ def blur(
     refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
     with warnings_given() as early:
         display, angle = _display(display_file, screen, screen_width, distance, gamma)
-        if wavelengths is not None and not chromatic:
-            raise InputError("--wavelengths is the number of wavelength samples of --chromatic: add --chromatic.")
-        if illuminant is not None and (to_show or not chromatic):
-            raise InputError(
-                "--illuminant requires surfaces seen in colour: add --chromatic, and leave out --to-show, "
-                "whose light is a display's."
-            )
-        if to_show and not (chromatic and all(math.isfinite(metres) for metres in focus)):
-            raise InputError(
-                "--to-show requires an eye and a display at --focus: add --chromatic, and a finite --focus."
-            )
-        if chromatic and optics.is_lens:
-            raise InputError(
-                "--chromatic is the chromatic aberration of an eye: give --pupil or --eye instead of a lens."
-            )
-        lenses, shape = [optics.focused(1 / metres) for metres in focus], psf.shape_or_none()
-        if shape is not None and not optics.is_lens:
-            raise InputError(
-                "--psf is the shape of a lens's blur, but an eye has its own: give --f-number, or leave --psf out."
-            )
-        coloured = chromatic and (find_spec("colour") is not None or illuminant is not None)
-        viewing = Viewing(
-            lenses[0],
-            shape,
-            (wavelengths or "needed") if chromatic else None,
-            spectra_of({**optics.person, "illuminant": illuminant}) if coloured else None,
-            white=white,
-        )
-    viewings = [
-        replace(viewing, optics=lens, screen=metres if to_show else None)
-        for lens, metres in zip(lenses, focus, strict=True)
-    ]
+        lenses, shape = {metres: optics.focused(1 / metres) for metres in focus}, psf.shape_or_none()
+        seen: dict[str, Any] = {"illuminant": illuminant, "age": optics.person["age"], "white": white}
+        seen |= {"chromatic": chromatic, "wavelengths": wavelengths, "to_show": to_show}
+        through = viewings(lenses, psf=shape, **seen)
     left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
     settings |= settings_given("focus", "psf")
@@ -206,8 +174,8 @@ def blur(
                 continue
             tell = part_of(say, number, len(pairs))
             tell(0.0, "reading")
-            shown = read_picture_and_depth(pair.picture, pair.depth, lenses, **read, **how, frame=frame)
-            ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, viewings, strict=True)}
+            shown = read_picture_and_depth(pair.picture, pair.depth, [*lenses.values()], **read, **how, frame=frame)
+            ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, through, strict=True)}
             if not found:
                 pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())
                 announce(SECONDS_PER_MEGAPIXEL * 1e-6 * shown.metres.size * pictures, f"{pictures} blurred pictures")

@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import click
 
 from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.generate import File, Given
-from focalgradient.cli.groups import OF_DEPTH
-from focalgradient.cli.options import GIVEN
+from focalgradient.cli.groups import OF_DEPTH, DepthFile
 from focalgradient.cli.person import has_natural_pupil, is_person, person_options
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -29,12 +28,18 @@ DISTANCE = replace(METRES, words="metres, or inf", infinite=True)
 """Distance in a picture, which may be infinite."""
 
 NAMED = {
-    **GIVEN,
-    **{name: (option, "") for name, option in {**OF_DEPTH, "baseline": "--baseline"}.items()},
+    **{name: (option, "") for name, option in OF_DEPTH.items()},
+    **{name: (f"--{name}", "") for name in ("baseline", "chromatic", "field", "focus", "illuminant", "psf")},
+    **{name: (f"--{name}", "") for name in ("wavelengths", "white")},
+    "f_number": ("--f-number", ""),
+    "focal_length": ("--focal-length", "mm"),
     "focus_distance": ("--focus", "m"),
-    "field": ("--field", ""),
-    "otherwise": ("--screen-width and --distance", ""),
-    "white": ("--white", ""),
+    "pixel_pitch": ("--pixel-pitch", "um"),
+    "pupil_diameter": ("--pupil", "mm"),
+    "pixel_angle": ("--screen-width and --distance", ""),
+    "to_show": ("--to-show", ""),
+    "lens": ("--f-number", ""),
+    "eye": ("--pupil or --eye", ""),
     "picture": ("PICTURE", ""),
     "depth": ("DEPTH", ""),
 }
@@ -107,16 +112,14 @@ class _LensOrEye(Given):
 
 @dataclass(frozen=True)
 class _Joined(Given):
-    """Parameters of several functions, as one group."""
+    """Parameters of a function, after those of other groups, as one group."""
 
-    others: Sequence[Given] = field(default=())
+    others: Sequence[Given] = ()
 
     def parameters(self) -> dict[str, list[click.Parameter]]:
         """Return the options of each parameter."""
-        found = super().parameters()
-        for other in self.others:
-            found |= other.parameters()
-        return found
+        groups = [*(other.parameters() for other in self.others), super().parameters()]
+        return {name: options for group in groups for name, options in group.items()}
 
 
 def read_picture_and_depth(
@@ -167,14 +170,12 @@ def settings_given(*others: str) -> dict[str, Any]:
 LensOrEye = Annotated[Through, _LensOrEye(Through)]
 """A lens or an eye."""
 
-_DISTANCES = "focalgradient.photographs:read_distances", OF_DEPTH, ("unit", "scale", "baseline", "offset")
-_ENCODING = Given("focalgradient.photographs:read_picture", only=("encoding",))
+_PICTURE, _ENCODING = "focalgradient.photographs:read_picture", ("encoding",)
+_DEPTH = get_args(DepthFile)[1]
+_PIXEL = Given(read_picture_and_depth, only=("field", "pixel_pitch"))
 
-Stored = Annotated[dict[str, Any], _Joined(*_DISTANCES, others=(_ENCODING,))]
+Stored = Annotated[dict[str, Any], _Joined(_PICTURE, only=_ENCODING, others=(_DEPTH,))]
 """How a picture and its depth file are read, for `read_picture_and_depth`."""
 
-Read = Annotated[
-    dict[str, Any],
-    _Joined(read_picture_and_depth, only=("field", "pixel_pitch"), others=(Given(*_DISTANCES), _ENCODING)),
-]
+Read = Annotated[dict[str, Any], _Joined(_PICTURE, only=_ENCODING, others=(_PIXEL, _DEPTH))]
 """Size of a pixel, and how a picture and its depth file are read, for `read_picture_and_depth`."""

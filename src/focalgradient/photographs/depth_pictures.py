@@ -69,7 +69,7 @@ def pixel_angle_of(
     field: float | None = None,
     pixel_pitch: float | None = None,
     focal_length: float | None = None,
-    otherwise: float | None = None,
+    pixel_angle: float | None = None,
 ) -> float:
     """Return the angle (rad) that one pixel of a picture subtends.
 
@@ -81,7 +81,7 @@ def pixel_angle_of(
         Width of the picture as an angle in radians.
     pixel_pitch, focal_length
         Instead of `field`: pixel pitch of the camera's sensor and focal length of its lens, in metres.
-    otherwise
+    pixel_angle
         Angle in radians of a pixel, such as a display's, if neither `field` nor `pixel_pitch` is given.
 
     Raises
@@ -111,12 +111,12 @@ def pixel_angle_of(
             )
         check_pixel_pitch(pixel_pitch, pixel_pitch / focal_length)
         return pixel_pitch / focal_length
-    if otherwise is None:
+    if pixel_angle is None:
         raise InputError(
             f"the size of a pixel is unknown: give {named('field')}, or {named('pixel_pitch')}, or "
-            f"{named('otherwise')}."
+            f"{named('pixel_angle')}."
         )
-    return otherwise
+    return pixel_angle
 
 
 def read_depth_picture(
@@ -177,7 +177,7 @@ def read_depth_picture(
     shown = read_picture(picture, encoding) if frame is None else picture_of(frame, encoding or "srgb")
     height, width = shown.light.shape[:2]
     angle = pixel_angle_of(
-        width, field=field, pixel_pitch=pixel_pitch, focal_length=focal_length, otherwise=pixel_angle
+        width, field=field, pixel_pitch=pixel_pitch, focal_length=focal_length, pixel_angle=pixel_angle
     )
     found = read_distances(depth, unit or "m", scale=scale, baseline=baseline, pixel_angle=angle, offset=offset)
     if found.metres.shape != (height, width):

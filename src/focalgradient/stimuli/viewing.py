@@ -27,7 +27,7 @@ from focalgradient.render import blur_picture
 from focalgradient.stimuli.depth_rating import LIGHTS
 from focalgradient.stimuli.sets import npy
 
-__all__ = ["Seen", "Viewing", "viewed_files", "with_frames"]
+__all__ = ["Seen", "Viewing", "viewed_files", "viewings", "with_frames"]
 
 CLIPPED = 1e-3
 """Fraction of values above the display's white beyond which a warning is issued."""
@@ -160,6 +160,92 @@ class Viewing:
         found = chromatic_stimulus(colours / self.white, metres, self.eye, screen=self.screen, progress=progress, **how)
         residuals = {name: list(getattr(found, name)) for name in RESIDUALS}
         return Seen((self.white * found.shown).astype(np.float32), largest, residuals)
+
+
+def viewings(
+    optics: Mapping[float, Optics],
+    *,
+    psf: Psf | None = None,
+    chromatic: bool = False,
+    wavelengths: int | None = None,
+    illuminant: str | None = None,
+    age: float | None = None,
+    to_show: bool = False,
+    white: float = 1.0,
+) -> list[Viewing]:
+    """Return the viewings of pictures at several foci.
+
+    Parameters
+    ----------
+    optics
+        The lens or eye by the distance in metres that it is focused at, or looks at.
+    psf
+        Shape of a lens's blur; None: a disc.
+    chromatic
+        Whether each waveband has its own focus, as in an eye.
+    wavelengths
+        With `chromatic`: number of wavelength samples; None: as many as pupil and distances need.
+    illuminant
+        With `chromatic`: illuminant of surfaces, as for `focalgradient.eye.SpectralBasis.of_srgb`; None: a display's
+        light.
+    age
+        Age in years of the eye's lens, which filters the light; None: that of the cone fundamentals.
+    to_show
+        Whether a display at that distance is to show what gives the eye this retinal image.
+    white
+        Linear value that the display shows as white.
+
+    Raises
+    ------
+    InputError
+        If parameters contradict each other.
+
+    Examples
+    --------
+    >>> eyes = {0.5: Eye(0.004, 2.0), 1.0: Eye(0.004, 1.0)}
+    >>> near, far = viewings(eyes, chromatic=True, wavelengths=5, to_show=True)
+    >>> near.foci, near.screen, far.screen
+    (5, 0.5, 1.0)
+    """
+    colour, light, shown = (named(name) for name in ("chromatic", "illuminant", "to_show"))
+    eyes = all(isinstance(one, Eye) for one in optics.values())
+    if wavelengths is not None and not chromatic:
+        raise InputError(f"{named('wavelengths')} is the number of wavelength samples of {colour}: add {colour}.")
+    if illuminant is not None and (to_show or not chromatic):
+        raise InputError(
+            f"{light} requires surfaces seen in colour: add {colour}, and leave out {shown}, whose light is a "
+            "display's."
+        )
+    if to_show and not (chromatic and all(math.isfinite(metres) for metres in optics)):
+        focus = named("focus")
+        raise InputError(f"{shown} requires an eye and a display at {focus}: add {colour}, and a finite {focus}.")
+    if chromatic and not eyes:
+        raise InputError(f"{colour} is the chromatic aberration of an eye: give {named('eye')} instead of a lens.")
+    if psf is not None and eyes:
+        raise InputError(
+            f"{named('psf')} is the shape of a lens's blur, but an eye has its own: give {named('lens')}, or leave "
+            f"{named('psf')} out."
+        )
+    basis = _spectra(illuminant, age) if chromatic and (illuminant or find_spec("colour")) else None
+    return [
+        Viewing(
+            one,
+            psf,
+            (wavelengths or "needed") if chromatic else None,
+            basis,
+            metres if to_show else None,
+            white,
+        )
+        for metres, one in optics.items()
+    ]
+
+
+def _spectra(illuminant: str | None, age: float | None) -> SpectralBasis | None:
+    """Return the spectra of a picture's colours as a lens of an age passes them; None: those of a display."""
+    if illuminant is None and age is None:
+        return None
+    basis = SpectralBasis.of_display() if illuminant is None else SpectralBasis.of_srgb(illuminant)
+    return basis if age is None else basis.through_lens(age)
 
 
 def viewed_files(
