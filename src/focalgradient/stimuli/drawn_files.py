@@ -125,7 +125,7 @@ def read_stimuli(folders: Iterable[str | Path]) -> tuple[dict[str, Stimulus], Di
         if displays[name] != displays[first]:
             raise InputError(
                 f"{name} is drawn for a display other than that of {first}: draw all with the same width, distance and "
-                "other options of the display."
+                "other display options."
             )
     if not drawn:
         raise InputError("folders is empty, but must have the folder of a drawn stimulus: give one.")
