@@ -14,8 +14,9 @@ from focalgradient import Eye, InputError, Lens
 from focalgradient.display import Display
 from focalgradient.eye import chromatic_stimulus, parts_needed, retinal_image
 from focalgradient.photographs import DepthPicture, depth_pairs, picture_of
+from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
-from focalgradient.stimuli import Viewing, viewed_files, viewings, with_frames
+from focalgradient.stimuli import Viewing, viewed_files, with_frames
 
 ANGLE = math.radians(1 / 60)
 
@@ -38,7 +39,7 @@ def test_light_in_one_focus_is_that_of_blur_picture() -> None:
 
 def test_grey_pictures_gain_the_colours_of_an_eye() -> None:
     shown, eye = picture(1), Eye(0.003, 1.0)
-    seen = Viewing(eye, wavelengths=3).see(shown)
+    seen = Viewing(eye, chromatic=True, wavelengths=3).see(shown)
     colours = np.repeat(shown.light[..., None], 3, axis=2)
     np.testing.assert_array_equal(
         seen.light, retinal_image(colours, shown.metres, eye, pixel_angle=ANGLE, wavelengths=3)
@@ -48,26 +49,25 @@ def test_grey_pictures_gain_the_colours_of_an_eye() -> None:
 def test_the_number_of_wavelengths_includes_the_screen() -> None:
     """A screen that is out of focus needs as many as a surface there."""
     shown, eye = replace(picture(), metres=np.ones((32, 48))), Eye(0.005, 1.0)
-    alike, near = (Viewing(eye, wavelengths="needed", screen=metres).resolved(shown).foci for metres in (1.0, 0.5))
+    alike, near = (Viewing(eye, chromatic=True, screen=metres).resolved(shown).foci for metres in (1.0, 0.5))
     assert (alike, near) == (5, parts_needed([0.5, 1.0], eye, pixel_angle=ANGLE))
     assert alike < near
-    assert Viewing(eye, wavelengths="needed").foci == 0
 
 
 def test_without_spectra_red_green_and_blue_have_one_focus_each(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("focalgradient.stimuli.viewing.find_spec", lambda name: None)
     shown, eye = picture(), Eye(0.004, 1.0)
-    viewing = viewings({1.0: eye}, chromatic=True)[0]
+    viewing = Viewing(eye, chromatic=True)
     with pytest.warns(match="colour-science is not installed"):
-        ready = viewing.resolved(shown)
-    assert (ready.wavelengths, ready.foci) == ("bands", 3)
+        seen = viewing.see(shown)
+    assert viewing.foci == 3
     blue = blur_picture(shown.light[..., 2], shown.metres, eye.in_light(464.0), pixel_angle=ANGLE)
-    np.testing.assert_array_equal(ready.see(shown).light[..., 2], blue)
+    np.testing.assert_array_equal(seen.light[..., 2], blue)
 
 
 def test_what_a_display_shows_is_in_the_units_of_the_picture() -> None:
     shown, eye = picture(), Eye(0.004, 1.0)
-    seen = viewings({1.0: eye}, chromatic=True, wavelengths=3, to_show=True, white=2.0)[0].see(shown)
+    seen = Viewing(eye, chromatic=True, wavelengths=3, screen=1.0, white=2.0).see(shown)
     how: dict[str, Any] = {"screen": 1.0, "pixel_angle": ANGLE, "wavelengths": 3}
     found = chromatic_stimulus(shown.light / 2, shown.metres, eye, **how)
     np.testing.assert_allclose(seen.light, 2 * found.shown, rtol=1e-6)
@@ -77,7 +77,7 @@ def test_what_a_display_shows_is_in_the_units_of_the_picture() -> None:
 
 def test_the_files_of_each_viewing_and_their_record() -> None:
     shown = picture()
-    through = viewings({metres: Lens(0.05, 20.0, metres) for metres in (1.0, 2.0)}, white=0.5)
+    through = [Viewing(Lens(0.05, 20.0, metres), white=0.5) for metres in (1.0, 2.0)]
     with pytest.warns(match="brighter than white and are clipped in the PNG: give a larger white"):
         files, facts = viewed_files(
             shown, {"near": through[0], "far": through[1]}, Display(), lambda share, words: None
@@ -96,18 +96,15 @@ def test_the_files_of_each_viewing_and_their_record() -> None:
     [
         (Eye(0.004, 1.0), {"wavelengths": 5}, "wavelengths is the number of wavelength samples of chromatic"),
         (Eye(0.004, 1.0), {"illuminant": "A"}, "illuminant requires surfaces seen in colour: add chromatic"),
-        (Eye(0.004, 1.0), {"to_show": True}, "to_show requires an eye and a display at focus"),
+        (Eye(0.004, 1.0), {"screen": 1.0}, "screen requires an eye and a display at focus"),
         (Lens(0.05, 2.0, 1.0), {"chromatic": True}, "chromatic is the chromatic aberration of an eye"),
+        (Eye(0.004, 1.0), {"chromatic": True, "screen": math.inf}, "a finite focus"),
+        (Eye(0.004, 1.0), {"psf": Disc()}, "psf is the shape of a lens's blur, but an eye has its own"),
     ],
 )
 def test_contradictions_are_refused(optics: Any, given: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
-        viewings({1.0: optics}, **given)
-
-
-def test_a_lens_has_no_wavelengths() -> None:
-    with pytest.raises(InputError, match="wavelengths is given with a lens"):
-        Viewing(Lens(0.05, 20.0, 1.0), wavelengths=5).see(picture())
+        Viewing(optics, **given)
 
 
 def test_pictures_of_a_folder_come_without_frames(tmp_path: Path) -> None:

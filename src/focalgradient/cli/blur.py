@@ -141,7 +141,7 @@ def blur(
     start = time.perf_counter()
     from focalgradient.photographs import depth_pairs
     from focalgradient.progress import part_of
-    from focalgradient.stimuli import viewed_files, viewings, with_frames
+    from focalgradient.stimuli import Viewing, viewed_files, with_frames
     from focalgradient.stimuli.sets import npy
 
     click.get_current_context().with_resource(given_as(NAMED))
@@ -154,17 +154,20 @@ def blur(
     refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
     with warnings_given() as early:
         display, angle = _display(display_file, screen, screen_width, distance, gamma)
-        lenses, shape = {metres: optics.focused(1 / metres) for metres in focus}, psf.shape_or_none()
-        seen: dict[str, Any] = {"illuminant": illuminant, "age": optics.person["age"], "white": white}
-        seen |= {"chromatic": chromatic, "wavelengths": wavelengths, "to_show": to_show}
-        through = viewings(lenses, psf=shape, **seen)
+        lenses, shape = [optics.focused(1 / metres) for metres in focus], psf.shape_or_none()
+        how: dict[str, Any] = {"chromatic": chromatic, "wavelengths": wavelengths, "illuminant": illuminant}
+        how |= {"age": optics.person["age"], "white": white}
+        through = [
+            Viewing(lens, shape, screen=metres if to_show else None, **how)
+            for lens, metres in zip(lenses, focus, strict=True)
+        ]
     left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
     settings |= settings_given("focus", "psf")
     settings |= {"psf": psf.name, "psf_parameters": {} if shape is None else shape.stated()}
     if several:
         _same_settings(out, settings)
-    how: dict[str, Any] = {"focal_length": optics.focal_length, "pixel_angle": angle}
+    sizes: dict[str, Any] = {"focal_length": optics.focal_length, "pixel_angle": angle}
     found: list[dict[str, Any]] = []
     files: dict[str, bytes] = {}
     with warnings_given() as said, resumable(left) as say:
@@ -174,7 +177,7 @@ def blur(
                 continue
             tell = part_of(say, number, len(pairs))
             tell(0.0, "reading")
-            shown = read_picture_and_depth(pair.picture, pair.depth, [*lenses.values()], **read, **how, frame=frame)
+            shown = read_picture_and_depth(pair.picture, pair.depth, lenses, **read, **sizes, frame=frame)
             ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, through, strict=True)}
             if not found:
                 pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())

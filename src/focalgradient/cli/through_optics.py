@@ -37,7 +37,7 @@ NAMED = {
     "pixel_pitch": ("--pixel-pitch", "um"),
     "pupil_diameter": ("--pupil", "mm"),
     "pixel_angle": ("--screen-width and --distance", ""),
-    "to_show": ("--to-show", ""),
+    "screen": ("--to-show", ""),
     "lens": ("--f-number", ""),
     "eye": ("--pupil or --eye", ""),
     "picture": ("PICTURE", ""),

@@ -19,7 +19,7 @@ from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSe
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
-from focalgradient.stimuli.viewing import Seen, Viewing, viewed_files, viewings, with_frames
+from focalgradient.stimuli.viewing import Seen, Viewing, viewed_files, with_frames
 from focalgradient.stimuli.wide_field import wide_field
 
 __all__ = [
@@ -58,7 +58,6 @@ __all__ = [
     "slanted_plane",
     "texture_border",
     "viewed_files",
-    "viewings",
     "wide_field",
     "with_frames",
 ]

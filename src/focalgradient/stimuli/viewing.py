@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from focalgradient.render import blur_picture
 from focalgradient.stimuli.depth_rating import LIGHTS
 from focalgradient.stimuli.sets import npy
 
-__all__ = ["Seen", "Viewing", "viewed_files", "viewings", "with_frames"]
+__all__ = ["Seen", "Viewing", "viewed_files", "with_frames"]
 
 CLIPPED = 1e-3
 """Fraction of values above the display's white beyond which a warning is issued."""
@@ -36,8 +36,7 @@ RESIDUALS = ("residual", "unlimited", "scene_shown", "alike")
 """Residual errors of `focalgradient.eye.ChromaticStimulus`."""
 
 
-@dataclass(frozen=True, slots=True)
-class Seen:
+class Seen(NamedTuple):
     """A picture as seen: linear radiance, radius of its largest blur disc in pixels, and residual errors if shown.
 
     ``residuals`` are those of `focalgradient.eye.ChromaticStimulus`, if ``light`` is what a display must show.
@@ -45,7 +44,7 @@ class Seen:
 
     light: NDArray[np.float32]
     largest_blur_px: float
-    residuals: Mapping[str, list[float]] | None = None
+    residuals: dict[str, list[float]] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,17 +56,26 @@ class Viewing:
     optics
         A lens or an eye.
     psf
-        Shape of the blur; None: the optics' own, or a disc.
+        Shape of a lens's blur; None: the optics' own, or a disc.
+    chromatic
+        Whether each waveband has its own focus, as in an eye; otherwise all light has one.
     wavelengths
-        None: all light has one focus. For an eye: number of wavelength samples, each blurred at its own focus;
-        ``"needed"``: as many as pupil and distances need; ``"bands"``: red, green and blue at one focus each.
-    basis
-        Spectra of red, green and blue; None: those of a display.
+        With `chromatic`: number of wavelength samples; None: as many as pupil and distances need.
+    illuminant
+        With `chromatic`: illuminant of surfaces, as for `focalgradient.eye.SpectralBasis.of_srgb`; None: a display's
+        light.
+    age
+        With `chromatic`: age in years of the eye's lens, which filters the light; None: that of the cone fundamentals.
     screen
-        Distance in metres of a display that is to show what gives the eye this retinal image in every waveband; None:
+        With `chromatic`: distance in metres of a display that is to show what gives the eye this retinal image; None:
         the retinal image itself.
     white
         Linear value that the display shows as white.
+
+    Raises
+    ------
+    InputError
+        If parameters contradict each other.
 
     Examples
     --------
@@ -85,17 +93,45 @@ class Viewing:
 
     optics: Optics
     psf: Psf | None = None
-    wavelengths: int | Literal["needed", "bands"] | None = None
-    basis: SpectralBasis | None = None
+    chromatic: bool = False
+    wavelengths: int | None = None
+    illuminant: str | None = None
+    age: float | None = None
     screen: float | None = None
     white: float = 1.0
 
+    def __post_init__(self) -> None:
+        colour, screen, psf, focus = (named(name) for name in ("chromatic", "screen", "psf", "focus"))
+        is_eye, is_shown = isinstance(self.optics, Eye), self.screen is not None
+        if self.wavelengths is not None and not self.chromatic:
+            raise InputError(f"{named('wavelengths')} is the number of wavelength samples of {colour}: add {colour}.")
+        if self.illuminant is not None and (is_shown or not self.chromatic):
+            raise InputError(
+                f"{named('illuminant')} requires surfaces seen in colour: add {colour}, and leave out {screen}, whose "
+                "light is a display's."
+            )
+        if is_shown and not (self.chromatic and math.isfinite(self.screen or 0)):
+            raise InputError(f"{screen} requires an eye and a display at {focus}: add {colour}, and a finite {focus}.")
+        if self.chromatic and not is_eye:
+            raise InputError(f"{colour} is the chromatic aberration of an eye: give {named('eye')} instead of a lens.")
+        if self.psf is not None and is_eye:
+            raise InputError(
+                f"{psf} is the shape of a lens's blur, but an eye has its own: give {named('lens')}, or leave {psf} "
+                "out."
+            )
+
     @property
     def foci(self) -> int:
-        """Number of foci at which a picture is blurred; 0 until `resolved` finds the number that is needed."""
-        if isinstance(self.wavelengths, int):
-            return self.wavelengths
-        return {None: 1, "bands": len(LIGHTS), "needed": 0}[self.wavelengths]
+        """Number of foci at which a `resolved` viewing blurs a picture."""
+        return 1 if not self.chromatic else self.wavelengths or len(LIGHTS)
+
+    @property
+    def basis(self) -> SpectralBasis | None:
+        """Spectra of a picture's red, green and blue as the eye's lens passes them; None: those of a display."""
+        if self.illuminant is None and self.age is None:
+            return None
+        lit = SpectralBasis.of_display() if self.illuminant is None else SpectralBasis.of_srgb(self.illuminant)
+        return lit if self.age is None else lit.through_lens(self.age)
 
     def resolved(self, picture: DepthPicture) -> Viewing:
         """Return the viewing with the number of wavelength samples that a picture needs.
@@ -105,147 +141,52 @@ class Viewing:
         FocalGradientWarning
             If colour-science is not installed, so that red, green and blue have one focus each.
         """
-        if self.wavelengths != "needed":
+        if not self.chromatic or self.wavelengths is not None:
             return self
-        if self.basis is None and find_spec("colour") is None:
+        if self.illuminant is None and find_spec("colour") is None:
             warnings.warn(
                 "colour-science is not installed, so red, green and blue are each blurred at one focus, which is "
                 "in error by up to 0.1 of white: install focalgradient[eye].",
                 FocalGradientWarning,
                 stacklevel=2,
             )
-            return replace(self, wavelengths="bands")
+            return self
         metres = picture.metres if self.screen is None else np.append(picture.metres, self.screen)
-        count = parts_needed(metres, self.eye, pixel_angle=picture.pixel_angle, basis=self.basis)
+        eye: Any = self.optics
+        count = parts_needed(metres, eye, pixel_angle=picture.pixel_angle, basis=self.basis)
         return replace(self, wavelengths=count)
 
-    @property
-    def eye(self) -> Eye:
-        """The optics as an eye; `InputError` for a lens."""
-        if not isinstance(self.optics, Eye):
-            raise InputError("wavelengths is given with a lens, but is for an eye: leave it out, or give an Eye.")
-        return self.optics
-
     def see(self, picture: DepthPicture, progress: Progress | None = None) -> Seen:
-        """Return a picture as seen through the optics.
+        """Return a picture as seen through the optics; `resolved` finds the number of wavelengths first.
 
         Raises
         ------
         InputError
             If a value is out of range, or colour-science is not installed for the requested wavelengths.
         """
-        if self.wavelengths == "needed":
-            return self.resolved(picture).see(picture, progress)
-        defocus = float(np.abs(self.optics.focus_vergence - 1 / picture.metres).max())
-        largest = float(defocus * self.optics.aperture_diameter / 2 / picture.pixel_angle)
         light, metres, angle = picture.light, picture.metres, picture.pixel_angle
-        if self.wavelengths is None:
+        defocus = float(np.abs(self.optics.focus_vergence - 1 / metres).max())
+        largest = float(defocus * self.optics.aperture_diameter / 2 / angle)
+        if not self.chromatic:
             seen = blur_picture(light, metres, self.optics, pixel_angle=angle, psf=self.psf, progress=progress)
             return Seen(seen, largest)
+        eye: Any = self.optics
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
-        if self.wavelengths == "bands" and self.screen is None:
+        count = self.resolved(picture).wavelengths
+        if count is None and self.screen is None:
             say = progress or (lambda share, words: None)
+            parts = [part_of(say, number, len(LIGHTS)) for number in range(len(LIGHTS))]
             bands = [
-                blur_picture(
-                    *(colours[..., n], metres, self.eye.in_light(nm)),
-                    pixel_angle=angle,
-                    progress=part_of(say, n, len(LIGHTS)),
-                )
+                blur_picture(colours[..., n], metres, eye.in_light(nm), pixel_angle=angle, progress=parts[n])
                 for n, nm in enumerate(LIGHTS)
             ]
             return Seen(np.stack(bands, axis=-1), largest)
-        how: dict[str, Any] = {"pixel_angle": angle, "wavelengths": self.foci, "basis": self.basis}
+        how: dict[str, Any] = {"pixel_angle": angle, "wavelengths": count, "basis": self.basis, "progress": progress}
         if self.screen is None:
-            return Seen(retinal_image(colours, metres, self.eye, progress=progress, **how), largest)
-        found = chromatic_stimulus(colours / self.white, metres, self.eye, screen=self.screen, progress=progress, **how)
+            return Seen(retinal_image(colours, metres, eye, **how), largest)
+        found = chromatic_stimulus(colours / self.white, metres, eye, screen=self.screen, **how)
         residuals = {name: list(getattr(found, name)) for name in RESIDUALS}
         return Seen((self.white * found.shown).astype(np.float32), largest, residuals)
-
-
-def viewings(
-    optics: Mapping[float, Optics],
-    *,
-    psf: Psf | None = None,
-    chromatic: bool = False,
-    wavelengths: int | None = None,
-    illuminant: str | None = None,
-    age: float | None = None,
-    to_show: bool = False,
-    white: float = 1.0,
-) -> list[Viewing]:
-    """Return the viewings of pictures at several foci.
-
-    Parameters
-    ----------
-    optics
-        The lens or eye by the distance in metres that it is focused at, or looks at.
-    psf
-        Shape of a lens's blur; None: a disc.
-    chromatic
-        Whether each waveband has its own focus, as in an eye.
-    wavelengths
-        With `chromatic`: number of wavelength samples; None: as many as pupil and distances need.
-    illuminant
-        With `chromatic`: illuminant of surfaces, as for `focalgradient.eye.SpectralBasis.of_srgb`; None: a display's
-        light.
-    age
-        Age in years of the eye's lens, which filters the light; None: that of the cone fundamentals.
-    to_show
-        Whether a display at that distance is to show what gives the eye this retinal image.
-    white
-        Linear value that the display shows as white.
-
-    Raises
-    ------
-    InputError
-        If parameters contradict each other.
-
-    Examples
-    --------
-    >>> eyes = {0.5: Eye(0.004, 2.0), 1.0: Eye(0.004, 1.0)}
-    >>> near, far = viewings(eyes, chromatic=True, wavelengths=5, to_show=True)
-    >>> near.foci, near.screen, far.screen
-    (5, 0.5, 1.0)
-    """
-    colour, light, shown = (named(name) for name in ("chromatic", "illuminant", "to_show"))
-    eyes = all(isinstance(one, Eye) for one in optics.values())
-    if wavelengths is not None and not chromatic:
-        raise InputError(f"{named('wavelengths')} is the number of wavelength samples of {colour}: add {colour}.")
-    if illuminant is not None and (to_show or not chromatic):
-        raise InputError(
-            f"{light} requires surfaces seen in colour: add {colour}, and leave out {shown}, whose light is a "
-            "display's."
-        )
-    if to_show and not (chromatic and all(math.isfinite(metres) for metres in optics)):
-        focus = named("focus")
-        raise InputError(f"{shown} requires an eye and a display at {focus}: add {colour}, and a finite {focus}.")
-    if chromatic and not eyes:
-        raise InputError(f"{colour} is the chromatic aberration of an eye: give {named('eye')} instead of a lens.")
-    if psf is not None and eyes:
-        raise InputError(
-            f"{named('psf')} is the shape of a lens's blur, but an eye has its own: give {named('lens')}, or leave "
-            f"{named('psf')} out."
-        )
-    basis = _spectra(illuminant, age) if chromatic and (illuminant or find_spec("colour")) else None
-    return [
-        Viewing(
-            one,
-            psf,
-            (wavelengths or "needed") if chromatic else None,
-            basis,
-            metres if to_show else None,
-            white,
-        )
-        for metres, one in optics.items()
-    ]
-
-
-def _spectra(illuminant: str | None, age: float | None) -> SpectralBasis | None:
-    """Return the spectra of a picture's colours as a lens of an age passes them; None: those of a display."""
-    if illuminant is None and age is None:
-        return None
-    basis = SpectralBasis.of_display() if illuminant is None else SpectralBasis.of_srgb(illuminant)
-    return basis if age is None else basis.through_lens(age)
 
 
 def viewed_files(
@@ -306,7 +247,7 @@ def viewed_files(
         "share_of_holes_filled": picture.filled,
         "largest_blur_px": [one.largest_blur_px for one in found],
     }
-    if any(viewing.wavelengths is not None for viewing in resolved.values()):
+    if any(viewing.chromatic for viewing in resolved.values()):
         facts["wavelengths"] = [viewing.foci for viewing in resolved.values()]
     if residuals := [one.residuals for one in found if one.residuals is not None]:
         facts["residuals"] = residuals
