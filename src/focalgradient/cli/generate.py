@@ -252,7 +252,8 @@ def _default(given: Any, quantity: Quantity | None, several: bool) -> dict[str, 
         parts = tuple(float(f"{one / quantity.scale:.12g}") for one in parts)  # without the rounding of the division
     if several:
         return {"default": parts}
-    return {"default": ",".join(map(str, parts)) if isinstance(given, tuple) else parts[0]}
+    words = [f"{one:g}" if isinstance(one, float) else str(one) for one in parts]
+    return {"default": ",".join(words) if isinstance(given, tuple) else parts[0]}
 
 
 def _click_type(kind: Any, read: bool) -> click.ParamType[Any] | None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -18,21 +16,19 @@ from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.photographs import Distances
 
 PLANES = ("entrance_pupil", "sensor", "lens_front")
 """Reference planes of distances, as in `focalgradient.photographs.planes`, without loading it for help."""
 
 __all__ = [
-    "COUNT",
     "DEPTH_FILE",
     "DIAMETER",
     "GIVEN",
     "NEAREST",
+    "OF_DEPTH",
     "OPENEST",
     "SCREEN",
     "SERVER",
-    "SIDE",
     "STORE",
     "UNITS",
     "added",
@@ -46,7 +42,6 @@ __all__ = [
     "options_named",
     "picture_encoding_option",
     "positive",
-    "read_depth_file",
     "screen_size",
     "shared_options",
     "shared_work",
@@ -103,28 +98,6 @@ BODY_MM = 1.0, 1e4
 
 UNITS = ": check its unit"
 """Hint on a probable mistake, added to the message on a number out of range."""
-
-COUNT = click.IntRange(max=65_536)
-"""Number of scenes or rays; `focalgradient.stimuli` checks its range."""
-
-
-class _Side(click.IntRange):
-    """Width and height of square pictures in pixels, given as one number."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        try:
-            return super().convert(value, param, ctx)
-        except click.BadParameter as error:
-            digits = re.match(r"[0-9]{2,5}", str(value))
-            side = max(min(int(digits[0]) if digits else 512, 65_536), 16)
-            raise InputError(
-                f"--size is {value}, but must be one even number of pixels, for the width and the height: give --size "
-                f"{side + side % 2}."
-            ) from error
-
-
-SIDE = _Side(max=65_536)
-"""Width and height of square pictures (px); `focalgradient.stimuli` checks its range."""
 
 
 def positive(
@@ -205,23 +178,8 @@ def display_of(
 
 
 def depth_file_options(command: Command) -> Command:
-    """Add the options that interpret a depth file, for `read_depth_file`."""
+    """Add the options that interpret a depth file."""
     return added(command, _DEPTH_FILE)
-
-
-def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
-    """Read a depth file with the options of `depth_file_options`; a pixel subtends `pixel_angle` radians."""
-    from focalgradient.photographs import read_distances
-
-    with options_named(OF_DEPTH):
-        return read_distances(
-            path,
-            options["depth_unit"],
-            scale=options["depth_scale"],
-            baseline=options["baseline"],
-            pixel_angle=pixel_angle,
-            offset=options["disparity_offset"],
-        )
 
 
 def limit_options(command: Command) -> Command:

@@ -4,6 +4,13 @@ Names carry units here (``_mm``, ``_um``, ``_m``), as in users' files; internall
 """
 
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
+from focalgradient.photographs.depth_pictures import (
+    DepthPair,
+    DepthPicture,
+    depth_pairs,
+    pixel_angle_of,
+    read_depth_picture,
+)
 from focalgradient.photographs.exif import from_exif
 from focalgradient.photographs.images import read_photograph, read_photographs
 from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
@@ -17,6 +24,8 @@ from focalgradient.srgb import srgb_to_linear
 __all__ = [
     "Calibrated",
     "Camera",
+    "DepthPair",
+    "DepthPicture",
     "DepthUnit",
     "Distances",
     "KnownScenes",
@@ -26,6 +35,7 @@ __all__ = [
     "Shot",
     "Targets",
     "camera_toml",
+    "depth_pairs",
     "from_exif",
     "load_camera",
     "load_known_scenes",
@@ -34,6 +44,8 @@ __all__ = [
     "make_views",
     "names_depth",
     "picture_of",
+    "pixel_angle_of",
+    "read_depth_picture",
     "read_distances",
     "read_dual_pixel_raw",
     "read_photograph",
