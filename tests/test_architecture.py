@@ -66,6 +66,7 @@ ROOMS = {
         "memory",
         "optics",
         "plausibility",
+        "progress",
         "psf",
         "srgb",
         "tables",

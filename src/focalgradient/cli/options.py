@@ -404,7 +404,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--focus-distance",
-        "focus_distances",
+        "focus_distances_m",
         type=float,
         multiple=True,
         metavar="M",
@@ -413,6 +413,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--pixel-pitch",
+        "pixel_pitch_um",
         type=float,
         metavar="UM",
         callback=positive(" of micrometres"),
@@ -453,6 +454,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--sensor-to-pupil",
+        "sensor_to_pupil_mm",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
@@ -460,6 +462,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--sensor-to-front",
+        "sensor_to_front_mm",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),

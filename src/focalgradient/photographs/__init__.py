@@ -4,7 +4,8 @@ Names carry units here (``_mm``, ``_um``, ``_m``), as in users' files; internall
 """
 
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
-from focalgradient.photographs.exif import from_exif
+from focalgradient.photographs.depths import PhotographedDepth, depth_from_photographs, limits_beside_focus
+from focalgradient.photographs.exif import GivenOptics, from_exif
 from focalgradient.photographs.images import read_photograph, read_photographs
 from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
 from focalgradient.photographs.photograph import Photograph
@@ -19,14 +20,18 @@ __all__ = [
     "Camera",
     "DepthUnit",
     "Distances",
+    "GivenOptics",
     "KnownScenes",
     "Photograph",
+    "PhotographedDepth",
     "Picture",
     "Settings",
     "Shot",
     "Targets",
     "camera_toml",
+    "depth_from_photographs",
     "from_exif",
+    "limits_beside_focus",
     "load_camera",
     "load_known_scenes",
     "load_settings",
