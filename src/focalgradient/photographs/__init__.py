@@ -3,11 +3,12 @@
 Names carry units here (``_mm``, ``_um``, ``_m``), as in users' files; internally everything is in SI units.
 """
 
+from focalgradient.photographs.calibrating import TargetCalibration, calibrate_camera
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.depths import PhotographedDepth, depth_from_photographs, limits_beside_focus
 from focalgradient.photographs.exif import GivenOptics, from_exif
 from focalgradient.photographs.images import read_photograph, read_photographs
-from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
+from focalgradient.photographs.known_scenes import KnownScenes, SceneCalibration, load_known_scenes, names_depth
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
 from focalgradient.photographs.raw import read_dual_pixel_raw
@@ -25,9 +26,12 @@ __all__ = [
     "Photograph",
     "PhotographedDepth",
     "Picture",
+    "SceneCalibration",
     "Settings",
     "Shot",
+    "TargetCalibration",
     "Targets",
+    "calibrate_camera",
     "camera_toml",
     "depth_from_photographs",
     "from_exif",

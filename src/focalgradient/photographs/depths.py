@@ -236,21 +236,15 @@ def depth_from_photographs(
 
     >>> import tempfile
     >>> import focalgradient as fg
-    >>> light = np.random.default_rng(0).random((64, 64))
+    >>> light = np.random.default_rng(0).random((96, 96))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     files = [Path(folder, f"{number}.npy") for number in (16, 4)]
     ...     for number, file in zip((16, 4), files):
     ...         lens = fg.Lens(0.05, number, 1.0)
-    ...         seen = fg.blur(light, np.full((64, 64), 1.25), lens, pixel_angle=5e-4)
-    ...         np.save(file, seen + 1e-3 * np.random.default_rng(number).standard_normal((64, 64)))
-    ...     found = depth_from_photographs(
-    ...         files,
-    ...         near=1.0,
-    ...         focal_length_mm=50,
-    ...         pixel_pitch_um=26.3,
-    ...         f_numbers=(16, 4),
-    ...         focus_distances_m=(1.0,),
-    ...     )
+    ...         seen = fg.render.blur_picture(light, np.full((96, 96), 1.25), lens, pixel_angle=3e-4)
+    ...         np.save(file, seen + 1e-3 * np.random.default_rng(number).standard_normal((96, 96)))
+    ...     lens = {"focal_length_mm": 50.0, "f_numbers": (16, 4), "focus_distances_m": (1.0,)}
+    ...     found = depth_from_photographs(files, near=1.0, pixel_pitch_um=15.79, **lens)
     >>> abs(found.medians["distance_m"] - 1.25) < 0.03
     True
     """
