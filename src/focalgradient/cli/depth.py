@@ -8,16 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import click
+from typing import Annotated, Any
 
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
-from focalgradient.cli.options import GIVEN, limit_options, optics_options, options_named, shared_options, shared_work
+from focalgradient.cli.generate import Folder, command, options_named
+from focalgradient.cli.groups import Limits, Optics, Workers
+from focalgradient.cli.options import GIVEN
 from focalgradient.cli.program import (
     announce,
-    force_option,
-    json_option,
     nothing_valid,
     resumable,
     show,
@@ -26,9 +24,9 @@ from focalgradient.cli.program import (
     with_options,
     writable,
 )
-from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
+from focalgradient.cli.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.depth.known_points import KnownPoint, checked_points
-from focalgradient.depth.recover import METHODS, MethodName
+from focalgradient.depth.recover import MethodName
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.plausibility import given_as
@@ -57,8 +55,8 @@ OTHERS = dict.fromkeys((".csv", ".tsv", ".xlsx"), "report") | dict.fromkeys((".m
 """Commands for files that are not photographs, by extension."""
 
 
-def _photographs(_: click.Context, __: click.Parameter, given: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Raise `InputError` for a single file that belongs to another command: an argument's callback."""
+def _photographs(_: str, given: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Raise `InputError` for a single file that belongs to another command."""
     if len(given) == 1 and (command := OTHERS.get(given[0].suffix.lower())):
         raise InputError(
             f"{printable(given[0])} is one file, but not a photograph: give it to 'focalgradient {command}'."
@@ -66,8 +64,8 @@ def _photographs(_: click.Context, __: click.Parameter, given: tuple[Path, ...])
     return given
 
 
-def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str]) -> list[KnownPoint]:
-    """Parse points X,Y=M, as an option's callback."""
+def _known_points(given: tuple[str, ...]) -> list[KnownPoint]:
+    """Parse points X,Y=M."""
     found = []
     for text in given:
         place, distance = text.partition("=")[::2]
@@ -82,71 +80,21 @@ def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str
     return checked_points(found)
 
 
-@click.command(cls=ShapedCommand, short_help="Recover depth from views that differ in aperture or focus.")
-@click.argument(
-    "inputs",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="VIEWS.toml ... | A.jpg B.jpg ...",
-    callback=_photographs,
-)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@click.option(
-    "--method",
-    type=click.Choice(list(METHODS)),
-    default="equalise",
-    show_default=True,
-    help="Method of measuring blur: see above.",
-)
-@click.option(
-    "--at",
-    multiple=True,
-    metavar="X,Y=M",
-    callback=_known_points,
-    help="Point of measured distance: column and row in pixels of the first view, and distance in metres. Corrects "
-    "the focus, with two or more points also the scale of the apertures, within their tolerance. Repeatable.",
-)
-@limit_options
-@shape_options(
-    "Shape of the blur; auto: a disc, or as measured by --calibration. For a gaussian or a blend, blur_k in "
-    "[camera] is its k."
-)
-@click.option(
-    "--align",
-    is_flag=True,
-    help="Remove shift and scale between the views before comparing them; crop views of unequal size to their common "
-    "part.",
-)
-@click.option(
-    "--dense",
-    is_flag=True,
-    help="Complete vergence where it is not valid, with a standard deviation that includes the interpolation error.",
-)
-@click.option(
-    "--calibration",
-    type=click.Path(path_type=Path),
-    metavar="CAMERA.toml",
-    help="Camera measured by `focalgradient calibrate`; f-number and focus distance are then marks on the lens.",
-)
-@optics_options
-@shared_options
-@force_option
-@json_option
+@command("Recover depth from views that differ in aperture or focus.")
 def depth(
-    inputs: tuple[Path, ...],
-    out: Path,
-    method: MethodName,
-    near: float | None,
-    far: float | None,
-    at: list[KnownPoint],
-    psf: ShapeAsked,
-    align: bool,
-    dense: bool,
-    calibration: Path | None,
-    workers: int | None,
-    scheduler: str | None,
-    **optics: Any,
+    inputs: Annotated[tuple[Path, ...], _photographs, "VIEWS.toml ... | A.jpg B.jpg ..."],
+    /,
+    *,
+    out: Folder,
+    method: MethodName = "equalise",
+    at: Annotated[tuple[str, ...], "X,Y=M"] = (),
+    limits: Limits,
+    psf: ShapeAsked = AUTO_SHAPE,
+    align: bool = False,
+    dense: bool = False,
+    calibration: Annotated[Path | None, "CAMERA.toml"] = None,
+    optics: Optics,
+    workers: Workers,
 ) -> None:
     """Recover depth from two or more views that differ in aperture, in focus, or both.
 
@@ -200,26 +148,45 @@ def depth(
       f_number = 16
       focus_distance_m = 0.85
       flat = "flat0.png"         # may be omitted: a blank, evenly lit surface, to correct vignetting
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    method
+        Method of measuring blur: see above.
+    at
+        Point of measured distance: column and row in pixels of the first view, and distance in metres. Corrects the
+        focus, with two or more points also the scale of the apertures, within their tolerance. Repeatable.
+    psf
+        Shape of the blur; auto: a disc, or as measured by --calibration. For a gaussian or a blend, blur_k in [camera]
+        is its k.
+    align
+        Remove shift and scale between the views before comparing them; crop views of unequal size to their common part.
+    dense
+        Complete vergence where it is not valid, with a standard deviation that includes the interpolation error.
+    calibration
+        Camera measured by `focalgradient calibrate`; f-number and focus distance are then marks on the lens.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    near, far = limits["near"], limits["far"]
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
-    call: dict[str, Any] = {"method": method, "near": near, "far": far, "psf": psf.stated(), "known_points": at}
-    call |= {"align": align, "dense": dense, "calibration": calibration}
-    call |= {"focal_length_mm": optics.pop("focal_length"), **optics}
+    call: dict[str, Any] = {"method": method, "psf": psf.stated(), "known_points": _known_points(at)}
+    call |= {"align": align, "dense": dense, "calibration": calibration, **limits, **optics}
     read = [*inputs, *([] if calibration is None else [calibration]), *_files_of(inputs, calibration)]
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
         named = zip(folders(inputs), inputs, strict=True)
         frames = {name: Frame((path,), call, out / name).absolute() for name, path in named}
         for frame in frames.values():
             writable(frame.out, NAMES, read)
-        recover_frames(_recovered, frames, out, shared_work(workers, scheduler, SECONDS[method] * len(frames)))
+        recover_frames(_recovered, frames, out, workers.shared(SECONDS[method] * len(frames)))
         return
     writable(out, NAMES, read)
     frame = Frame(inputs, call, out)
     with (
         resumable("") as say,
         warnings_given() as given,
-        shared_work(workers, scheduler) as executor,
+        workers.shared() as executor,
     ):
         if executor is None:
             found = _recovered(frame, given, say)

@@ -405,7 +405,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--focus-distance",
-        "focus_distances_m",
+        "focus_distances",
         type=float,
         multiple=True,
         metavar="M",
@@ -414,7 +414,6 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--pixel-pitch",
-        "pixel_pitch_um",
         type=float,
         metavar="UM",
         callback=positive(" of micrometres"),
@@ -455,7 +454,6 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--sensor-to-pupil",
-        "sensor_to_pupil_mm",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
@@ -463,7 +461,6 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--sensor-to-front",
-        "sensor_to_front_mm",
         type=float,
         metavar="MM",
         callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),

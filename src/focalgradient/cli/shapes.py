@@ -14,7 +14,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import Parameter, Psf, names, shape_class
 from focalgradient.psf.registry import SHAPES
 
-__all__ = ["ShapeAsked", "ShapedCommand", "shape_options", "shape_parameters"]
+__all__ = ["AUTO_SHAPE", "ShapeAsked", "ShapedCommand", "shape_options", "shape_parameters"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -69,6 +69,10 @@ class ShapeAsked:
                 raise InputError(
                     f"--{option} belongs to psf {' or '.join(whose)}, but --psf is {self.name}: give --psf {whose[0]}."
                 )
+
+
+AUTO_SHAPE = ShapeAsked(AUTO.name, {})
+"""No shape requested."""
 
 
 class ShapedCommand(click.Command):

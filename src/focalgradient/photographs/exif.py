@@ -41,10 +41,10 @@ class GivenOptics(TypedDict, total=False):
     telecentric: bool
     distances_from: Plane | None
     focus_from: Plane | None
-    sensor_to_pupil_mm: float | None
-    sensor_to_front_mm: float | None
     focus_tolerance: float | None
     f_number_tolerance: float | None
+    sensor_to_pupil_mm: float | None
+    sensor_to_front_mm: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,10 +69,10 @@ def from_exif(
     telecentric: bool = False,
     distances_from: Plane | None = None,
     focus_from: Plane | None = None,
-    sensor_to_pupil_mm: Annotated[float | None, BODY] = None,
-    sensor_to_front_mm: Annotated[float | None, BODY] = None,
     focus_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
     f_number_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
+    sensor_to_pupil_mm: Annotated[float | None, BODY] = None,
+    sensor_to_front_mm: Annotated[float | None, BODY] = None,
     calibrated: Calibrated | None = None,
     least: int = 2,
     order_only: bool = False,
