@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import click
 
-from focalgradient.cli.options import options_named
-from focalgradient.cli.program import (
-    announce,
-    force_option,
-    json_option,
-    placing,
-    resumable,
-    show,
-    warnings_given,
-    writable,
-)
-from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
+from focalgradient.cli.generate import command, options_named
+from focalgradient.cli.program import announce, placing, resumable, show, warnings_given, writable
+from focalgradient.cli.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_toml, refuse_overwriting
 
@@ -29,35 +21,21 @@ OF_SHAPE = {"psf requires": "--psf requires", "leave psf out": "leave --psf out"
 """Clauses of the library that name the shape, with its option."""
 
 
-def _readable(_: click.Context, __: click.Parameter, given: Path | None) -> Path | None:
-    """Raise `InputError` for files other than settings, such as pictures: an argument's callback."""
-    if given is not None:
-        read_toml(given, "a settings file that names photographs of a target")
+def _readable(_: str, given: Path) -> Path:
+    """Raise `InputError` for files other than settings, such as pictures."""
+    read_toml(given, "a settings file that names photographs of a target")
     return given
 
 
-@click.command(cls=ShapedCommand, short_help="Measure a camera's blur from a target at known distances.")
-@click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml", required=False, callback=_readable)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="CAMERA.toml", help="File to write.")
-@click.option(
-    "--sheet",
-    type=click.Choice(["A4", "A3", "letter"], case_sensitive=False),
-    help="Only write a sheet to print and photograph: --out is then a PDF.",
-)
-@click.option(
-    "--method",
-    type=click.Choice(["edges", "equalise"]),
-    default="edges",
-    show_default=True,
-    help="Method of measuring the target's blur: along its edges, or by equalising pairs of different f-number over "
-    "the "
-    "whole frame, as in the default method of depth, for which any texture is suitable.",
-)
-@shape_options("With --method equalise, shape of the blur; auto: the most likely of disc, blend and gaussian.")
-@force_option
-@json_option
+@command("Measure a camera's blur from a target at known distances.")
 def calibrate(
-    targets: Path | None, out: Path, method: Literal["edges", "equalise"], sheet: str | None, psf: ShapeAsked
+    targets: Annotated[Path | None, _readable, "TARGETS.toml"] = None,
+    /,
+    *,
+    out: Annotated[Path, "CAMERA.toml"],
+    sheet: Annotated[str | None, click.Choice(["A4", "A3", "letter"], case_sensitive=False)] = None,
+    method: Literal["edges", "equalise"] = "edges",
+    psf: ShapeAsked = AUTO_SHAPE,
 ) -> None:
     """Measure a camera's blur from photographs of a target at known distances, or of scenes with depth maps.
 
@@ -105,25 +83,37 @@ def calibrate(
       flat = "flat_f10.jpg"      # a blank, evenly lit surface, to correct vignetting; may be omitted
       # for a scene, instead of distance_m, with depth_unit = "mm" and depth_step = 1 under [camera]:
       depth = "depth_mm.png"     # distances registered to the photograph, 0 if unknown
+
+    Parameters
+    ----------
+    out
+        File to write.
+    sheet
+        Only write a sheet to print and photograph: --out is then a PDF.
+    method
+        Method of measuring the target's blur: along its edges, or by equalising pairs of different f-number over the
+        whole frame, as in the default method of depth, for which any texture is suitable.
+    psf
+        With --method equalise, shape of the blur; auto: the most likely of disc, blend and gaussian.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if sheet is not None:
-        _write_sheet(sheet, targets, out)
+        if targets is not None or out.suffix.lower() != ".pdf":
+            raise InputError("--sheet only writes a PDF to print: give only --sheet A4 --out sheet.pdf.")
+        writable(out.parent, (out.name,))
+        from focalgradient.plotting import calibration_sheet
+        from focalgradient.plotting.figures import as_file
+
+        _write(out, as_file(calibration_sheet(sheet), "pdf"), {})
         return
     if targets is None:
         raise InputError(
             "TARGETS.toml is missing: give the file that names the photographs of the target, or --sheet A4 for a "
             "sheet to print."
         )
-    from focalgradient.photographs import (
-        Targets,
-        calibrate_camera,
-        camera_toml,
-        load_known_scenes,
-        load_targets,
-        names_depth,
-    )
+    from focalgradient import photographs
 
-    settings = load_known_scenes(targets) if names_depth(targets) else load_targets(targets)
+    load = photographs.load_known_scenes if photographs.names_depth(targets) else photographs.load_targets
+    settings = load(targets)
     refuse_overwriting([targets, *settings.files], [out])
     if out.suffix.lower() != ".toml":  # most likely a photograph, with --out forgotten
         raise InputError(
@@ -137,29 +127,17 @@ def calibrate(
             say(share, words)
             times.append(time.perf_counter())
             first = 1 + (method == "equalise")  # the stage after which one photograph has been measured
-            if isinstance(settings, Targets) and len(times) == first + 1:
+            if isinstance(settings, photographs.Targets) and len(times) == first + 1:
                 others = len(settings.pairs if method == "equalise" else settings.shots) - 1
                 announce((times[-1] - times[-2]) * others, f"{others} more photographs")
 
-        found = calibrate_camera(settings, method=method, psf=shape, progress=timed)
-    with placing([out], out) as hidden:
-        hidden[out].write_bytes(camera_toml(found.calibrated).encode())
-    show(
-        found.record() | {"written": printable(out)},
-        found.summary().replace("(psf ", "(--psf "),
-        f"Written: {printable(out)}",
-    )
+        found = photographs.calibrate_camera(settings, method=method, psf=shape, progress=timed)
+    text = photographs.camera_toml(found.calibrated)
+    _write(out, text.encode(), found.record(), found.summary().replace("(psf ", "(--psf "))
 
 
-def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:
-    """Write a calibration sheet as PDF."""
-    if targets is not None or out.suffix.lower() != ".pdf":
-        raise InputError("--sheet only writes a PDF to print: give only --sheet A4 --out sheet.pdf.")
-    writable(out.parent, (out.name,), [])
-    from focalgradient.plotting import calibration_sheet
-    from focalgradient.plotting.figures import as_file
-
-    content = as_file(calibration_sheet(paper), "pdf")
+def _write(out: Path, content: bytes, record: Mapping[str, Any], *lines: str) -> None:
+    """Write a file, and print the result."""
     with placing([out], out) as hidden:
         hidden[out].write_bytes(content)
-    show({"written": printable(out)}, f"Written: {printable(out)}")
+    show({**record, "written": printable(out)}, *lines, f"Written: {printable(out)}")
