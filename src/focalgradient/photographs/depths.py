@@ -56,7 +56,8 @@ class PhotographedDepth:
     settings, photographs, views
         Camera settings, image files and views, in one order.
     options
-        Method, limits (``near_m``, ``far_m``), alignment, measured points (``at``) and completion, as given.
+        Method, limits (``near_m``, ``far_m``), alignment, measured points (``at``) and completion, as given; and the
+        blur (``psf``) as used.
     """
 
     depth: DepthMap
@@ -129,9 +130,8 @@ class PhotographedDepth:
             for photograph, shot, view in zip(self.photographs, self.settings.shots, self.views, strict=True)
         ]
         packages = ("focalgradient", "numpy", "scipy")
-        blur = {name: depth.details.get(name) for name in ("psf", "psf_parameters")}
         return {
-            "settings": {"camera": self.settings.camera.model_dump(), "views": views, **self.options, **blur},
+            "settings": {"camera": self.settings.camera.model_dump(), "views": views, **self.options},
             "distances_from": self.settings.plane,
             "offset_m": depth.offset,
             "medians": self.medians,
@@ -281,7 +281,9 @@ def depth_from_photographs(
         depth = _referred(depth, views, settings, offset)
         if points:
             depth = with_known_points(depth, points)
-    options = {"method": method, "near_m": near, "far_m": far, "align": align, "at": points, "dense": dense}
+    blur = depth.details.get("psf"), depth.details.get("psf_parameters")
+    options = {"method": method, "near_m": near, "far_m": far, "psf": blur[0], "align": align, "at": points}
+    options |= {"dense": dense, "psf_parameters": blur[1]}
     return PhotographedDepth(depth, settings, photographs, views, options)
 
 
