@@ -183,11 +183,7 @@ def depth(
         return
     writable(out, NAMES, read)
     frame = Frame(inputs, call, out)
-    with (
-        resumable("") as say,
-        warnings_given() as given,
-        workers.shared() as executor,
-    ):
+    with resumable("") as say, warnings_given() as given, workers.shared() as executor:
         if executor is None:
             found = _recovered(frame, given, say)
         else:

@@ -277,7 +277,11 @@ def depth_from_photographs(
             dense=dense,
             progress=lambda share, words: say(READING_SHARE + (1 - READING_SHARE) * share, words),
         )
-        depth = _compared_with_the_other_encoding(depth, views, photographs, method, (nearest, farthest), align)
+        assumed = {photograph.encoding if photograph.assumed else None for photograph in photographs}
+        if method == "equalise" and len(assumed) == 1 and (encoding := assumed.pop()) is not None:
+            difference = encoding_difference(views, depth, encoding, nearest, farthest, align)
+            found = {} if difference is None else {"encoding_difference_D": difference}
+            depth = replace(depth, details=depth.details | found)
         depth = _referred(depth, views, settings, offset)
         if points:
             depth = with_known_points(depth, points)
@@ -365,22 +369,6 @@ def limits_beside_focus(near: float | None, far: float | None, settings: Setting
     if near is not None and far is None and near < focus and 1 / near - 1 / focus < error:
         near = focus
     return near, far
-
-
-def _compared_with_the_other_encoding(
-    depth: DepthMap,
-    views: Sequence[View],
-    photographs: Sequence[Photograph],
-    method: MethodName,
-    limits: tuple[float | None, float | None],
-    align: bool,
-) -> DepthMap:
-    """Add the change of depth under the other encoding to the details, if no file states its encoding."""
-    kinds = {photograph.encoding for photograph in photographs}
-    if len(kinds) > 1 or not all(photo.assumed for photo in photographs) or method != "equalise":
-        return depth
-    found = encoding_difference(views, depth, photographs[0].encoding, *limits, align)
-    return depth if found is None else replace(depth, details=depth.details | {"encoding_difference_D": found})
 
 
 def _referred(depth: DepthMap, views: Sequence[View], settings: Settings, offset: float) -> DepthMap:
