@@ -67,6 +67,7 @@ ROOMS = {
         "memory",
         "optics",
         "plausibility",
+        "progress",
         "psf",
         "quantities",
         "srgb",

@@ -21,8 +21,8 @@ OPTIONS = {
     "(f_number, focus_distance)": "(--f-number, --focus-distance)",
     "(focus_distance)": "(--focus-distance)",
     "(near, far)": "(--near, --far)",
-    "(method='edges')": "(--method edges)",
-    "(method='equalise')": "(--method equalise)",
+    "(calibrate_camera, method='edges')": "(focalgradient calibrate --method edges)",
+    "(give focus_distances_m once": "(give --focus-distance once",
     "(vergence of the screen)": "(--screen-at)",
 }
 """Parameters in the library's messages, and the corresponding options."""
@@ -61,7 +61,7 @@ def with_options(sentence: str) -> str:
     for parameter, option in OPTIONS.items():
         words = words.replace(parameter, option)
     words = re.sub(r"\bpsf='(\w+)', k=([\d.]*\d)", r"--psf \1 --k \2", words)
-    return re.sub(r"\bpsf='(\w+)'", r"--psf \1", words)
+    return re.sub(r"\b(psf|method)='(\w+)'", r"--\1 \2", words)
 
 
 def usage(message: str) -> str:

@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from focalgradient.cli.generate import options_named
-from focalgradient.errors import InputError, check_tolerance
+from focalgradient.errors import InputError
 from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-
-PLANES = ("entrance_pupil", "sensor", "lens_front")
-"""Reference planes of distances, as in `focalgradient.photographs.planes`, without loading it for help."""
 
 __all__ = [
     "DEPTH_FILE",
@@ -38,7 +35,6 @@ __all__ = [
     "focal_length_option",
     "gamma_of",
     "limit_options",
-    "optics_options",
     "options_named",
     "picture_encoding_option",
     "positive",
@@ -93,9 +89,6 @@ OPENEST = 0.1
 DIAMETER = ": if it is the aperture's diameter, give focal length / diameter"
 """Hint on a probable mistake, added to the message on a smaller number."""
 
-BODY_MM = 1.0, 1e4
-"""Range in mm of the distance from the sensor to a part of a lens: 3 to 5 in phones, 2 m in the longest lens."""
-
 UNITS = ": check its unit"
 """Hint on a probable mistake, added to the message on a number out of range."""
 
@@ -118,13 +111,6 @@ def positive(
         return given
 
     return check
-
-
-def tolerance(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
-    """Raise `InputError`, as an option's callback, for values that cannot be a relative standard deviation."""
-    if given is not None:
-        check_tolerance(option.opts[0], given)
-    return given
 
 
 def screen_size(screen: str) -> tuple[int, int]:
@@ -195,11 +181,6 @@ def focal_length_option(command: Command) -> Command:
 def picture_encoding_option(command: Command) -> Command:
     """Add ``encoding``, for pictures read by `photographs.read_picture`."""
     return _PICTURE_ENCODING(command)
-
-
-def optics_options(command: Command) -> Command:
-    """Add the optics, for views without a settings file, as in `photographs.from_exif`."""
-    return added(command, _OPTICS)
 
 
 def added(command: Command, options: Sequence[Callable[[Any], Any]]) -> Command:
@@ -349,79 +330,3 @@ _FOCAL_LENGTH: Callable[[Any], Any] = click.option(
     callback=positive(" of millimetres"),
     help="* Focal length, in millimetres.",
 )
-
-_OPTICS: list[Callable[[Any], Any]] = [
-    _FOCAL_LENGTH,
-    click.option(
-        "--f-number",
-        "f_numbers",
-        type=float,
-        multiple=True,
-        metavar="N",
-        callback=positive(infinite=True, least=OPENEST, hint=DIAMETER),
-        help="* f-number: once for all photographs, or once for each, in order.",
-    ),
-    click.option(
-        "--focus-distance",
-        "focus_distances",
-        type=float,
-        multiple=True,
-        metavar="M",
-        callback=positive(" of metres", infinite=True, least=NEAREST),
-        help="* Distance of the plane in focus, in metres: once for all photographs, or once for each, in order.",
-    ),
-    click.option(
-        "--pixel-pitch",
-        type=float,
-        metavar="UM",
-        callback=positive(" of micrometres"),
-        help="* Pixel pitch, in micrometres.",
-    ),
-    click.option(
-        "--encoding",
-        type=click.Choice(["linear", "srgb"]),
-        help="* Encoding of light by pixel values.  [default: as stated in the files; else srgb for 8 bits, linear "
-        "for more]",
-    ),
-    click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus (image side)."),
-    click.option(
-        "--distances-from",
-        type=click.Choice(PLANES),
-        help="* Plane from which distances are measured.  [default: entrance_pupil, or as calibrated]",
-    ),
-    click.option(
-        "--focus-from",
-        type=click.Choice(PLANES),
-        help="* Plane from which focus distances are measured: the sensor for a lens's scale.  [default: as "
-        "--distances-from]",
-    ),
-    click.option(
-        "--focus-tolerance",
-        type=float,
-        metavar="SHARE",
-        callback=tolerance,
-        help="* Relative standard deviation of the focus distances; it increases the error common to the whole frame."
-        "  [default: 0.1]",
-    ),
-    click.option(
-        "--f-number-tolerance",
-        type=float,
-        metavar="SHARE",
-        callback=tolerance,
-        help="* Relative standard deviation of a common factor of all f-numbers.  [default: 0.05]",
-    ),
-    click.option(
-        "--sensor-to-pupil",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
-        help="* Distance from the sensor to the entrance pupil, in millimetres.  [default: that of a thin lens]",
-    ),
-    click.option(
-        "--sensor-to-front",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
-        help="* Distance from the sensor to the front of the lens, in millimetres.",
-    ),
-]

@@ -3,6 +3,7 @@
 Names carry units here (``_mm``, ``_um``, ``_m``), as in users' files; internally everything is in SI units.
 """
 
+from focalgradient.photographs.calibrating import TargetCalibration, calibrate_camera
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.depth_pictures import (
     DepthPair,
@@ -11,9 +12,10 @@ from focalgradient.photographs.depth_pictures import (
     pixel_angle_of,
     read_depth_picture,
 )
-from focalgradient.photographs.exif import from_exif
+from focalgradient.photographs.depths import PhotographedDepth, depth_from_photographs, limits_beside_focus
+from focalgradient.photographs.exif import GivenOptics, from_exif
 from focalgradient.photographs.images import read_photograph, read_photographs
-from focalgradient.photographs.known_scenes import KnownScenes, load_known_scenes, names_depth
+from focalgradient.photographs.known_scenes import KnownScenes, SceneCalibration, load_known_scenes, names_depth
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
 from focalgradient.photographs.raw import read_dual_pixel_raw
@@ -28,15 +30,22 @@ __all__ = [
     "DepthPicture",
     "DepthUnit",
     "Distances",
+    "GivenOptics",
     "KnownScenes",
     "Photograph",
+    "PhotographedDepth",
     "Picture",
+    "SceneCalibration",
     "Settings",
     "Shot",
+    "TargetCalibration",
     "Targets",
+    "calibrate_camera",
     "camera_toml",
     "depth_pairs",
+    "depth_from_photographs",
     "from_exif",
+    "limits_beside_focus",
     "load_camera",
     "load_known_scenes",
     "load_settings",
