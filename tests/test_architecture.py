@@ -72,6 +72,10 @@ ROOMS = {
         "view",
     },
     "video": {"display", "errors", "files", "progress", "view"},
+    "examples": {
+        *("depth", "design", "display", "optics", "photographs", "power", "progress", "render", "scenes", "video"),
+        "view",
+    },
     "lab": {
         *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
         *("scenes", "stimuli", "tasks"),
@@ -96,7 +100,8 @@ ROOMS = {
     },
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
-        *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live"),
+        *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "examples", "eye", "files", "lab"),
+        "live",
         *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
