@@ -71,7 +71,9 @@ ROOMS = {
         "tables",
         "view",
     },
-    "video": {"display", "errors", "files", "progress", "view"},
+    "video": {
+        *("depth", "display", "errors", "files", "optics", "plausibility", "progress", "psf", "srgb", "view"),
+    },
     "examples": {
         *("depth", "design", "display", "optics", "photographs", "power", "progress", "render", "scenes", "video"),
         "view",
