@@ -23,12 +23,13 @@ ROOMS = {
     "memory": {"errors"},
     "parallel": {"errors"},
     "progress": set(),
+    "quantities": {"errors"},
     "plausibility": {"errors"},
     "optics": {"errors", "plausibility"},
     "paper": {"errors", "optics"},
     "psf": {"errors"},
     "view": {"errors", "optics", "plausibility"},
-    "depth": {"errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "view"},
+    "depth": {"errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities", "view"},
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {
@@ -67,6 +68,7 @@ ROOMS = {
         "optics",
         "plausibility",
         "psf",
+        "quantities",
         "srgb",
         "tables",
         "view",
@@ -107,7 +109,7 @@ ROOMS = {
         *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "luminance", "progress", "tasks", "video", "view", "web"),
+        *("display", "luminance", "progress", "quantities", "tasks", "video", "view", "web"),
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched

@@ -69,8 +69,8 @@ def check_number(
     raise InputError(f"{name} is {described(value)}, but must be {kind}{bound}: give it in {unit}.")
 
 
-def check_tolerance(name: str, value: Any) -> None:
-    """Raise `InputError` unless `value`, a relative standard deviation, is a number from 0 to below 1.
+def check_tolerance(name: str, value: Any) -> float:
+    """Return `value`, a relative standard deviation; raise `InputError` unless it is a number from 0 to below 1.
 
     >>> check_tolerance("focus_tolerance", 5)
     Traceback (most recent call last):
@@ -78,6 +78,7 @@ def check_tolerance(name: str, value: Any) -> None:
     """
     if not (is_number(value) and 0 <= value < 1):
         raise InputError(f"{name} is {described(value)}, but must be a fraction from 0 to below 1, such as 0.05.")
+    return float(value)
 
 
 def check_seed(seed: Any) -> None:

@@ -4,32 +4,28 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated
 
 import click
 
-from focalgradient.cli.design_options import task_file_option
-from focalgradient.cli.options import SERVER, STORE
-from focalgradient.cli.program import json_option, show
+from focalgradient.cli.design_options import TASK_FILE
+from focalgradient.cli.generate import Folder, command
+from focalgradient.cli.groups import SERVER, STORE
+from focalgradient.cli.program import show
 from focalgradient.errors import InputError, check_installed
 
 __all__ = ["collect"]
 
 
-@click.command(short_help="Import answers from JATOS, DataPipe or Pavlovia.")
-@click.argument("files", metavar="FILES...", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
-@click.option(
-    "--stimuli",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder of the study's pictures, for depth rating.",
-)
-@click.option(
-    "--store", metavar="URL", help="Import from the database of 'focalgradient serve --store' instead of FILES."
-)
-@task_file_option
-@json_option
-def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: str | None) -> None:
+@command("Import answers from JATOS, DataPipe or Pavlovia.", TASK_FILE, force=False)
+def collect(
+    files: Annotated[tuple[Path, ...], "FILES..."] = (),
+    /,
+    *,
+    data: Folder,
+    stimuli: Folder | None = None,
+    store: Annotated[str | None, "URL"] = None,
+) -> None:
     """Import the answers of a study exported with 'serve --export' into a data set, as journals and tables of 'serve'.
 
     With --store, import those that 'serve --store' keeps in a PostgreSQL database, also while servers use it. FILES are
@@ -46,6 +42,15 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: st
       focalgradient collect osf-files.zip --data data
       focalgradient collect data/*.csv --stimuli pictures --data study
       focalgradient collect --store postgresql://lab@db.example.org/study --data data
+
+    Parameters
+    ----------
+    data
+        Folder of the data set.
+    stimuli
+        Folder of the study's pictures, for depth rating.
+    store
+        Import from the database of 'focalgradient serve --store' instead of FILES.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if bool(files) == (store is not None):
         raise InputError("FILES and --store are both given or both missing: give one of them.")

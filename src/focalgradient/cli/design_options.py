@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-__all__ = ["simulated_task", "task_file_option", "trials_option", "with_trials"]
+__all__ = ["TASK_FILE", "simulated_task", "task_file_option", "trials_option", "with_trials"]
 
 
 def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> None:
@@ -18,27 +18,26 @@ def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> Non
         load_file(file)
 
 
-def simulated_task(_: click.Context, argument: click.Parameter, given: str) -> str:
-    """Return the name of a task with simulated observers, by its name or Python file, as an argument's callback."""
+def simulated_task(argument: str, given: str) -> str:
+    """Return the name of a task with simulated observers, by its name or Python file."""
     from focalgradient.errors import InputError, check_one_of
     from focalgradient.tasks import task_named, task_names
 
-    argued = argument.human_readable_name
     name = task_named(given).called if given.endswith(".py") else given
     tasks = [task_named(each) for each in task_names()]
     name = next((task.called for task in tasks if task.name == name), name)
     known = [task.called for task in tasks if task.simulates]
     if name not in known and any(task.called == name for task in tasks):
         raise InputError(
-            f"{argued} is {name!r}, a task without simulated observers: give one of {', '.join(known)}, or define "
+            f"{argument} is {name!r}, a task without simulated observers: give one of {', '.join(known)}, or define "
             "simulated in the class of a task of your own."
         )
-    check_one_of(argued, name, known)
+    check_one_of(argument, name, known)
     return name
 
 
-task_file_option = click.option(
-    "--task-file",
+TASK_FILE = click.Option(
+    ["--task-file"],
     multiple=True,
     type=click.Path(path_type=Path),
     metavar="FILE",
@@ -47,7 +46,13 @@ task_file_option = click.option(
     callback=_load,
     help="Python file of a user-defined task to which data or design belong. Repeatable.",
 )
-"""Decorator that adds ``--task-file``, which makes user-defined tasks known to a command."""
+"""Option that makes user-defined tasks known to a command."""
+
+
+def task_file_option(command: Any) -> Any:
+    """Add `TASK_FILE`."""
+    command.__dict__.setdefault("__click_params__", []).append(TASK_FILE)
+    return command
 
 
 trials_option = click.option(

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from focalgradient.cli.generate import options_named
 from focalgradient.errors import InputError, check_tolerance
 from focalgradient.plausibility import given_as
 
@@ -466,22 +467,3 @@ _OPTICS: list[Callable[[Any], Any]] = [
         help="* Distance from the sensor to the front of the lens, in millimetres.",
     ),
 ]
-
-
-_ENTRY = re.compile(r'\b(\w+)=\{"([^"]*)": "([^"]*)"\}')
-"""Pattern of an entry of a mapping parameter in the library's messages: columns={"rating": "NAME"}."""
-
-
-@contextmanager
-def options_named(names: Mapping[str, str]) -> Iterator[None]:
-    """Replace the library's parameters in `InputError` messages by the options in `names`.
-
-    An entry of a mapping, columns={"rating": "NAME"}, becomes --columns rating=NAME.
-    """
-    try:
-        yield
-    except InputError as error:
-        words = _ENTRY.sub(r"--\1 \2=\3", str(error))
-        if names:
-            words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
-        raise InputError(words) from error

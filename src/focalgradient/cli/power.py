@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import click
 
 from focalgradient.cli.design_options import simulated_task
-from focalgradient.cli.options import options_named, positive, shared_options, shared_work
-from focalgradient.cli.program import announce, force_option, json_option, resumable, show, writable, write_set
+from focalgradient.cli.generate import File, Folder, Made, command, options_named
+from focalgradient.cli.groups import Workers
+from focalgradient.cli.program import announce, resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.quantities import POSITIVE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,110 +26,81 @@ if TYPE_CHECKING:
 __all__ = ["power"]
 
 
-def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int, ...]:
+def _counts(option: str, given: str) -> tuple[int, ...]:
     """Parse numbers of subjects, such as "6,10,20"."""
     try:
         counts = tuple(sorted({int(each) for each in given.split(",")}))
     except ValueError:
         counts = ()
     if not counts or counts[0] < 2 or counts[-1] > 1000:
-        raise InputError(f"{option.opts[0]} is {given}, but must be whole numbers from 2 to 1000, such as 6,10,20.")
+        raise InputError(f"{option} is {given}, but must be whole numbers from 2 to 1000, such as 6,10,20.")
     return counts
 
 
-@click.command(short_help="Simulate how many subjects an experiment needs.")
-@click.argument("task", callback=simulated_task)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@click.option("--subjects", default="6,10,20", show_default=True, callback=_counts, help="Numbers of subjects.")
-@click.option(
-    "--effect",
-    type=float,
-    help="Ratings: near depth effect at the largest aperture, as a ratio; for steps, visual-analogue scales and "
-    "choices the "
-    "odds ratio of a higher answer; cube: odds ratio of the nonrigid percept with its gradient to "
-    "without.  [default: 1.3; odds ratios 3; cube 1.5]",
-)
-@click.option("--far-effect", type=float, help="Ratings: far depth effect; 1 is no effect.  [default: 1]")
-@click.option(
-    "--between",
-    type=float,
-    help="SD over subjects of the log of each effect (thresholds: of the log threshold).  [default: 0.15; steps, "
-    "visual-analogue scales and choices 1; cube 0.3; thresholds 0.4]",
-)
-@click.option(
-    "--between-scenes",
-    type=float,
-    help="Ratings: SD over scenes, common to all subjects.  [default: 0.05; steps, visual-analogue scales and choices "
-    "0.5]",
-)
-@click.option("--noise", type=float, help="Ratio scales: SD of the log of a single rating.  [default: 0.3]")
-@click.option(
-    "--nonrigid",
-    type=float,
-    help="Cube: proportion of time of the nonrigid percept without a gradient.  [default: 0.2]",
-)
-@click.option(
-    "--between-levels", type=float, help="Cube: SD over subjects of the log odds of --nonrigid.  [default: 0.7]"
-)
-@click.option("--lapses", type=float, help="Lapse rate of ratings, or of trials of the cube.  [default: 0.01]")
-@click.option(
-    "--bound",
-    type=float,
-    callback=positive(),
-    help="Ratio scales: equivalence bound, the smallest relevant effect as a ratio; thresholds: the factor within "
-    "which the mean must be known.  [default: 1.2]",
-)
-@click.option(
-    "--deciding-test",
-    type=click.Choice(["robust", "t"]),
-    help="Ratio scales: the deciding test, robust to skewness or Student's t, as deciding_test in the rules of "
-    "the report.  [default: robust]",
-)
-@click.option(
-    "--sequential",
-    type=click.Choice(["obrien-fleming", "pocock", "bayes-factor"]),
-    help="Analyse the data at each number of --subjects, and stop by this rule, applied to the primary test.",
-)
-@click.option(
-    "--factor",
-    type=float,
-    default=10.0,
-    show_default=True,
-    callback=positive(),
-    help="With --sequential bayes-factor: Bayes factor for either hypothesis at which to stop.",
-)
-@click.option(
-    "--sensitivity",
-    is_flag=True,
-    help="Also compute the power with each assumed SD halved and doubled, from a fifth of the experiments each.",
-)
-@click.option(
-    "--design", type=click.Path(path_type=Path), metavar="FILE", help="Design (TOML).  [default: that of TASK]"
-)
-@click.option(
-    "--experiments",
-    type=click.IntRange(1, 1_000_000),
-    default=1000,
-    show_default=True,
-    help="Number of experiments for each number of subjects.",
-)
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True)
-@shared_options
-@force_option
-@json_option
+@dataclass(frozen=True)
+class Model:
+    """Statistical model of the subjects, as options; `focalgradient.power` has the models and their ranges.
+
+    Parameters
+    ----------
+    effect
+        Ratings: near depth effect at the largest aperture, as a ratio; for steps, visual-analogue scales and choices
+        the odds ratio of a higher answer; cube: odds ratio of the nonrigid percept with its gradient to without.
+        [default: 1.3; odds ratios 3; cube 1.5]
+    far_effect
+        Ratings: far depth effect; 1 is no effect.  [default: 1]
+    between
+        SD over subjects of the log of each effect (thresholds: of the log threshold).  [default: 0.15; steps,
+        visual-analogue scales and choices 1; cube 0.3; thresholds 0.4]
+    between_scenes
+        Ratings: SD over scenes, common to all subjects.  [default: 0.05; steps, visual-analogue scales and choices 0.5]
+    noise
+        Ratio scales: SD of the log of a single rating.  [default: 0.3]
+    nonrigid
+        Cube: proportion of time of the nonrigid percept without a gradient.  [default: 0.2]
+    between_levels
+        Cube: SD over subjects of the log odds of --nonrigid.  [default: 0.7]
+    lapses
+        Lapse rate of ratings, or of trials of the cube.  [default: 0.01]
+    bound
+        Ratio scales: equivalence bound, the smallest relevant effect as a ratio; thresholds: the factor within which
+        the mean must be known.  [default: 1.2]
+    deciding_test
+        Ratio scales: the deciding test, robust to skewness or Student's t, as in the rules of the report.  [default:
+        robust]
+    """
+
+    effect: float | None = None
+    far_effect: float | None = None
+    between: float | None = None
+    between_scenes: float | None = None
+    noise: float | None = None
+    nonrigid: float | None = None
+    between_levels: float | None = None
+    lapses: float | None = None
+    bound: Annotated[float | None, POSITIVE] = None
+    deciding_test: Literal["robust", "t"] | None = None
+
+    def given(self) -> dict[str, Any]:
+        """Return the parameters that were given."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+@command("Simulate how many subjects an experiment needs.")
 def power(
-    task: str,
-    out: Path,
-    subjects: tuple[int, ...],
-    design: Path | None,
-    experiments: int,
-    seed: int,
-    workers: int | None,
-    scheduler: str | None,
-    sequential: Any,
-    factor: float,
-    sensitivity: bool,
-    **model: Any,
+    task: Annotated[str, simulated_task],
+    /,
+    *,
+    out: Folder,
+    subjects: Annotated[Sequence[int], _counts] = (6, 10, 20),
+    model: Annotated[Model, Made(Model)],
+    sequential: Literal["obrien-fleming", "pocock", "bayes-factor"] | None = None,
+    factor: Annotated[float, POSITIVE] = 10.0,
+    sensitivity: bool = False,
+    design: File | None = None,
+    experiments: Annotated[int, click.IntRange(1, 1_000_000)] = 1000,
+    seed: Annotated[int, click.IntRange(0)] = 1,
+    workers: Workers,
 ) -> None:
     """Simulate whole experiments of TASK, and count how many find the effect.
 
@@ -146,6 +120,25 @@ def power(
       focalgradient power depth-rating --subjects 6,10,20 --effect 1.3 --out power
       focalgradient power depth-rating --subjects 10 --experiments 100 --out quick
       focalgradient power necker --subjects 6,10,20 --effect 1.5 --out power
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    subjects
+        Numbers of subjects.
+    sequential
+        Analyse the data at each number of --subjects, and stop by this rule, applied to the primary test.
+    factor
+        With --sequential bayes-factor: Bayes factor for either hypothesis at which to stop.
+    sensitivity
+        Also compute the power with each assumed SD halved and doubled, from a fifth of the experiments each.
+    design
+        Design (TOML).  [default: that of TASK]
+    experiments
+        Number of experiments for each number of subjects.
+    seed
+        Random seed.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
@@ -155,7 +148,7 @@ def power(
     from focalgradient.power.sequential import RULES
     from focalgradient.statistics import as_table
 
-    study = _study(task, design, seed, {name: value for name, value in model.items() if value is not None})
+    study = _study(task, design, seed, model.given())
     extra = [*(["sequential.csv"] if sequential else []), *(["sensitivity.csv"] if sensitivity else [])]
     writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
     if sequential:
@@ -164,7 +157,7 @@ def power(
     seconds = study.seconds * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command continues."
-    with resumable(left) as say, shared_work(workers, scheduler, 2 * seconds) as executor:
+    with resumable(left) as say, workers.shared(2 * seconds) as executor:
         table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
         looks = (
             sequential_power(study, subjects, experiments, sequential, factor=factor, executor=executor)

@@ -266,26 +266,45 @@ def _missing(error: click.MissingParameter) -> str:
     return clause if example is None else f"{clause}, as in '{example}'"
 
 
-def json_option(command: Command) -> Command:
-    """Add ``--json``, with which `show` prints the result as one JSON object."""
+def _remember(key: str) -> Callable[[click.Context, click.Parameter, bool], None]:
+    """Return an option's callback that stores whether it is given."""
 
     def remember(context: click.Context, _: click.Parameter, given: bool) -> None:
         if given:
-            context.meta[JSON] = True
+            context.meta[key] = True
 
-    text = "Print the result as one JSON object, for programs."
-    return click.option("--json", is_flag=True, expose_value=False, callback=remember, help=text)(command)
+    return remember
+
+
+JSON_OPTION = click.Option(
+    ["--json"],
+    is_flag=True,
+    expose_value=False,
+    callback=_remember(JSON),
+    help="Print the result as one JSON object, for programs.",
+)
+"""Option with which `show` prints the result as one JSON object."""
+
+FORCE_OPTION = click.Option(
+    ["--force"],
+    is_flag=True,
+    expose_value=False,
+    callback=_remember(FORCE),
+    help="Also replace files that this command did not write, but never its inputs.",
+)
+"""Option with which `writable` allows foreign files to be replaced."""
+
+
+def json_option(command: Command) -> Command:
+    """Add `JSON_OPTION`."""
+    command.__dict__.setdefault("__click_params__", []).append(JSON_OPTION)
+    return command
 
 
 def force_option(command: Command) -> Command:
-    """Add ``--force``, with which `writable` allows foreign files to be replaced."""
-
-    def remember(context: click.Context, _: click.Parameter, given: bool) -> None:
-        if given:
-            context.meta[FORCE] = True
-
-    text = "Also replace files that this command did not write, but never its inputs."
-    return click.option("--force", is_flag=True, expose_value=False, callback=remember, help=text)(command)
+    """Add `FORCE_OPTION`."""
+    command.__dict__.setdefault("__click_params__", []).append(FORCE_OPTION)
+    return command
 
 
 def show(result: Mapping[str, Any] | None, *lines: str) -> None:
@@ -455,7 +474,7 @@ def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> No
 def write_set(out: Path, files: Mapping[str, bytes | Callable[[Path], object]], summary: str) -> None:
     """Write the results of the running command with its mark, as `focalgradient.files.replace_set` does."""
     replace_set(out, files, summary, _written_by())
-    _remember(out)
+    _note_output(out)
 
 
 @contextmanager
@@ -463,10 +482,10 @@ def placing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path]]
     """Write the results of the running command with its mark, as `focalgradient.files.replacing` does."""
     with replacing(places, summary, _written_by()) as hidden:
         yield hidden
-    _remember(places[0])
+    _note_output(places[0])
 
 
-def _remember(place: Path) -> None:
+def _note_output(place: Path) -> None:
     """Record an output, for the message if the command is interrupted."""
     click.get_current_context().meta.setdefault(WRITTEN, []).append(printable(place))
 

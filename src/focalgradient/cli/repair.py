@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import click
 
-from focalgradient.cli.design_options import task_file_option
-from focalgradient.cli.program import json_option, show
+from focalgradient.cli.design_options import TASK_FILE
+from focalgradient.cli.generate import command
+from focalgradient.cli.program import show
 
 __all__ = ["repair"]
 
 
-@click.command(short_help="Make damaged sessions of a data set readable.")
-@click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
-@task_file_option
-@json_option
-def repair(folder: Path) -> None:
+@command("Make damaged sessions of a data set readable.", TASK_FILE, force=False)
+def repair(folder: Annotated[Path, "DATASET"], /) -> None:
     """Make the damaged sessions of the data set in DATASET readable.
 
     Original files are kept beside the journal, in sourcedata, as FILE.original. Omitted are lines that are invalid or

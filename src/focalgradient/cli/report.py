@@ -4,33 +4,36 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Annotated
 
 import click
 
-from focalgradient.cli.design_options import task_file_option
-from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work
-from focalgradient.cli.program import force_option, json_option, resumable, show, writable, write_set
+from focalgradient.cli.design_options import TASK_FILE
+from focalgradient.cli.generate import File, Folder, command, options_named
+from focalgradient.cli.groups import SESSION_S, Workers
+from focalgradient.cli.program import resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.quantities import MILLIMETRES, POSITIVE
 
 __all__ = ["report"]
 
 
-def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
+def _pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
     """Parse pairs such as "participant=subject,aperture=fstop"; a comma separates only if "=" follows."""
     pairs: dict[str, str] = {}
     for part in (part for one in given if one for part in re.split(r",(?=[^,]*=)", one)):
         name, equals, value = (text.strip() for text in part.partition("="))
         if not (name and equals and value):
-            like = "participant=subject,rating=resp" if "--columns" in option.opts else "front=nearest,open=f/5.6"
-            raise InputError(f"{option.opts[0]} is {','.join(given)}, but must be pairs such as {like}.")
+            like = "participant=subject,rating=resp" if option == "--columns" else "front=nearest,open=f/5.6"
+            raise InputError(f"{option} is {','.join(given)}, but must be pairs such as {like}.")
         if pairs.setdefault(name, value) != value:
-            raise InputError(f"{option.opts[0]} gives {name} as {pairs[name]} and as {value}: give it once.")
+            raise InputError(f"{option} gives {name} as {pairs[name]} and as {value}: give it once.")
     return pairs
 
 
-def _tables(_: click.Context, __: click.Parameter, given: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Raise `InputError` for files that are neither tables nor designs, as an argument's callback."""
+def _tables(_: str, given: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Raise `InputError` for files that are neither tables nor designs."""
     from focalgradient.statistics.own_tables import TABLES, read_table
 
     for path in given:
@@ -39,103 +42,25 @@ def _tables(_: click.Context, __: click.Parameter, given: tuple[Path, ...]) -> t
     return given
 
 
-@click.command(short_help="Analyse a data set and write its report.")
-@click.argument(
-    "folders", metavar="DATASET...", nargs=-1, required=True, type=click.Path(path_type=Path), callback=_tables
-)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the report.")
-@click.option(
-    "--bound",
-    type=float,
-    metavar="RATIO",
-    callback=positive(),
-    help="Equivalence bound: smallest relevant ratio of ratings at the largest aperture, set in advance.  [default: "
-    "1.2]",
-)
-@click.option("--ordinal", is_flag=True, help="Ratings are steps of a scale (whole numbers), not ratios.")
-@click.option(
-    "--bayes",
-    is_flag=True,
-    help="Also fit Bayesian models of the ratings; takes some minutes, and requires the extra bayes.",
-)
-@click.option(
-    "--observers",
-    is_flag=True,
-    help="Also fit observer models to the answers, and compare them by cross-validation over participants.",
-)
-@click.option(
-    "--rules", type=click.Path(path_type=Path), metavar="FILE", help="Exclusion criteria, set in advance (TOML)."
-)
-@click.option(
-    "--columns",
-    metavar="OURS=YOURS,...",
-    multiple=True,
-    callback=_pairs,
-    help="Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports "
-    "on "
-    "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds: "
-    "level=blur,correct=hit.",
-)
-@click.option(
-    "--conditions",
-    metavar="YOURS=OURS,...",
-    multiple=True,
-    callback=_pairs,
-    help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.",
-)
-@click.option(
-    "--guess-rate",
-    type=float,
-    metavar="RATE",
-    help="Proportion of correct answers without a stimulus, for a table of thresholds: 0.25 for four alternatives, 0 "
-    "for yes "
-    "and no.  [default: from its column alternatives, else 0.5]",
-)
-@click.option(
-    "--focal-length",
-    type=float,
-    metavar="MM",
-    callback=positive(" of millimetres"),
-    help="Focal length of the lens in mm, for a table without apertures in millimetres.  [default: 50]",
-)
-@click.option(
-    "--preregister", is_flag=True, help="DATASET is a design (TOML): write the text of a preregistration, without data."
-)
-@click.option(
-    "--effect",
-    type=float,
-    callback=positive(),
-    help="With --preregister: effect to be detected, for the number of subjects; a ratio of ratings; for steps, "
-    "choices "
-    "and the cube an odds ratio.  [default: 1.3; odds ratios 3; cube 1.5]",
-)
-@click.option(
-    "--far-effect",
-    type=float,
-    callback=positive(),
-    help="With --preregister: effect with the farthest object in focus; 1 is no effect.  [default: 1]",
-)
-@task_file_option
-@shared_options
-@force_option
-@json_option
+@command("Analyse a data set and write its report.", TASK_FILE)
 def report(
-    folders: tuple[Path, ...],
-    out: Path,
-    bound: float | None,
-    ordinal: bool,
-    bayes: bool,
-    observers: bool,
-    rules: Path | None,
-    columns: dict[str, str],
-    conditions: dict[str, str],
-    guess_rate: float | None,
-    focal_length: float | None,
-    preregister: bool,
-    effect: float | None,
-    far_effect: float | None,
-    workers: int | None,
-    scheduler: str | None,
+    folders: Annotated[tuple[Path, ...], _tables, "DATASET..."],
+    /,
+    *,
+    out: Folder,
+    bound: Annotated[float | None, POSITIVE, "RATIO"] = None,
+    ordinal: bool = False,
+    bayes: bool = False,
+    observers: bool = False,
+    rules: File | None = None,
+    columns: Annotated[tuple[str, ...], "OURS=YOURS,..."] = (),
+    conditions: Annotated[tuple[str, ...], "YOURS=OURS,..."] = (),
+    guess_rate: Annotated[float | None, "RATE"] = None,
+    focal_length: Annotated[float | None, MILLIMETRES] = None,
+    preregister: bool = False,
+    effect: Annotated[float | None, POSITIVE] = None,
+    far_effect: Annotated[float | None, POSITIVE] = None,
+    workers: Workers,
 ) -> None:
     """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX).
 
@@ -173,11 +98,45 @@ def report(
       focalgradient report answers.csv --columns level=blur_D --out report
       focalgradient report first-data second-data third-data --out series
       focalgradient report --preregister design.toml --out preregistration
+
+    Parameters
+    ----------
+    out
+        Folder for the report.
+    bound
+        Equivalence bound: smallest relevant ratio of ratings at the largest aperture, set in advance.  [default: 1.2]
+    ordinal
+        Ratings are steps of a scale (whole numbers), not ratios.
+    bayes
+        Also fit Bayesian models of the ratings; takes some minutes, and requires the extra bayes.
+    observers
+        Also fit observer models to the answers, and compare them by cross-validation over participants.
+    rules
+        Exclusion criteria, set in advance (TOML).
+    columns
+        Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports on
+        the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds:
+        level=blur,correct=hit.
+    conditions
+        Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.
+    guess_rate
+        Proportion of correct answers without a stimulus, for a table of thresholds: 0.25 for four alternatives, 0 for
+        yes and no.  [default: from its column alternatives, else 0.5]
+    focal_length
+        Focal length of the lens in mm, for a table without apertures in millimetres.  [default: 50]
+    preregister
+        DATASET is a design (TOML): write the text of a preregistration, without data.
+    effect
+        With --preregister: effect to be detected, for the number of subjects; a ratio of ratings; for steps, choices
+        and the cube an odds ratio.  [default: 1.3; odds ratios 3; cube 1.5]
+    far_effect
+        With --preregister: effect with the farthest object in focus; 1 is no effect.  [default: 1]
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report, other_than_ratings
     from focalgradient.statistics import Rules
 
-    folder = folders[0]
+    folder, pairs = folders[0], _pairs("--columns", columns)
+    meanings = _pairs("--conditions", conditions)
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
     if preregister and len(folders) > 1:
@@ -188,8 +147,8 @@ def report(
         analysing = {
             "--bayes": bayes,
             "--observers": observers,
-            "--columns": columns,
-            "--conditions": conditions,
+            "--columns": pairs,
+            "--conditions": meanings,
             "--focal-length": focal_length,
         }
         analysing["--guess-rate"] = guess_rate is not None
@@ -212,7 +171,7 @@ def report(
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
     for one in folders:
-        if given and one.is_file() and (other := other_than_ratings(one, columns)):
+        if given and one.is_file() and (other := other_than_ratings(one, pairs)):
             raise InputError(
                 f"{given[0]} applies to depth ratings, but {printable(one)} contains {other}: leave it out."
             )
@@ -228,7 +187,7 @@ def report(
                 "guess is": "--guess-rate is",
             }
         ),
-        shared_work(workers, scheduler, seconds) as executor,
+        workers.shared(seconds) as executor,
     ):
         reports = [
             make_report(
@@ -236,8 +195,8 @@ def report(
                 bound=bound,
                 scale="ordinal" if ordinal else None,
                 stated=stated,
-                columns=columns,
-                conditions=conditions,
+                columns=pairs,
+                conditions=meanings,
                 guess_rate=guess_rate,
                 focal_length_mm=focal_length,
                 bayes=bayes,

@@ -14,7 +14,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import Parameter, Psf, names, shape_class
 from focalgradient.psf.registry import SHAPES
 
-__all__ = ["ShapeAsked", "ShapedCommand", "shape_options"]
+__all__ = ["ShapeAsked", "ShapedCommand", "shape_options", "shape_parameters"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -114,14 +114,19 @@ class _ShapeName(click.ParamType[str]):
         return [AUTO.name] * self.auto + names()
 
 
+def shape_parameters(help: str, default: str = AUTO.name) -> list[click.Parameter]:
+    """Return ``--psf``, and an option for each parameter of a shape, for a `ShapedCommand`."""
+    kind = _ShapeName(default == AUTO.name)
+    psf = click.Option(["--psf"], type=kind, default=default, show_default=True, help=help)
+    return [psf, *_parameter_options(SHAPES, set())]
+
+
 def shape_options(help: str, default: str = AUTO.name) -> Callable[[Command], Command]:
-    """Add ``--psf``, and an option for each parameter of a shape, to a `ShapedCommand`."""
-    psf = click.option("--psf", type=_ShapeName(default == AUTO.name), default=default, show_default=True, help=help)
+    """Add the options of `shape_parameters`."""
 
     def add(command: Command) -> Command:
-        for one in reversed(_parameter_options(SHAPES, set())):
-            command.__dict__.setdefault("__click_params__", []).append(one)
-        return psf(command)
+        command.__dict__.setdefault("__click_params__", []).extend(reversed(shape_parameters(help, default)))
+        return command
 
     return add
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
-from focalgradient.cli.design_options import simulated_task, trials_option, with_trials
-from focalgradient.cli.options import shared_options, shared_work
-from focalgradient.cli.program import json_option, resumable, show, warnings_given
+from focalgradient.cli.design_options import simulated_task, with_trials
+from focalgradient.cli.generate import File, Folder, command
+from focalgradient.cli.groups import Workers
+from focalgradient.cli.program import resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.tasks import task_named
@@ -19,49 +19,19 @@ __all__ = ["simulate"]
 LEFT = "recorded answers are kept, and the same command continues."
 
 
-@click.command(short_help="Run an experiment with simulated observers.")
-@click.argument("experiment", callback=simulated_task)
-@click.option("--observers", required=True, type=click.IntRange(1, 10_000), metavar="N", help="Number of observers.")
-@click.option(
-    "--seed", required=True, type=click.IntRange(0), metavar="S", help="Random seed: equal seeds give equal answers."
-)
-@click.option(
-    "--out", required=True, type=click.Path(path_type=Path), metavar="DATASET", help="Folder of the data set."
-)
-@click.option(
-    "--observer",
-    default="default",
-    show_default=True,
-    metavar="NAME",
-    help="default; ordinal (rates in 7 categories); or a control: blur-blind, opposite (interprets blur as nearness), "
-    "guessing, lapsing.",
-)
-@click.option(
-    "--stimuli",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder of the pictures shown; without it small ones are made once and cached.",
-)
-@shared_options
-@click.option(
-    "--design",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Design of the experiment, instead of the default one.",
-)
-@trials_option
-@json_option
+@command("Run an experiment with simulated observers.", force=False)
 def simulate(
-    experiment: str,
-    observers: int,
-    seed: int,
-    out: Path,
-    observer: str,
-    stimuli: Path | None,
-    workers: int | None,
-    scheduler: str | None,
-    design: Path | None,
-    trials: Path | None,
+    experiment: Annotated[str, simulated_task],
+    /,
+    *,
+    observers: Annotated[int, click.IntRange(1, 10_000), "N"],
+    seed: Annotated[int, click.IntRange(0), "S"],
+    out: Annotated[Folder, "DATASET"],
+    observer: Annotated[str, "NAME"] = "default",
+    stimuli: Folder | None = None,
+    workers: Workers,
+    design: File | None = None,
+    trials: File | None = None,
 ) -> None:
     """Run EXPERIMENT (depth-rating, necker, blur-threshold or published) with simulated observers.
 
@@ -81,6 +51,24 @@ def simulate(
       focalgradient simulate depth-rating --observers 20 --seed 1 --stimuli pictures --out simulated
       focalgradient simulate blur-threshold --observers 8 --seed 1 --out thresholds
       focalgradient simulate blur-threshold --observers 8 --seed 1 --stimuli pictures --out seen
+
+    Parameters
+    ----------
+    observers
+        Number of observers.
+    seed
+        Random seed: equal seeds give equal answers.
+    out
+        Folder of the data set.
+    observer
+        default; ordinal (rates in 7 categories); or a control: blur-blind, opposite (interprets blur as nearness),
+        guessing, lapsing.
+    stimuli
+        Folder of the pictures shown; without it small ones are made once and cached.
+    design
+        Design of the experiment, instead of the default one.
+    trials
+        List of trials instead of the design's own (CSV or XLSX), in the format of 'focalgradient trials'.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     task = task_named(experiment)
     if task.no_pictures and stimuli is not None:
@@ -91,10 +79,9 @@ def simulate(
 
     observer_named(observer)
     chosen = with_trials(design_of(task.name, design), trials)
-    seconds = task.observer_s * observers
-    with resumable(LEFT) as say, warnings_given(), shared_work(workers, scheduler, seconds) as executor:
+    with resumable(LEFT) as say, warnings_given(), workers.shared(task.observer_s * observers) as executor:
         # The pictures are in a folder of this machine, which a scheduler's workers may not see.
-        seen = task.seen(chosen, stimuli, executor if scheduler is None else None, say)
+        seen = task.seen(chosen, stimuli, executor if workers.scheduler is None else None, say)
         who: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer}
         new = simulated(chosen, out, **who, **seen, executor=executor, progress=say)
     kept = f"; {observers - new} existed already" if new < observers else ""

@@ -4,51 +4,28 @@ from __future__ import annotations
 
 import csv
 import io
-from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 
-from focalgradient.cli.design_options import task_file_option
+from focalgradient.cli.design_options import TASK_FILE
+from focalgradient.cli.generate import Folder, command
 from focalgradient.errors import InputError
 from focalgradient.files import printable, write_whole
 
 __all__ = ["trials"]
 
 
-@click.command(short_help="Write a participant's trial list as a table.")
-@click.argument("design", metavar="DESIGN")
-@click.option(
-    "--participant", required=True, metavar="LABEL", help="Label of the participant: letters and digits, such as 01."
-)
-@click.option("--session", metavar="LABEL", help="Label of the session, for participants with more than one.")
-@click.option(
-    "--stimuli",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder of the set of pictures, to name their files.",
-)
-@click.option(
-    "--files",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="New folder for conditions.csv, practice.csv, and PNG files of drawings and of user-defined tasks' stimuli.",
-)
-@click.option(
-    "--pixels-per-degree",
-    type=click.FloatRange(1, 1000),
-    default=37.5,
-    show_default=True,
-    help="Resolution of the screen, for --files.",
-)
-@task_file_option
+@command("Write a participant's trial list as a table.", TASK_FILE, json=False, force=False)
 def trials(
     design: str,
-    participant: str,
-    session: str | None,
-    stimuli: Path | None,
-    files: Path | None,
-    pixels_per_degree: float,
+    /,
+    *,
+    participant: Annotated[str, "LABEL"],
+    session: Annotated[str | None, "LABEL"] = None,
+    stimuli: Folder | None = None,
+    files: Folder | None = None,
+    pixels_per_degree: Annotated[float, click.FloatRange(1, 1000)] = 37.5,
 ) -> None:
     """Print a participant's trials, practice first, as CSV with one row per trial: for PsychoPy Builder, OpenSesame.
 
@@ -62,6 +39,19 @@ def trials(
     Examples:
       focalgradient trials depth-rating --participant 01 > conditions.csv
       focalgradient trials necker --participant 02
+
+    Parameters
+    ----------
+    participant
+        Label of the participant: letters and digits, such as 01.
+    session
+        Label of the session, for participants with more than one.
+    stimuli
+        Folder of the set of pictures, to name their files.
+    files
+        New folder for conditions.csv, practice.csv, and PNG files of drawings and of user-defined tasks' stimuli.
+    pixels_per_degree
+        Resolution of the screen, for --files.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.design.given_list import trial_row
     from focalgradient.stimuli import read_set

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
-from focalgradient.cli.design_options import task_file_option
-from focalgradient.cli.options import SESSION_S, shared_options, shared_work
-from focalgradient.cli.program import json_option, show
+from focalgradient.cli.design_options import TASK_FILE
+from focalgradient.cli.generate import Folder, command
+from focalgradient.cli.groups import SESSION_S, Workers
+from focalgradient.cli.program import show
 from focalgradient.errors import InputError
 
 __all__ = ["validate"]
 
 
-@click.command(short_help="Check a data set of the experiments.")
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
-    "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures shown, to check them too."
-)
-@click.option("--export", is_flag=True, help="First write the tables of interrupted sessions from their journals.")
-@task_file_option
-@shared_options
-@json_option
-def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | None, scheduler: str | None) -> None:
+@command("Check a data set of the experiments.", TASK_FILE, force=False)
+def validate(folder: Folder, /, *, stimuli: Folder | None = None, export: bool = False, workers: Workers) -> None:
     """Validate the data set in DIR.
 
     Its files are checked against the BIDS standard (if bids-validator-deno is installed); and every trial of the design
@@ -37,6 +28,13 @@ def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | No
     Examples:
       focalgradient validate data
       focalgradient validate data --stimuli pictures
+
+    Parameters
+    ----------
+    stimuli
+        Folder of the pictures shown, to check them too.
+    export
+        First write the tables of interrupted sessions from their journals.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.dataset import VALIDATOR, checking_bids, journals
     from focalgradient.dataset import export as make_tables
@@ -51,7 +49,7 @@ def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | No
         except InputError as error:
             refused.append(str(error))
     seconds = SESSION_S * sum(1 for _ in folder.glob("sub-*"))
-    with checking_bids(folder) as by_standard, shared_work(workers, scheduler, seconds) as executor:
+    with checking_bids(folder) as by_standard, workers.shared(seconds) as executor:
         found = check(folder, stimuli, executor=executor)
         wrong = by_standard()
     notes = list(found.notes)

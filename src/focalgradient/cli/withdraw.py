@@ -4,33 +4,29 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Annotated
 
 import click
 
-from focalgradient.cli.design_options import task_file_option
-from focalgradient.cli.options import STORE
-from focalgradient.cli.program import json_option, show
+from focalgradient.cli.design_options import TASK_FILE
+from focalgradient.cli.generate import File, command
+from focalgradient.cli.groups import STORE
+from focalgradient.cli.program import show
 from focalgradient.errors import check_installed
 
 __all__ = ["withdraw"]
 
 
-@click.command(short_help="Remove a participant from a data set.")
-@click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
-@click.argument("participant", metavar="PARTICIPANT")
-@click.option("--yes", is_flag=True, help="Do not ask for confirmation on a terminal.")
-@click.option(
-    "--links",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="File of links of 'focalgradient serve'. Default: beside the data, DATASET-links.jsonl, if it exists.",
-)
-@click.option(
-    "--store", metavar="URL", help="Also remove from this PostgreSQL database of 'focalgradient serve --store'."
-)
-@task_file_option
-@json_option
-def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, store: str | None) -> None:
+@command("Remove a participant from a data set.", TASK_FILE, force=False)
+def withdraw(
+    folder: Annotated[Path, "DATASET"],
+    participant: str,
+    /,
+    *,
+    yes: bool = False,
+    links: File | None = None,
+    store: Annotated[str | None, "URL"] = None,
+) -> None:
     """Remove all data of PARTICIPANT, such as sub-07, from the data set in DATASET, irrecoverably.
 
     This removes tables, journals, copies made by repairs, rows of participants.tsv, links and platform identifiers. The
@@ -41,6 +37,15 @@ def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, stor
     Examples:
       focalgradient withdraw data sub-07
       focalgradient withdraw data sub-07 --store postgresql://lab@db.example.org/study
+
+    Parameters
+    ----------
+    yes
+        Do not ask for confirmation on a terminal.
+    links
+        File of links of 'focalgradient serve'. Default: beside the data, DATASET-links.jsonl, if it exists.
+    store
+        Also remove from this PostgreSQL database of 'focalgradient serve --store'.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.dataset.withdrawal import files_naming
     from focalgradient.dataset.withdrawal import withdraw as remove

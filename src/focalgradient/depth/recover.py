@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
 from focalgradient.psf import Capability, Psf, check_transfer
+from focalgradient.quantities import FOCUS, LIMIT
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -119,8 +120,8 @@ def recover_depth(
     views: Sequence[View],
     *,
     method: MethodName = "equalise",
-    near: float | None = None,
-    far: float | None = None,
+    near: Annotated[float | None, LIMIT] = None,
+    far: Annotated[float | None, FOCUS] = None,
     psf: BlurSource | str = "auto",
     k: float | None = None,
     window: float = 8.0,
@@ -151,9 +152,10 @@ def recover_depth(
         - ``"ratio"``: the real-time form, the ratio of Laplacian energies (section III); two views of one focus;
         - ``"edges"``: sharp edges, from one view (Eqs. 2-6): valid on contours only;
         - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model.
-    near, far
-        Limits of the search in metres. By default both sides of focus are searched, as far as a blur of 16 pixels in
-        radius; limits given extend the search, to 64 pixels at most. ``details["searched_vergence_D"]`` states it.
+    near
+        Nearest distance of the search, in metres.  [default: where blur is 16 pixels]
+    far
+        Farthest distance of the search, in metres.  [default: where blur is 16 pixels]
     psf
         Where the views' blur comes from: ``"optics"``, the blur that the views' optics offer
         (`focalgradient.optics.own_blur`; method ``"equalise"`` only), a disc for optics that offer none; or its shape,
@@ -185,6 +187,9 @@ def recover_depth(
         known. What is valid stays as it is. Where nothing is valid, nothing is completed.
     progress
         Called at each stage with the share of the work that is done and a few words (`focalgradient.progress`).
+
+    Both sides of focus are searched, unless `near` or `far` is given; limits extend the search, to a blur of 64 pixels
+    in radius at most. ``details["searched_vergence_D"]`` states what was searched.
 
     Returns
     -------

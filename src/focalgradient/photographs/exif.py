@@ -10,17 +10,18 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from PIL import ExifTags, Image
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, check_tolerance
 from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.encodings import FORMATS, Encoding
 from focalgradient.photographs.images import read_image_bytes
 from focalgradient.photographs.planes import Plane
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
+from focalgradient.quantities import APERTURE_RATIO, BODY, FOCUS, MICROMETRES, MILLIMETRES
 from focalgradient.tables import check_table
 
 __all__ = ["from_exif"]
@@ -43,18 +44,18 @@ class _Recorded:
 def from_exif(
     paths: Sequence[str | os.PathLike[str]],
     *,
-    focal_length_mm: float | None = None,
-    f_numbers: Sequence[float] = (),
-    focus_distances_m: Sequence[float] = (),
-    pixel_pitch_um: float | None = None,
+    focal_length_mm: Annotated[float | None, MILLIMETRES] = None,
+    f_numbers: Annotated[Sequence[float], APERTURE_RATIO, "N"] = (),
+    focus_distances_m: Annotated[Sequence[float], FOCUS] = (),
+    pixel_pitch_um: Annotated[float | None, MICROMETRES] = None,
     encoding: Encoding | None = None,
     telecentric: bool = False,
     distances_from: Plane | None = None,
     focus_from: Plane | None = None,
-    sensor_to_pupil_mm: float | None = None,
-    sensor_to_front_mm: float | None = None,
-    focus_tolerance: float | None = None,
-    f_number_tolerance: float | None = None,
+    sensor_to_pupil_mm: Annotated[float | None, BODY] = None,
+    sensor_to_front_mm: Annotated[float | None, BODY] = None,
+    focus_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
+    f_number_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
     calibrated: Calibrated | None = None,
     least: int = 2,
     order_only: bool = False,
@@ -71,18 +72,38 @@ def from_exif(
         Whether, if no focus distance is known, the photographs are taken as a focus stack, in order and evenly spaced
         in vergence from 1 to 2 (`Settings.relative`): depth is then a position in the stack, and missing optics do not
         matter.
-    f_numbers, focus_distances_m
-        One value for all files, or one each, in order; or none, to use EXIF.
-    focal_length_mm, pixel_pitch_um
-        None: from EXIF. The pitch is derived from FocalPlaneXResolution, scaled if the image was resized; otherwise,
-        with a warning, from the 35-mm equivalent of the focal length, which is rounded to a millimetre.
-    encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
-        As in `focalgradient.photographs.Camera`.
-    focus_tolerance, f_number_tolerance
-        As above; None: their defaults.
+    focal_length_mm
+        Focal length, in millimetres.
+    f_numbers
+        f-number: once for all photographs, or once for each, in order.
+    focus_distances_m
+        Distance of the plane in focus, in metres: once for all photographs, or once for each, in order.
+    pixel_pitch_um
+        Pixel pitch, in micrometres.
+    encoding
+        Encoding of light by pixel values.  [default: as stated in the files; else srgb for 8 bits, linear for more]
+    telecentric
+        Magnification does not change with focus (image side).
+    distances_from
+        Plane from which distances are measured.  [default: entrance_pupil, or as calibrated]
+    focus_from
+        Plane from which focus distances are measured: the sensor for a lens's scale.  [default: as distances_from]
+    sensor_to_pupil_mm
+        Distance from the sensor to the entrance pupil, in millimetres.  [default: that of a thin lens]
+    sensor_to_front_mm
+        Distance from the sensor to the front of the lens, in millimetres.
+    focus_tolerance
+        Relative standard deviation of the focus distances; it increases the error common to the whole frame.
+        [default: 0.1]
+    f_number_tolerance
+        Relative standard deviation of a common factor of all f-numbers.  [default: 0.05]
     calibrated
         Calibration of the camera: it provides the sensor, and the focus if there is only one; f-numbers are then marks
         on the lens.
+
+    By default, focal length and pixel pitch come from EXIF: the pitch from FocalPlaneXResolution, scaled if the image
+    was resized; otherwise, with a warning, from the 35-mm equivalent of the focal length, which is rounded to a
+    millimetre.
 
     Raises
     ------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import cv2
 import numpy as np
@@ -16,6 +16,7 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_install
 from focalgradient.files import printable, read_bytes
 from focalgradient.photographs.encodings import FORMATS, Encoding, profile_name
 from focalgradient.photographs.images import decoded, filled, read_pixels
+from focalgradient.quantities import METRES, POSITIVE
 
 __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_distances", "read_picture"]
 
@@ -112,10 +113,10 @@ def read_distances(
     path: Path,
     unit: DepthUnit = "m",
     *,
-    scale: float | None = None,
-    baseline: float | None = None,
+    scale: Annotated[float | None, POSITIVE, "S"] = None,
+    baseline: Annotated[float | None, METRES] = None,
     pixel_angle: float | None = None,
-    offset: float = 0.0,
+    offset: Annotated[float, "PX"] = 0.0,
     fill: bool = True,
 ) -> Distances:
     """Read the depth map of a picture.
@@ -125,12 +126,16 @@ def read_distances(
     path
         A single-channel .npy, EXR, PFM or floating-point TIFF file, or an 8- or 16-bit PNG or TIFF file.
     unit
-        Unit of the values after multiplication by `scale`.
+        Unit of the depth values.
     scale
-        Units per step of the file: 1 by default; required for integer files.
-    baseline, pixel_angle, offset
-        For disparity: distance between the cameras in metres, pixel angle in radians, and pixels to add to each
-        disparity. The distance is baseline / (pixel angle x (disparity + offset)).
+        Units per step of the depth values; required for integer files.
+    baseline
+        Baseline of the stereo pair in metres, for disparity in pixels.
+    pixel_angle
+        For disparity, visual angle of a pixel in radians. The distance is baseline / (pixel angle x (disparity +
+        offset)).
+    offset
+        Offset added to each disparity, in pixels.
     fill
         Whether to fill holes; otherwise they are NaN.
 

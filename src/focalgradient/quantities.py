@@ -1,0 +1,118 @@
+"""Units and bounds of parameters, stated once beside their types: ``Annotated[float, MILLIMETRES]``.
+
+Functions compute in SI units. A parameter annotated with ``MILLIMETRES.si`` is in metres, and users of the command line
+give it in millimetres; one annotated with ``MILLIMETRES`` is in millimetres itself, as its name then says.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from focalgradient.errors import InputError
+
+__all__ = [
+    "APERTURE_RATIO",
+    "ARCMIN",
+    "BODY",
+    "CENTIMETRES",
+    "DEGREES",
+    "DIOPTRES",
+    "FOCUS",
+    "LIMIT",
+    "LUMINANCE",
+    "METRES",
+    "MICROMETRES",
+    "MILLIMETRES",
+    "POSITIVE",
+    "Quantity",
+]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A positive quantity as users state it.
+
+    Parameters
+    ----------
+    symbol
+        Symbol of the unit; empty for a pure number.
+    words
+        Name of the unit in messages.
+    scale
+        Value of one unit in the parameter.
+    least, most
+        Bounds, in the unit. By default those within which derived quantities stay within double precision.
+    infinite
+        Whether infinity is allowed.
+    hint
+        Remedy that messages add for a value out of bounds.
+
+    Examples
+    --------
+    >>> MILLIMETRES.si.value(50.0, "--focal-length")
+    0.05
+    >>> LIMIT.value(1e-4, "--near")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: --near is 0.0001, but must be a number of metres from 0.001 to 1e+09.
+    """
+
+    symbol: str = ""
+    words: str = ""
+    scale: float = 1.0
+    least: float = 1e-6
+    most: float = 1e9
+    infinite: bool = False
+    hint: str = ""
+    in_si: float = 1.0
+
+    @property
+    def si(self) -> Quantity:
+        """The same quantity, for a parameter in SI units."""
+        return replace(self, scale=self.in_si)
+
+    def between(self, least: float, most: float, hint: str = "") -> Quantity:
+        """Return the same quantity with other bounds, in its unit."""
+        return replace(self, least=least, most=most, hint=hint)
+
+    def value(self, given: float, name: str) -> float:
+        """Return the parameter's value for a number `given` in the unit; `name` is that of the parameter in messages.
+
+        Raises
+        ------
+        InputError
+            If the number is not positive, not finite unless allowed, or out of bounds.
+        """
+        unit = f" of {self.words}" if self.words else ""
+        if not (given > 0 and (self.infinite or math.isfinite(given))):
+            raise InputError(f"{name} is {given:g}, but must be a positive number{unit}.")
+        if not self.least <= given <= self.most and given != math.inf:
+            raise InputError(
+                f"{name} is {given:g}, but must be a number{unit} from {self.least:g} to {self.most:g}{self.hint}."
+            )
+        return given if self.scale == 1 else given * self.scale
+
+
+POSITIVE = Quantity()
+METRES = Quantity("m", "metres")
+CENTIMETRES = Quantity("cm", "centimetres", in_si=1e-2)
+MILLIMETRES = Quantity("mm", "millimetres", in_si=1e-3)
+MICROMETRES = Quantity("um", "micrometres", in_si=1e-6)
+DEGREES = Quantity("deg", "degrees", in_si=math.radians(1))
+ARCMIN = Quantity("arcmin", "arcmin", in_si=math.radians(1 / 60))
+DIOPTRES = Quantity("D", "dioptres")
+LUMINANCE = Quantity("cd_m2", "cd/m^2")
+
+LIMIT = replace(METRES, least=1e-3)
+"""Distance of a lens from its object; nearer than a millimetre, it blurs by more than any picture's width."""
+
+FOCUS = replace(LIMIT, infinite=True)
+"""Distance in focus, which may be infinite."""
+
+APERTURE_RATIO = Quantity(
+    least=0.1, infinite=True, hint=": if it is the aperture's diameter, give focal length / diameter"
+)
+"""f-number, infinite for a pinhole; no lens in air is below 0.5."""
+
+BODY = MILLIMETRES.between(1.0, 1e4, ": check its unit")
+"""Distance from the sensor to a part of a lens: 3 to 5 mm in phones, 2 m in the longest lens."""

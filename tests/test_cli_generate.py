@@ -1,0 +1,275 @@
+"""Commands generated from typed functions: what the signature, its units and the docstring make of the command line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from hypothesis import given
+from hypothesis import strategies as st
+
+from focalgradient.cli import main
+from focalgradient.cli.generate import Folder, Given, Made, command
+from focalgradient.cli.groups import DepthFile, Limits, Optics, Screen, Workers, screen_size
+from focalgradient.cli.shapes import ShapeAsked
+from focalgradient.errors import InputError
+from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A lens.
+
+    Parameters
+    ----------
+    focal_length
+        Focal length, for a sensor of pixel_pitch.
+    pixel_pitch
+        Pixel pitch.
+    side, name
+        Of the focus.
+
+    Raises
+    ------
+    InputError
+        If it is too long.
+    """
+
+    focal_length: Annotated[float, MILLIMETRES.si]
+    pixel_pitch: Annotated[float | None, MICROMETRES.si] = 2e-6
+    side: Literal["near", "far"] = "near"
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.focal_length > 1:
+            raise InputError(f"focal_length is {self.focal_length:g}, but side is {self.side}, so it is long.")
+
+
+def drawn(
+    width_deg: float, angles: Annotated[Sequence[float], DEGREES.si] = (0.5, 1.0), names: Sequence[str] = ()
+) -> Any:
+    """Draw.
+
+    Parameters
+    ----------
+    width_deg
+        Width.
+    angles
+        Angles.
+    names
+        Names.
+    """
+
+
+def run(made: click.Command, *words: str) -> Result:
+    """Run a command; an `InputError` is the result's exception."""
+    return CliRunner().invoke(made, words)
+
+
+def received(made: click.Command, *words: str) -> str:
+    result = run(made, *words)
+    assert result.exception is None, (result.output, result.exception)
+    return result.stdout.strip()
+
+
+def test_types_and_defaults_come_from_the_signature_and_help_from_the_docstring():
+    @command("Short.", json=False, force=False)
+    def try_out(
+        paths: tuple[Path, ...],
+        word: str = "w",
+        /,
+        *,
+        out: Annotated[Folder, "DATASET"],
+        number: int = 3,
+        kind: Literal["a", "b"] | None = None,
+        flag: bool = False,
+        several: tuple[float, ...] = (),
+        distance: Annotated[float | None, METRES, "--at"] = None,
+    ) -> None:
+        """Try it out.
+
+        \b
+        Example:
+          try-out
+
+        Parameters
+        ----------
+        out
+            Where to,
+            in two lines.  [default: none]
+        number
+            Of `paths`, by out_of and several.
+        """
+        click.echo(repr((paths, word, out, number, kind, flag, several, distance)))
+
+    words = ["a", "b", "--out", "o", "--kind", "b", "--flag", "--several", "1", "--several", "2", "--at", "4"]
+    assert eval(received(try_out, *words), {"PosixPath": Path, "WindowsPath": Path}) == (
+        (Path("a"),),
+        "b",
+        Path("o"),
+        3,
+        "b",
+        True,
+        (1.0, 2.0),
+        4.0,
+    )
+    assert (try_out.name, try_out.short_help) == ("try-out", "Short.")
+    told = " ".join(run(try_out, "--help").stdout.split())
+    assert "PATHS... [WORD]" in told
+    assert "Example: try-out" in told
+    assert "Parameters" not in told
+    assert "--out DATASET Where to, in two lines. [default: none] [required]" in told
+    assert "Of paths, by out_of and several. [default: 3]" in told
+    assert "--at M" in told
+    assert run(try_out, "a", "--out", "o", "--kind", "c").exit_code == 2
+
+
+def test_a_parameter_in_si_units_is_given_in_the_unit_of_its_kind():
+    @command("Short.")
+    def show_lens(*, lens: Annotated[Lens, Made(Lens)]) -> None:
+        """Show."""
+        click.echo(f"{lens.focal_length!r} {lens.pixel_pitch!r} {lens.side} {lens.name}")
+
+    assert received(show_lens, "--focal-length", "50") == "0.05 2e-06 near None"
+    told = " ".join(run(show_lens, "--help").stdout.split())
+    assert "--focal-length MM Focal length, for a sensor of --pixel-pitch. [required]" in told
+    assert "[default: 2.0]" in told
+    assert "--side [near|far] Of the focus. [default: near]" in told
+
+
+def test_messages_of_the_library_name_options():
+    @command("Short.")
+    def show_lens(*, lens: Annotated[Lens, Made(Lens, {"focal_length": "--efl"})]) -> None:
+        """Show."""
+
+    message = str(run(show_lens, "--efl", "2000").exception)
+    assert message == "--efl is 2, but --side is near, so it is long."
+    message = str(run(show_lens, "--efl", "0").exception)
+    assert message == "--efl is 0, but must be a positive number of millimetres."
+    message = str(run(show_lens, "--efl", "1e10").exception)
+    assert message == "--efl is 1e+10, but must be a number of millimetres from 1e-06 to 1e+09."
+
+
+def test_a_group_is_a_dictionary_or_what_a_function_makes_of_it():
+    @command("Short.")
+    def show_it(*, lens: Annotated[dict[str, Any], Given(Lens, only=("side", "pixel_pitch"), prefix="* ")]) -> None:
+        """Show."""
+        click.echo(repr(lens))
+
+    assert received(show_it, "--side", "far") == "{'pixel_pitch': 2e-06, 'side': 'far'}"
+    assert "* Of the focus." in run(show_it, "--help").stdout
+    assert run(show_it, "--focal-length", "5").exit_code == 2
+
+
+def test_a_sequence_is_repeated_or_separated_by_commas():
+    @command("Short.")
+    def repeated(*, values: Annotated[Any, Given(drawn)]) -> None:
+        """Show."""
+        click.echo(repr(values))
+
+    @command("Short.")
+    def separated(*, values: Annotated[Any, Given(drawn, commas=True)]) -> None:
+        """Show."""
+        click.echo(repr(values))
+
+    given = eval(received(repeated, "--width-deg", "2", "--angles", "90", "--angles", "180"))
+    assert given == {"width_deg": 2.0, "angles": pytest.approx((math.pi / 2, math.pi)), "names": ()}
+    given = eval(received(repeated, "--width-deg", "2"))
+    assert given["angles"] == pytest.approx((0.5, 1.0))
+    given = eval(received(separated, "--width-deg", "2"))
+    assert given["angles"] == pytest.approx((0.5, 1.0))
+    given = eval(received(separated, "--width-deg", "2", "--angles", "90, 180", "--names", "a,b"))
+    assert given == {"width_deg": 2.0, "angles": pytest.approx((math.pi / 2, math.pi)), "names": ("a", "b")}
+    message = str(run(separated, "--width-deg", "2", "--angles", "x").exception)
+    assert message == "--angles is 'x', but must be numbers like 0,2.5."
+
+
+def test_the_shape_of_the_blur_brings_its_parameters():
+    @command("Short.")
+    def blur_it(*, psf: ShapeAsked = ShapeAsked("disc", {})) -> None:  # noqa: B008  a frozen record
+        """Show."""
+        click.echo(repr(psf.shape()))
+
+    assert received(blur_it) == "Disc()"
+    assert "Polygon(blades=5" in received(blur_it, "--psf", "polygon", "--blades", "5")
+    assert "belongs to psf polygon" in str(run(blur_it, "--blades", "5").exception)
+
+
+def test_a_type_that_a_command_line_cannot_give_is_refused_by_name():
+    @command("Short.")
+    def impossible(*, image: np.ndarray) -> None:
+        """Show."""
+
+    @command("Short.")
+    def unasked(*, image: np.ndarray | None = None) -> None:
+        """Show."""
+        click.echo(repr(image))
+
+    @command("Short.")
+    def misspelt(*, lens: Annotated[Any, Given(Lens, only=("focal_lenght",))]) -> None:
+        """Show."""
+
+    with pytest.raises(TypeError, match=r"image of .*impossible.* cannot give"):
+        _ = impossible.params
+    with pytest.raises(TypeError, match="focal_lenght"):
+        _ = misspelt.params
+    assert received(unasked) == "None"
+
+
+@given(st.integers(1, 9999), st.integers(1, 9999))
+def test_a_size_in_pixels_is_read_as_it_is_written(width, height):
+    assert screen_size("--screen", f"{width}x{height}") == (width, height)
+
+
+def test_groups_of_the_library_have_its_units_and_bounds():
+    @command("Short.")
+    def look(*, depth: DepthFile, limits: Limits, optics: Optics, workers: Workers) -> None:
+        """Show."""
+        click.echo(f"{depth['unit']} {limits} {optics['f_numbers']} {optics['focal_length_mm']} {workers.workers}")
+
+    words = ["--near", "0.5", "--far", "inf", "--f-number", "4", "--f-number", "inf", "--focal-length", "50"]
+    assert received(look, *words) == "m {'near': 0.5, 'far': inf} (4.0, inf) 50.0 None"
+    for option, value, message in (
+        ("--near", "1e-4", "--near is 0.0001, but must be a number of metres from 0.001 to 1e+09."),
+        ("--near", "inf", "--near is inf, but must be a positive number of metres."),
+        ("--f-number", "0.05", "give focal length / diameter."),
+        ("--sensor-to-front", "0.5", "must be a number of millimetres from 1 to 10000: check its unit."),
+        ("--focus-tolerance", "2", "--focus-tolerance is 2.0, but must be a fraction"),
+    ):
+        assert message in str(run(look, option, value).exception)
+
+
+def test_a_display_is_made_of_its_options():
+    @command("Short.")
+    def look(*, display: Screen) -> None:
+        """Show."""
+        click.echo(f"{display.size_px} {display.pixel_pitch:.6g} {display.gamma}")
+
+    assert received(look) == "(1920, 1080) 0.0002767 sRGB"
+    words = ["--screen", "1000x500", "--screen-width", "50", "--gamma", "2.1,2.2,2.3"]
+    assert received(look, *words) == "(1000, 500) 0.0005 (2.1, 2.2, 2.3)"
+    assert "--screen is 5, but" in str(run(look, "--screen", "5").exception)
+    assert "--white is 0, but must be a positive number of cd/m^2." in str(run(look, "--white", "0").exception)
+
+
+def every(group: click.Group, path: str = "") -> Any:
+    for name, found in group.commands.items():
+        if isinstance(found, click.Group):
+            yield from every(found, f"{path} {name}")
+        else:
+            yield pytest.param(found, id=f"{path} {name}".strip())
+
+
+@pytest.mark.parametrize("found", [*every(main)])
+def test_every_option_has_a_help_text_and_stands_once(found):
+    options = [one for one in found.params if isinstance(one, click.Option)]
+    assert [one.opts[0] for one in options if not one.help or not one.help.strip("* ")] == []
+    opts = [opt for one in options for opt in one.opts]
+    assert len(opts) == len(set(opts))
