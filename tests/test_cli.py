@@ -10,15 +10,18 @@ import time
 import warnings
 from pathlib import Path
 
+import click
 import cv2
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from PIL import Image
 from two_views import DISTANCE, TOML, run, sentence, write
 
 import focalgradient
 from focalgradient import DepthMap, FocalGradientWarning, InputError, memory
 from focalgradient.cli import program
+from focalgradient.cli.program import write_set
 
 # --- What it does ------------------------------------------------------------------------------------------------
 
@@ -64,6 +67,25 @@ def test_results_replace_earlier_ones(folder):
         assert run("depth", "views.toml", "--out", "out", "--near", "0.9", "--far", far).exit_code == 0
     assert json.loads((folder / "out" / "summary.json").read_text())["settings"]["far_m"] == 4
     assert len(list((folder / "out").iterdir())) == 3
+
+
+def test_results_of_an_earlier_run_that_remain_are_named(tmp_path):
+    """A folder may keep another set's files; they must not be taken for this set's."""
+
+    @click.command("draw")
+    @click.argument("names", nargs=-1)
+    def draw(names: tuple[str, ...]) -> None:
+        write_set(tmp_path, dict.fromkeys(names, b"{}\n"), names[-1])
+
+    def said(*names: str) -> str:
+        return CliRunner().invoke(draw, names).stderr
+
+    (tmp_path / "own.json").write_text("{}")
+    assert said("a.json", "b.json", "c.json", "d.json", "summary.json") == ""
+    assert said("a.json", "b.json", "c.json", "d.json", "summary.json") == ""
+    note = f"Note: {tmp_path} also contains results of an earlier run: "
+    assert said("summary.json") == f"{note}a.json, b.json, c.json and others.\n"
+    assert said("a.json", "b.json", "summary.json") == f"{note}c.json, d.json.\n"
 
 
 def fake_depth(details: dict, valid: bool = True):

@@ -22,6 +22,7 @@ import numpy as np
 
 from focalgradient.errors import FocalGradientWarning, InputError, nearest, one_line
 from focalgradient.files import (
+    earlier_files,
     existing,
     printable,
     refuse_foreign,
@@ -65,6 +66,9 @@ KEPT = "finished files are valid, and the same command continues from them."
 MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
 ANNOUNCED_S = 10.0
 """Time in s above which a command announces its duration before it starts."""
+
+NAMED = 3
+"""Maximum number of files of an earlier run that are named."""
 
 JSON = "focalgradient.json"
 """Key in a command's context: whether to print the result as JSON."""
@@ -471,10 +475,19 @@ def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> No
         refuse_foreign([out / name for name in names], _written_by(), remedy)
 
 
-def write_set(out: Path, files: Mapping[str, bytes | Callable[[Path], object]], summary: str) -> None:
-    """Write the results of the running command with its mark, as `focalgradient.files.replace_set` does."""
+def write_set(
+    out: Path, files: Mapping[str, bytes | Callable[[Path], object]], summary: str, others: Iterable[str] | None = ()
+) -> None:
+    """Write the results of the running command with its mark, as `focalgradient.files.replace_set` does.
+
+    Results of an earlier run that remain in the folder are named on standard error; `others` are further files of this
+    run there, None if more follow.
+    """
     replace_set(out, files, summary, _written_by())
     _note_output(out)
+    if others is not None and (left := earlier_files(out, [*files, *others], _written_by())):
+        names = ", ".join(printable(path.name) for path in left[:NAMED]) + (" and others" if len(left) > NAMED else "")
+        click.echo(f"Note: {printable(out)} also contains results of an earlier run: {names}.", err=True)
 
 
 @contextmanager

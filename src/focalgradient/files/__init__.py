@@ -1,6 +1,6 @@
 """Validated reading of external files, and atomic writing of the package's own."""
 
-from focalgradient.files.marks import mark, marked_by, refuse_foreign
+from focalgradient.files.marks import earlier_files, mark, marked_by, refuse_foreign
 from focalgradient.files.names import inner_name, plain_name, printable, refuse_overwriting
 from focalgradient.files.reading import (
     LARGEST,
@@ -35,6 +35,7 @@ __all__ = [
     "LARGEST_LIST",
     "check_width",
     "decoded",
+    "earlier_files",
     "existing",
     "flush",
     "inner_name",

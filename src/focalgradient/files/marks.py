@@ -17,7 +17,7 @@ from urllib.parse import quote
 from focalgradient.errors import InputError
 from focalgradient.files.names import printable
 
-__all__ = ["mark", "marked_by", "refuse_foreign"]
+__all__ = ["earlier_files", "mark", "marked_by", "refuse_foreign"]
 
 EDGE = 1 << 16
 """Number of bytes searched for a mark at the beginning and at the end of a file."""
@@ -51,6 +51,16 @@ def marked_by(path: Path, by: str) -> Sequence[str] | None:
     text = rb"[Ww]ritten[ _]by\W{1,6}" + re.escape(by.encode()) + rb"(?![\w-])(?:, with ([\w.,%~-]+))?"
     found = re.search(text, edges)
     return None if found is None else (found[1] or b"").decode().split(",")
+
+
+def earlier_files(folder: Path, new: Iterable[str], by: str) -> list[Path]:
+    """Return the files in a folder that the command `by` wrote and that are not among its `new` ones, by name."""
+    new = set(new)
+    return sorted(
+        path
+        for path in folder.iterdir()
+        if path.name not in new and path.suffix.lower() in _MARKS and path.is_file() and marked_by(path, by) is not None
+    )
 
 
 def refuse_foreign(places: Iterable[Path], by: str, remedy: str) -> None:
