@@ -74,7 +74,8 @@ ROOMS = {
         "view",
     },
     "video": {
-        *("depth", "display", "errors", "files", "optics", "plausibility", "progress", "psf", "srgb", "view"),
+        *("depth", "display", "errors", "files", "optics", "plausibility", "progress", "psf", "quantities", "srgb"),
+        "view",
     },
     "examples": {
         *("depth", "design", "display", "optics", "photographs", "power", "progress", "render", "scenes", "video"),

@@ -8,24 +8,14 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from focalgradient.cli.options import (
-    DIAMETER,
-    GIVEN,
-    NEAREST,
-    OPENEST,
-    focal_length_option,
-    limit_options,
-    options_named,
-    positive,
-)
+from focalgradient.cli.generate import Given, command, options_named
+from focalgradient.cli.options import GIVEN
 from focalgradient.cli.program import (
     announce,
-    force_option,
-    json_option,
     nothing_valid,
     placing,
     progress,
@@ -34,27 +24,18 @@ from focalgradient.cli.program import (
     warnings_given,
     writable,
 )
-from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting
 from focalgradient.plausibility import given_as
-from focalgradient.psf import Disc
+from focalgradient.quantities import APERTURE_RATIO, FOCUS, MICROMETRES, MILLIMETRES
 
 if TYPE_CHECKING:
     from focalgradient.optics import Lens
-    from focalgradient.video import DepthStream
 
 __all__ = ["stream"]
 
 MOST_NAMED = 20
 """Maximum number of skipped frames named on standard error; the JSON file beside the video lists all."""
-
-OPTICS = {
-    "focal_length": "--focal-length",
-    "f_numbers": "--f-number",
-    "focus_distance": "--focus-distance",
-    "pixel_pitch": "--pixel-pitch",
-}
 
 NO_DEPTH = (
     "the scene has too little texture, or its blur is impossible with the stated optics and limits: check "
@@ -65,76 +46,21 @@ NO_DEPTH = (
 SECONDS = 0.034 / (1920 * 1080)
 """Processing time in s per frame and pixel on two cores, including decoding and encoding."""
 
+Settings = Given("focalgradient.video:DepthStream", only=("near", "far", "psf", "encoding", "window"))
 
-@click.command(cls=ShapedCommand, short_help="Estimate depth in a video that alternates two apertures.")
-@click.argument("video", type=click.Path(path_type=Path), metavar="VIDEO")
-@click.option(
-    "--out",
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="DEPTH_VIDEO",
-    help="Depth video to write: .mp4, .mov, .mkv, .avi or .webm.",
-)
-@click.option(
-    "--values",
-    type=click.Path(path_type=Path),
-    metavar="FILE.npy",
-    help="Also write the values: float32, frames x height/4 x width/4, NaN without an estimate.",
-)
-@focal_length_option
-@click.option(
-    "--f-number",
-    "f_numbers",
-    type=float,
-    multiple=True,
-    metavar="N",
-    callback=positive(infinite=True, least=OPENEST, hint=DIAMETER),
-    help="* f-number: give it twice, for frames 0, 2, 4, ... and for frames 1, 3, 5, ...",
-)
-@click.option(
-    "--focus-distance",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres", infinite=True, least=NEAREST),
-    help="* Distance of the plane in focus, in metres.",
-)
-@click.option(
-    "--pixel-pitch",
-    type=float,
-    metavar="UM",
-    callback=positive(" of micrometres"),
-    help="* Pixel pitch of the video on the sensor, in micrometres.",
-)
-@limit_options
-@shape_options("Shape of the blur.", Disc.name)
-@click.option(
-    "--encoding",
-    type=click.Choice(["srgb", "linear"]),
-    default="srgb",
-    show_default=True,
-    help="Encoding of light by the video's values.",
-)
-@click.option(
-    "--window",
-    type=float,
-    default=8.0,
-    show_default=True,
-    metavar="PX",
-    callback=positive(" of pixels", least=2, most=64),
-    help="Standard deviation, in pixels, of the window over which detail is averaged: 2 to 64.",
-)
-@force_option
-@json_option
+
+@command("Estimate depth in a video that alternates two apertures.")
 def stream(
     video: Path,
-    out: Path,
-    values: Path | None,
-    near: float | None,
-    far: float | None,
-    psf: ShapeAsked,
-    encoding: Literal["srgb", "linear"],
-    window: float,
-    **optics: Any,
+    /,
+    *,
+    out: Annotated[Path, "DEPTH_VIDEO"],
+    values: Annotated[Path | None, "FILE.npy"] = None,
+    focal_length: Annotated[float | None, MILLIMETRES] = None,
+    f_number: Annotated[tuple[float, ...], APERTURE_RATIO, "N"] = (),
+    focus_distance: Annotated[float | None, FOCUS] = None,
+    pixel_pitch: Annotated[float | None, MICROMETRES] = None,
+    settings: Annotated[dict[str, Any], Settings],
 ) -> None:
     """Recover depth, frame by frame, from a video that alternates between two apertures at one focus.
 
@@ -153,45 +79,63 @@ def stream(
     Example:
       focalgradient stream demo/video.mkv --out depth.mp4 --focal-length 25 --f-number 16 --f-number 5.6 \\
         --focus-distance 0.85 --pixel-pitch 8 --near 0.85
+
+    Parameters
+    ----------
+    out
+        Depth video to write: .mp4, .mov, .mkv, .avi or .webm.
+    values
+        Also write the values: float32, frames x height/4 x width/4, NaN without an estimate.
+    focal_length
+        * Focal length, in millimetres.
+    f_number
+        * f-number: give it twice, for frames 0, 2, 4, ... and for frames 1, 3, 5, ...
+    focus_distance
+        * Distance of the plane in focus, in metres.
+    pixel_pitch
+        * Pixel pitch of the video on the sensor, in micrometres.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
+    optics: dict[str, Any] = {
+        "focal_length_mm": focal_length,
+        "f_numbers": f_number,
+        "focus_distance_m": focus_distance,
+        "pixel_pitch_um": pixel_pitch,
+    }
+    near, far = settings["near"], settings["far"]
     _check(optics, near, far)
-    blur = psf.shape()
+    settings["psf"] = settings["psf"].shape()
     from focalgradient.video import DepthStream, Source, luminance, radiance_levels, write_depth
 
     places = _places(video, out, values)
     note = places[1]
-    grey = luminance(radiance_levels(encoding))
+    grey = luminance(radiance_levels(settings["encoding"]))
     with warnings_given() as given:
         with Source(video, grey) as source, given_as(GIVEN), options_named({"f_number": "--f-number"}):
-            lenses, pixel_angle = _lenses(optics)
-            settings: dict[str, Any] = {"near": near, "far": far, "psf": blur, "encoding": encoding, "window": window}
-            found = DepthStream(source.frames(), lenses, pixel_angle, **settings)
+            found = DepthStream(source.frames(), *_lenses(**optics), **settings)
         announce(SECONDS * source.declared * math.prod(found.shape), f"{source.declared} frames")
         with placing(places, note) as staged, Source(video, grey) as source, progress(source.declared) as say:
+            numbers = None if values is None else staged[values]
             counts = write_depth(
-                found,
-                source.frames(),
-                staged[out],
-                None if values is None else staged[values],
-                fps=source.fps,
-                progress=lambda _, frame: say(frame),
+                *(found, source.frames(), staged[out], numbers), fps=source.fps, progress=lambda _, frame: say(frame)
             )
             if not counts.depth_frames:
                 causes = "; ".join(map(str, counts.skipped[:3])) or "it has fewer than two frames"
                 raise InputError(f"{printable(video)} has no pair of successive frames that can be used: {causes}.")
             seconds = time.perf_counter() - start
             rate = counts.depth_frames / seconds
+            sharper = "even" if found.even_is_sharper else "odd"
             summary = {
                 "video": printable(video.name),
                 "settings": {
-                    **_stated(optics, found),
+                    **({"optics": optics, "side": found.search.side_text} if found.search else {}),
+                    **({} if found.search else {"optics": None, "sharper": sharper}),
                     "near_m": near,
                     "far_m": far,
-                    "psf": blur.name,
-                    "psf_parameters": blur.stated(),
-                    "encoding": encoding,
-                    "window_px": window,
+                    "psf": found.psf.name,
+                    "psf_parameters": found.psf.stated(),
+                    "encoding": settings["encoding"],
+                    "window_px": settings["window"],
                 },
                 **found.summary(),
                 **asdict(counts),
@@ -208,29 +152,23 @@ def stream(
     disparity = "No optics given: the output is focal disparity (1 in focus, less with blur), not distance."
     show(
         summary | {"written": [printable(place) for place in places]},
-        *([] if lenses else [disparity]),
+        *([] if found.search else [disparity]),
         f"Depth frames: {counts.depth_frames} from {counts.frames_read} frames, {rate:.1f} per second",
         f"Written: {', '.join(printable(place) for place in places)}",
     )
     nothing_valid(None if counts.frames_with_depth else NO_DEPTH, "No depth in any frame")
 
 
-def _lenses(optics: Mapping[str, Any]) -> tuple[list[Lens] | None, float | None]:
-    """Return the lenses of even and of odd frames, and the angle of a pixel; None if no optics are given."""
+def _lenses(
+    focal_length_mm: float, f_numbers: tuple[float, ...], focus_distance_m: float, pixel_pitch_um: float
+) -> tuple[list[Lens] | None, float | None]:
+    """Return the lenses of even and of odd frames, and the angle of a pixel; None without optics."""
     from focalgradient.optics import Lens
 
-    if not optics["f_numbers"]:
+    if not f_numbers:
         return None, None
-    lenses = [Lens(optics["focal_length"] * 1e-3, number, optics["focus_distance"]) for number in optics["f_numbers"]]
-    return lenses, optics["pixel_pitch"] * 1e-6 / lenses[0].sensor_distance
-
-
-def _stated(optics: Mapping[str, Any], found: DepthStream) -> dict[str, Any]:
-    """Return the optics as given, and how the side of focus was decided, or which aperture is the smaller."""
-    if found.search is None:
-        return {"optics": None, "sharper": "even" if found.even_is_sharper else "odd"}
-    names = ("focal_length_mm", "f_numbers", "focus_distance_m", "pixel_pitch_um")
-    return {"optics": dict(zip(names, map(optics.get, OPTICS), strict=True)), "side": found.search.side_text}
+    lenses = [Lens(focal_length_mm * 1e-3, number, focus_distance_m) for number in f_numbers]
+    return lenses, pixel_pitch_um * 1e-6 / lenses[0].sensor_distance
 
 
 def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
@@ -256,10 +194,11 @@ def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
 
 def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> None:
     """Raise `InputError` for incomplete optics, and for limits that exclude each other."""
-    given = [option for name, option in OPTICS.items() if optics[name]]
-    if given and len(given) < len(OPTICS):
-        missing = [option for option in OPTICS.values() if option not in given]
-        verbs = ["is" if len(options) == 1 else "are" for options in (missing, given)]
+    options = dict(zip(optics, ("--focal-length", "--f-number", "--focus-distance", "--pixel-pitch"), strict=True))
+    given = [option for name, option in options.items() if optics[name]]
+    if given and len(given) < len(options):
+        missing = [option for option in options.values() if option not in given]
+        verbs = ["is" if len(some) == 1 else "are" for some in (missing, given)]
         raise InputError(
             f"{' and '.join(missing)} {verbs[0]} missing, but {' and '.join(given)} {verbs[1]} given: give all optics, "
             "or none."

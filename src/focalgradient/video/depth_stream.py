@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,9 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.optics import Lens
 from focalgradient.plausibility import check_frame, check_pixel_pitch
 from focalgradient.progress import Progress
-from focalgradient.psf import Disc, Psf
+from focalgradient.psf import Psf
+from focalgradient.psf.registry import psf_of
+from focalgradient.quantities import FOCUS, LIMIT, PIXELS
 from focalgradient.video.depth_video import Scale, ValuesFile, VideoFile
 from focalgradient.video.pairing import PLAIN, Pair, alternation, pairs
 from focalgradient.video.reading import Frame, Skipped, ahead, radiance_levels
@@ -71,17 +73,21 @@ class DepthStream:
         focal disparity, not vergence.
     pixel_angle
         Angle that a pixel subtends, pixel pitch / sensor distance, in radians; required with `lenses`.
-    near, far
-        Limits of the search in metres, with `lenses`; None: where blur is 16 pixels.
+    near
+        Nearest distance of the search, in metres.  [default: where blur is 16 pixels]
+    far
+        Farthest distance of the search, in metres.  [default: where blur is 16 pixels]
     psf
-        Shape of the blur; default: a disc.
+        Shape of the blur.
     encoding
-        Encoding of light by the stored values.
+        Encoding of light by the video's values.
     window
-        Standard deviation in pixels of the window over which detail is averaged: 2 to 64.
+        Standard deviation, in pixels, of the window over which detail is averaged: 2 to 64.
 
     Attributes
     ----------
+    psf
+        Shape of the blur.
     step
         Log ratio of the detail of even frames to that of odd frames.
     noise
@@ -122,13 +128,14 @@ class DepthStream:
         lenses: Sequence[Lens] | None = None,
         pixel_angle: float | None = None,
         *,
-        near: float | None = None,
-        far: float | None = None,
-        psf: Psf | None = None,
+        near: Annotated[float | None, LIMIT] = None,
+        far: Annotated[float | None, FOCUS] = None,
+        psf: Psf | str = "disc",
         encoding: Literal["srgb", "linear"] = "srgb",
-        window: float = 8.0,
+        window: Annotated[float, PIXELS.between(2, 64)] = 8.0,
     ) -> None:
-        check_blur("ratio", psf or Disc())
+        self.psf = psf_of(psf)
+        check_blur("ratio", self.psf)
         self._levels, self._window = radiance_levels(encoding), window
         self._detail = partial(detail, levels=self._levels)
         begun = list(islice(first, FIRST_FRAMES))
@@ -140,7 +147,7 @@ class DepthStream:
         self.scale, self.even_is_sharper = Scale.of_disparity(), self.step > 0
         apart = abs(self.step) > PLAIN
         if lenses is not None:
-            self._search(lenses, pixel_angle, near, far, psf or Disc())
+            self._search(lenses, pixel_angle, near, far)
             if apart and (self.step > 0) != self.even_is_sharper:
                 raise InputError(
                     f"{'odd' if self.even_is_sharper else 'even'} frames are sharper, but f_number gives them the "
@@ -155,15 +162,13 @@ class DepthStream:
                 "which aperture is the larger: give a video that alternates between two apertures."
             )
 
-    def _search(
-        self, lenses: Sequence[Lens], pixel_angle: float | None, near: float | None, far: float | None, psf: Psf
-    ) -> None:
+    def _search(self, lenses: Sequence[Lens], pixel_angle: float | None, near: float | None, far: float | None) -> None:
         check_number("pixel_angle", pixel_angle, "radians", positive=True)
         assert pixel_angle is not None
         check_pixel_pitch(pixel_angle * lenses[0].sensor_distance, pixel_angle)
         check_frame(pixel_angle, self.shape)
         self.search = search = Search.over(lenses, pixel_angle, near, far)
-        self._table = table_for(search, psf)
+        self._table = table_for(search, self.psf)
         if not search.side_known:
             warnings.warn(FocalGradientWarning(search.side_text), stacklevel=3)
         self.scale = Scale.of_distance(search.lowest, search.highest)
