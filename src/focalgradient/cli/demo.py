@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from focalgradient.cli.depth import depth
-from focalgradient.cli.program import force_option, json_option, progress, show, writable, write_set
+from focalgradient.cli.generate import Folder, command
+from focalgradient.cli.program import progress, show, writable, write_set
 
 __all__ = ["demo"]
 
@@ -17,12 +16,8 @@ RELIABILITY = (
 )
 
 
-@click.command(short_help="Write a folder of examples for every command.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the examples.")
-@force_option
-@json_option
-@click.pass_context
-def demo(context: click.Context, out: Path) -> None:
+@command("Write a folder of examples for every command.")
+def demo(*, out: Folder) -> None:
     """Write a small example of every input of the other commands, and make a first depth map.
 
     The pictures are ray cast: two photographs with their settings file, a target for calibration, a photograph of cards
@@ -35,6 +30,11 @@ def demo(context: click.Context, out: Path) -> None:
     Example:
       focalgradient demo --out demo
       focalgradient depth demo/views.toml --out mine
+
+    Parameters
+    ----------
+    out
+        Folder for the examples.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.examples import EXAMPLE_FILES, depth_compiling, example_files
 
@@ -49,6 +49,6 @@ def demo(context: click.Context, out: Path) -> None:
         f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}",
     )
     words = [str(out / "views.toml"), "--out", str(out / "depth")]
-    with depth.make_context("depth", words, parent=context) as inner:
+    with depth.make_context("depth", words, parent=click.get_current_context()) as inner:
         depth.invoke(inner)
     show(None, f"Look at {out / 'depth' / 'depth.png'}. {RELIABILITY}")

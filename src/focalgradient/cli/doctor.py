@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from focalgradient.cli.options import positive
-from focalgradient.cli.program import force_option, json_option, show, writable, write_set
+from focalgradient.cli.generate import File, Folder, command
+from focalgradient.cli.program import show, writable, write_set
 from focalgradient.errors import InputError
+from focalgradient.quantities import Quantity
 
 if TYPE_CHECKING:
     from focalgradient.lab.computer import Check
@@ -19,60 +20,21 @@ if TYPE_CHECKING:
 __all__ = ["doctor", "table"]
 
 
-@click.command(short_help="Check screen, keyboard and disk for the experiments.")
-@click.option("--monitor", metavar="NAME", help="Name of the screen in PsychoPy's Monitor Center.")
-@click.option("--screen", type=click.IntRange(min=0), default=0, show_default=True, help="Number of the screen.")
-@click.option(
-    "--data",
-    type=click.Path(path_type=Path),
-    default=Path("data"),
-    show_default=True,
-    metavar="DIR",
-    help="Folder to which data will be written.",
-)
-@click.option(
-    "--seconds",
-    type=float,
-    default=10.0,
-    show_default=True,
-    callback=positive(" of seconds", least=0.1, most=600),
-    help="Duration of counting dropped frames, in seconds: 0.1 to 600.",
-)
-@click.option("--windowed", is_flag=True, help="Check a window instead of the whole screen.")
-@click.option(
-    "--luminance",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Photometer measurements (CSV: level, red, green, blue, grey in cd/m2): fitted, plotted as FILE-fit.png, "
-    "and stored for the experiments with --monitor.",
-)
-@click.option(
-    "--photometer",
-    metavar="NAME:PORT",
-    help="Measure with a photometer, such as LS100:/dev/ttyUSB0, and write the FILE of --luminance.",
-)
-@click.option(
-    "--markers",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Python file with mark(), as for run: test pulses of code 60 are sent and timed.",
-)
-@click.option(
-    "--triggers",
-    multiple=True,
-    metavar="PORT",
-    help="Trigger port, as for run (parallel:..., serial:..., lsl, file:PATH): test pulses are sent and timed.",
-)
-@click.option(
-    "--codes",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="TOML file with custom event codes, as for run.",
-)
-@click.option("--card", is_flag=True, help="Measure the screen's size with a bank card held against it.")
-@force_option
-@json_option
-def doctor(data: Path, luminance: Path | None, photometer: str | None, **options: Any) -> None:
+@command("Check screen, keyboard and disk for the experiments.")
+def doctor(
+    *,
+    monitor: Annotated[str | None, "NAME"] = None,
+    screen: Annotated[int, click.IntRange(min=0)] = 0,
+    data: Folder = Path("data"),
+    seconds: Annotated[float, Quantity(words="seconds", least=0.1, most=600)] = 10.0,
+    windowed: bool = False,
+    luminance: File | None = None,
+    photometer: Annotated[str | None, "NAME:PORT"] = None,
+    markers: File | None = None,
+    triggers: Annotated[tuple[str, ...], "PORT"] = (),
+    codes: File | None = None,
+    card: bool = False,
+) -> None:
     """Check what the experiments need: screen and frames, size, gamma, keyboard, triggers, clock, disk, versions.
 
     Prints a table in Markdown for a report: passed checks in green, failed ones in red with a remedy. Exit code 1: a
@@ -85,37 +47,80 @@ def doctor(data: Path, luminance: Path | None, photometer: str | None, **options
       focalgradient doctor --monitor lab1 --data data
       focalgradient doctor --monitor lab1 --luminance photometer.csv --card
       focalgradient doctor --monitor lab1 --luminance photometer.csv --photometer LS100:/dev/ttyUSB0
-    """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.lab.computer import check_disk, check_screen, check_versions
 
-    if photometer is not None and luminance is None:
-        raise InputError("--photometer needs a file for its measurements: give --luminance FILE.")
-    light = [] if luminance is None else [*_luminance(luminance, photometer, options)]
-    checks = [*check_screen(luminance=luminance, **options), *light, *check_disk(data), check_versions()]
+    Parameters
+    ----------
+    monitor
+        Name of the screen in PsychoPy's Monitor Center.
+    screen
+        Number of the screen.
+    data
+        Folder to which data will be written.
+    seconds
+        Duration of counting dropped frames, in seconds: 0.1 to 600.
+    windowed
+        Check a window instead of the whole screen.
+    luminance
+        Photometer measurements (CSV: level, red, green, blue, grey in cd/m2): fitted, plotted as FILE-fit.png, and
+        stored for the experiments with --monitor.
+    photometer
+        Measure with a photometer, such as LS100:/dev/ttyUSB0, and write the FILE of --luminance.
+    markers
+        Python file with mark(), as for run: test pulses of code 60 are sent and timed.
+    triggers
+        Trigger port, as for run (parallel:..., serial:..., lsl, file:PATH): test pulses are sent and timed.
+    codes
+        TOML file with custom event codes, as for run.
+    card
+        Measure the screen's size with a bank card held against it.
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    from focalgradient.lab.computer import check_disk, check_screen, check_versions, measure_luminance
+
+    measured, light = None, []
+    if photometer is not None:
+        if luminance is None:
+            raise InputError("--photometer needs a file for its measurements: give --luminance FILE.")
+        writable(luminance.parent, [luminance.name, _drawing(luminance).name])
+        measured = measure_luminance(photometer, screen=screen, windowed=windowed)
+    if luminance is not None:
+        light = [*_luminance(luminance, measured, monitor)]
+    window = check_screen(
+        screen=screen,
+        seconds=seconds,
+        monitor=monitor,
+        windowed=windowed,
+        luminance=luminance,
+        markers=markers,
+        triggers=triggers,
+        codes=codes,
+        card=card,
+    )
+    checks = [*window, *light, *check_disk(data), check_versions()]
     well = all(check.well for check in checks)
     show({"well": well, "checks": [asdict(check) for check in checks]}, table(checks))
     if not well:
         click.get_current_context().exit(1)
 
 
-def _luminance(path: Path, photometer: str | None, options: dict[str, Any]) -> Iterator[Check]:
-    """Read or measure a photometer's table, write its figure, and the table if it is new; return its checks."""
-    from focalgradient.lab.computer import check_luminance, measure_luminance
+def _drawing(path: Path) -> Path:
+    return path.with_name(f"{path.stem}-fit.png")
+
+
+def _luminance(path: Path, measured: str | None, monitor: str | None) -> Iterator[Check]:
+    """Fit and plot a photometer's table, which is written too if it is newly measured; return its checks."""
+    from focalgradient.lab.computer import check_luminance
     from focalgradient.luminance import parse_luminance, read_luminance
     from focalgradient.plotting.figures import as_file
     from focalgradient.plotting.luminance import luminance_figure
 
-    drawn = path.with_name(f"{path.stem}-fit.png")
-    files = {}
-    if photometer is None:
+    drawn, written = _drawing(path), {}
+    if measured is None:
         found = read_luminance(path)
-        writable(path.parent, [drawn.name], [path])
+        writable(drawn.parent, [drawn.name], [path])
     else:
-        writable(path.parent, [path.name, drawn.name])
-        text = measure_luminance(photometer, screen=options["screen"], windowed=options["windowed"])
-        found, files[path.name] = parse_luminance(text, str(path)), text.encode()
-    write_set(path.parent, {**files, drawn.name: as_file(luminance_figure(found), "png")}, drawn.name)
-    return check_luminance(found, drawn, options["monitor"])
+        found, written = parse_luminance(measured, str(path)), {path.name: measured.encode()}
+    write_set(drawn.parent, {**written, drawn.name: as_file(luminance_figure(found), "png")}, drawn.name)
+    return check_luminance(found, drawn, monitor)
 
 
 def table(checks: Sequence[Check]) -> str:
