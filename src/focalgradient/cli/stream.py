@@ -8,7 +8,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import click
 
@@ -29,9 +29,6 @@ from focalgradient.files import printable, refuse_overwriting
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import APERTURE_RATIO, FOCUS, MICROMETRES, MILLIMETRES
 
-if TYPE_CHECKING:
-    from focalgradient.optics import Lens
-
 __all__ = ["stream"]
 
 MOST_NAMED = 20
@@ -45,6 +42,9 @@ NO_DEPTH = (
 
 SECONDS = 0.034 / (1920 * 1080)
 """Processing time in s per frame and pixel on two cores, including decoding and encoding."""
+
+WORDS = {"f_number": "--f-number", "near": "--near", "far": "--far", "lenses too": "the options marked * too"}
+"""Words of the library's messages, with options instead of parameters."""
 
 Settings = Given("focalgradient.video:DepthStream", only=("near", "far", "psf", "encoding", "window"))
 
@@ -102,17 +102,19 @@ def stream(
         "focus_distance_m": focus_distance,
         "pixel_pitch_um": pixel_pitch,
     }
-    near, far = settings["near"], settings["far"]
-    _check(optics, near, far)
+    _check(optics)
     settings["psf"] = settings["psf"].shape()
+    from focalgradient.optics import Lens
     from focalgradient.video import DepthStream, Source, luminance, radiance_levels, write_depth
 
     places = _places(video, out, values)
     note = places[1]
     grey = luminance(radiance_levels(settings["encoding"]))
     with warnings_given() as given:
-        with Source(video, grey) as source, given_as(GIVEN), options_named({"f_number": "--f-number"}):
-            found = DepthStream(source.frames(), *_lenses(**optics), **settings)
+        with Source(video, grey) as source, given_as(GIVEN), options_named(WORDS):
+            lenses = [Lens(optics["focal_length_mm"] * 1e-3, number, optics["focus_distance_m"]) for number in f_number]
+            pixel_angle = optics["pixel_pitch_um"] * 1e-6 / lenses[0].sensor_distance if lenses else None
+            found = DepthStream(source.frames(), lenses or None, pixel_angle, **settings)
         announce(SECONDS * source.declared * math.prod(found.shape), f"{source.declared} frames")
         with placing(places, note) as staged, Source(video, grey) as source, progress(source.declared) as say:
             numbers = None if values is None else staged[values]
@@ -130,8 +132,8 @@ def stream(
                 "settings": {
                     **({"optics": optics, "side": found.search.side_text} if found.search else {}),
                     **({} if found.search else {"optics": None, "sharper": sharper}),
-                    "near_m": near,
-                    "far_m": far,
+                    "near_m": settings["near"],
+                    "far_m": settings["far"],
                     "psf": found.psf.name,
                     "psf_parameters": found.psf.stated(),
                     "encoding": settings["encoding"],
@@ -159,18 +161,6 @@ def stream(
     nothing_valid(None if counts.frames_with_depth else NO_DEPTH, "No depth in any frame")
 
 
-def _lenses(
-    focal_length_mm: float, f_numbers: tuple[float, ...], focus_distance_m: float, pixel_pitch_um: float
-) -> tuple[list[Lens] | None, float | None]:
-    """Return the lenses of even and of odd frames, and the angle of a pixel; None without optics."""
-    from focalgradient.optics import Lens
-
-    if not f_numbers:
-        return None, None
-    lenses = [Lens(focal_length_mm * 1e-3, number, focus_distance_m) for number in f_numbers]
-    return lenses, pixel_pitch_um * 1e-6 / lenses[0].sensor_distance
-
-
 def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
     """Return the files to write: depth video, its JSON file, and values if requested; none may be an input."""
     from focalgradient.video import check_ending
@@ -192,8 +182,8 @@ def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
     return places
 
 
-def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> None:
-    """Raise `InputError` for incomplete optics, and for limits that exclude each other."""
+def _check(optics: Mapping[str, Any]) -> None:
+    """Raise `InputError` for incomplete optics."""
     options = dict(zip(optics, ("--focal-length", "--f-number", "--focus-distance", "--pixel-pitch"), strict=True))
     given = [option for name, option in options.items() if optics[name]]
     if given and len(given) < len(options):
@@ -207,7 +197,3 @@ def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> 
         count = len(optics["f_numbers"])
         times = "once" if count == 1 else f"{count} times"
         raise InputError(f"--f-number is given {times}: give it twice, for even and for odd frames.")
-    if not given and (near or far):
-        raise InputError("--near and --far limit distance, which needs the optics: give the options marked * too.")
-    if near is not None and far is not None and near >= far:
-        raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")

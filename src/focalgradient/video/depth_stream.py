@@ -134,6 +134,10 @@ class DepthStream:
         encoding: Literal["srgb", "linear"] = "srgb",
         window: Annotated[float, PIXELS.between(2, 64)] = 8.0,
     ) -> None:
+        if lenses is None and (near or far):
+            raise InputError("near and far limit distance, which needs the optics: give lenses too.")
+        if near is not None and far is not None and near >= far:
+            raise InputError(f"near {near:g} lies beyond or at far {far:g}: give near the smaller distance.")
         self.psf = psf_of(psf)
         check_blur("ratio", self.psf)
         self._levels, self._window = radiance_levels(encoding), window
