@@ -43,7 +43,7 @@ ROOMS = {
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
-        *("progress", "psf", "render", "scenes", "tables", "video"),
+        *("progress", "psf", "render", "scenes", "tables", "tasks", "video"),
     },
     "tables": {"errors", "files"},
     "scales": {"errors"},

@@ -19,6 +19,7 @@ from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSe
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
+from focalgradient.stimuli.trial_list import TrialList, trial_list
 from focalgradient.stimuli.wide_field import wide_field
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "Stimulus",
     "StimulusSet",
     "Target",
+    "TrialList",
     "blurred_edge",
     "blurred_scene",
     "corrugated_plane",
@@ -53,5 +55,6 @@ __all__ = [
     "sharpness",
     "slanted_plane",
     "texture_border",
+    "trial_list",
     "wide_field",
 ]
