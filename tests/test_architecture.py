@@ -43,7 +43,7 @@ ROOMS = {
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plausibility"),
-        *("plotting", "progress", "psf", "render", "scenes", "tables", "video"),
+        *("plotting", "progress", "psf", "render", "scenes", "tables", "tasks", "video"),
     },
     "tables": {"errors", "files"},
     "scales": {"errors"},
@@ -74,7 +74,14 @@ ROOMS = {
         "tables",
         "view",
     },
-    "video": {"display", "errors", "files", "progress", "view"},
+    "video": {
+        *("depth", "display", "errors", "files", "optics", "plausibility", "progress", "psf", "quantities", "srgb"),
+        "view",
+    },
+    "examples": {
+        *("depth", "design", "display", "optics", "photographs", "power", "progress", "render", "scenes", "video"),
+        "view",
+    },
     "lab": {
         *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
         *("scenes", "stimuli", "tasks"),
@@ -99,7 +106,8 @@ ROOMS = {
     },
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
-        *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live"),
+        *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "examples", "eye", "files", "lab"),
+        "live",
         *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),

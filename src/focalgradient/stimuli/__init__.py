@@ -19,6 +19,7 @@ from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSe
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
+from focalgradient.stimuli.trial_list import TrialList, trial_list
 from focalgradient.stimuli.viewing import Seen, Viewing, viewed_files, with_frames
 from focalgradient.stimuli.wide_field import wide_field
 
@@ -35,6 +36,7 @@ __all__ = [
     "Stimulus",
     "StimulusSet",
     "Target",
+    "TrialList",
     "Viewing",
     "blurred_edge",
     "blurred_scene",
@@ -57,6 +59,7 @@ __all__ = [
     "sharpness",
     "slanted_plane",
     "texture_border",
+    "trial_list",
     "viewed_files",
     "wide_field",
     "with_frames",
