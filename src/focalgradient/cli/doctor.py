@@ -119,7 +119,7 @@ def _luminance(path: Path, measured: str | None, monitor: str | None) -> Iterato
         writable(drawn.parent, [drawn.name], [path])
     else:
         found, written = parse_luminance(measured, str(path)), {path.name: measured.encode()}
-    write_set(drawn.parent, {**written, drawn.name: as_file(luminance_figure(found), "png")}, drawn.name)
+    write_set(drawn.parent, {**written, drawn.name: as_file(luminance_figure(found), "png")}, drawn.name, None)
     return check_luminance(found, drawn, monitor)
 
 
