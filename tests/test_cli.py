@@ -22,6 +22,7 @@ import focalgradient
 from focalgradient import DepthMap, FocalGradientWarning, InputError, memory
 from focalgradient.cli import program
 from focalgradient.cli.program import write_set
+from focalgradient.photographs import depths
 
 # --- What it does ------------------------------------------------------------------------------------------------
 
@@ -107,7 +108,7 @@ def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
         "reach": np.array([1.0, np.inf]),
         "rejected": "noise hides all (align=True)",
     }
-    monkeypatch.setattr(focalgradient, "recover_depth", fake_depth(details, valid=False))
+    monkeypatch.setattr(depths, "recover_depth", fake_depth(details, valid=False))
     monkeypatch.setattr(DepthMap, "save", lambda self, path: path.touch())
     draw, drawn = focalgradient.plotting.depth_figure, []
 
@@ -153,7 +154,7 @@ def test_nothing_is_half_written(folder, monkeypatch, broken, code):
         path.write_bytes(b"half")
         raise broken
 
-    monkeypatch.setattr(focalgradient, "recover_depth", fake_depth({"psf": "disc", "k": 0.5}))
+    monkeypatch.setattr(depths, "recover_depth", fake_depth({"psf": "disc", "k": 0.5}))
     monkeypatch.setattr(DepthMap, "save", save)
     before = sorted(folder.rglob("*"))
     result = run("depth", "views.toml", "--out", "out")
@@ -163,7 +164,7 @@ def test_nothing_is_half_written(folder, monkeypatch, broken, code):
 
 
 def test_images_too_large_for_the_memory_are_refused_before_the_work(folder, monkeypatch):
-    monkeypatch.setattr(focalgradient, "recover_depth", lambda *_, **__: pytest.fail("began"))
+    monkeypatch.setattr(depths, "recover_depth", lambda *_, **__: pytest.fail("began"))
     monkeypatch.setattr(memory, "available", lambda: 1_000_000)
     assert "of memory, but 0.0 GB are available: crop" in sentence(run("depth", *SETTINGS))
     monkeypatch.setattr(memory, "available", lambda: None)
@@ -533,7 +534,7 @@ def test_input_errors_of_the_depth_core_are_sentences_too(folder, monkeypatch):
     def recover(views, **_):
         raise InputError("the views tell\nnothing: take others.")
 
-    monkeypatch.setattr(focalgradient, "recover_depth", recover)
+    monkeypatch.setattr(depths, "recover_depth", recover)
     assert sentence(run("depth", *SETTINGS)) == "Error: the views tell nothing: take others.\n"
 
 

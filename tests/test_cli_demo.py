@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from focalgradient import DepthMap
 from focalgradient.cli import main
-from focalgradient.cli.demo import CARDS_M, EFFECT, FOCUS_M, FRAMES, STOPS
+from focalgradient.examples.files import CARDS_M, EFFECT, FOCUS_M, FRAMES, STOPS
 from focalgradient.photographs import load_camera, load_settings, load_targets
 from focalgradient.statistics import depth_rating, read_ratings
 from focalgradient.video import Frame, Source

@@ -1,6 +1,5 @@
 """`focalgradient doctor`: its table, its exit codes, and what it says where nothing can be looked at."""
 
-import importlib
 import os
 import sys
 from pathlib import Path
@@ -9,16 +8,16 @@ import click
 import pytest
 from click.testing import CliRunner, Result
 
-from focalgradient.cli.doctor import Check, table
+from focalgradient.cli.doctor import doctor, table
 from focalgradient.cli.program import Program
+from focalgradient.lab import computer as module
+from focalgradient.lab.computer import Check
 
-module = importlib.import_module("focalgradient.cli.doctor")  # the package has the command by that name
-
-SAID = '[{"check": "refresh rate", "measured": "60.00 Hz", "well": true, "remedy": "none", "limit": "a tenth"}]'
+SAID = '[{"name": "refresh rate", "measured": "60.00 Hz", "well": true, "remedy": "none", "limit": "a tenth"}]'
 
 
 def run(*args: object) -> Result:
-    program = Program("focalgradient", commands=[module.doctor])
+    program = Program("focalgradient", commands=[doctor])
     return CliRunner().invoke(program, ["doctor", *map(str, args)])
 
 

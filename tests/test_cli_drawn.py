@@ -13,8 +13,9 @@ from PIL import Image
 
 from focalgradient import stimuli
 from focalgradient.cli import main
-from focalgradient.cli.drawn import DRAWN, FILES
+from focalgradient.cli.drawn import DRAWN
 from focalgradient.display import Display
+from focalgradient.stimuli.drawn_files import FILES
 
 SMALL = {
     "texture-border": ["--width-deg", 3, "--height-deg", 2, "--equalise", "luminance,contrast"],

@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -154,3 +155,17 @@ def test_guns_of_unequal_gamma_show_the_light_that_is_meant() -> None:
         display.decode(np.arange(256))
     with pytest.raises(InputError, match="must be a number or 3 numbers or"):
         Display(gamma=(2.0, 2.2))  # type: ignore[arg-type]
+
+
+def test_a_display_is_read_from_its_file(tmp_path: Path) -> None:
+    file = tmp_path / "display.toml"
+    file.write_text("size_px = [1280, 1024]\npixel_pitch_um = 300\ndistance_m = 0.6\ngamma = 2.2\n")
+    assert Display.read(file) == Display((1280, 1024), 300e-6, 0.6, 2.2)
+    for text, said in (
+        ("pixel_pitch = 300\n", "has the key 'pixel_pitch', but a display may have only"),
+        ("pixel_pitch_um = 300\n", "does not describe a display"),
+        ("pixel_pitch_um = 1\ndistance_m = 0.6\n", "finer than any display's"),
+    ):
+        file.write_text(text)
+        with pytest.raises(InputError, match=said):
+            Display.read(file)

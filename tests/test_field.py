@@ -14,8 +14,7 @@ from scipy.special import ndtr
 from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.calibration import Calibration, Field, Priors, Reading, apply_calibration, calibrate, fit_field
 from focalgradient.cli import main
-from focalgradient.cli.depth import _beside_focus
-from focalgradient.photographs import camera_toml, load_camera, load_settings
+from focalgradient.photographs import camera_toml, limits_beside_focus, load_camera, load_settings
 
 SHAPE = (180, 240)
 PIXEL = 3e-4
@@ -177,10 +176,10 @@ def test_limits_beside_the_focus_mean_one_side(calibrated, tmp_path):
     (tmp_path / "v.toml").write_text(views)
     settings = load_settings(tmp_path / "v.toml", load_camera(calibrated[0] / "c.toml"))
     focus = settings.lenses()[0].focus_distance
-    assert _beside_focus(None, 1.02 * focus, settings) == (None, focus)
-    assert _beside_focus(0.98 * focus, None, settings) == (focus, None)
-    assert _beside_focus(0.3, 1.02 * focus, settings) == (0.3, focus)
-    assert _beside_focus(0.5, 5.0, settings) == (0.5, 5.0)  # both sides are meant
+    assert limits_beside_focus(None, 1.02 * focus, settings) == (None, focus)
+    assert limits_beside_focus(0.98 * focus, None, settings) == (focus, None)
+    assert limits_beside_focus(0.3, 1.02 * focus, settings) == (0.3, focus)
+    assert limits_beside_focus(0.5, 5.0, settings) == (0.5, 5.0)  # both sides are meant
 
 
 def test_a_marked_focus_decides_the_side():

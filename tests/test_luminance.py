@@ -1,6 +1,5 @@
 """A photometer's table: read, fitted, and what is wrong with it said in one sentence."""
 
-import importlib
 import json
 
 import numpy as np
@@ -9,7 +8,7 @@ from click.testing import CliRunner
 
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.lab import photometer
+from focalgradient.lab import computer, photometer
 from focalgradient.luminance import fit_luminance, read_luminance
 
 LEVELS = np.arange(0, 256, 15.0)
@@ -88,8 +87,7 @@ def test_wrong_tables_are_refused_in_one_sentence(text, sentence, tmp_path):
 
 
 def test_the_doctor_draws_a_table_and_gives_each_figure_with_its_limit(tmp_path, monkeypatch):
-    module = importlib.import_module("focalgradient.cli.doctor")
-    monkeypatch.setattr(module, "_screen", lambda options: iter(()))
+    monkeypatch.setattr(computer, "check_screen", lambda **options: [])
     rows = [
         f"{level:g},{1 * light:.4f},{3 * light:.4f},{light:.4f},{5 * light:.4f}"
         for level, light in zip(LEVELS, 20 * (LEVELS / 255) ** 2.3, strict=True)

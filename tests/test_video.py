@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from focalgradient import InputError
+from focalgradient import InputError, Lens
 from focalgradient.video import (
+    DepthStream,
     Frame,
     Pair,
     Scale,
@@ -20,6 +21,7 @@ from focalgradient.video import (
     alternation,
     check_frames,
     pairs,
+    write_depth,
     write_frames,
 )
 
@@ -212,3 +214,47 @@ def test_a_video_that_lost_frames_is_refused(tmp_path: Path, ending: str) -> Non
         torn.write_bytes(path.read_bytes()[: round(share * path.stat().st_size)])
         with pytest.raises(InputError, match=r"\d+ of 40 frames of torn"):
             check_frames(torn, 40)
+
+
+def boards(contrasts: Sequence[int]) -> list[Frame | Skipped]:
+    """A checkerboard beside a plain wall, with these contrasts."""
+    board = (np.indices((64, 256)).sum(axis=0) % 2 - 0.5) * (np.arange(256) < 128)
+    return [Frame(number, (100 + one * board).astype(np.uint8)) for number, one in enumerate(contrasts)]
+
+
+def test_a_live_stream_is_estimated_frame_by_frame_and_written(tmp_path: Path) -> None:
+    """Detail halves from even to odd frames, so the focal disparity is a half; the loss of a frame is reported."""
+    live = boards([40, 20, 40, 40, 20])
+    stream = DepthStream(live, encoding="linear")
+    assert stream.even_is_sharper
+    told: list[str] = []
+    counts = write_depth(
+        *(stream, iter(live), tmp_path / "depth.mkv", tmp_path / "depth.npy"),
+        fps=25,
+        count=5,
+        progress=lambda share, frame: told.append(f"{share:g} {frame}"),
+    )
+    assert (counts.frames_read, counts.depth_frames, counts.frames_with_depth) == (5, 3, 3)
+    assert [str(one) for one in counts.skipped] == [
+        "frames 2 to 3 show the same aperture, so that a frame between them was lost"
+    ]
+    values = np.load(tmp_path / "depth.npy")
+    assert values.shape == (3, 16, 64)
+    np.testing.assert_allclose(values[:, 2:14, 2:28], 0.5, atol=0.03)
+    assert np.isnan(values[:, :, 40:]).all()
+    assert told[-1] == "1 frame 4"
+
+
+@pytest.mark.parametrize(
+    ("f_numbers", "limits", "sentence"),
+    [
+        ((), {"near": 1.0}, "near and far limit distance, which needs the optics"),
+        ((16, 4), {"near": 2.0, "far": 1.0}, "near 2 lies beyond or at far 1"),
+        ((4, 16), {"near": 1.0}, "even frames are sharper, but f_number gives them the larger aperture"),
+        ((16, 16), {"near": 1.0}, "both apertures are equal"),
+    ],
+)
+def test_a_stream_that_contradicts_its_optics_is_refused(f_numbers, limits, sentence: str) -> None:
+    lenses = [Lens(0.025, number, 1.0) for number in f_numbers] or None
+    with pytest.raises(InputError, match=sentence):
+        DepthStream(boards([40, 20, 40]), lenses, 3e-4 if lenses else None, encoding="linear", **limits)

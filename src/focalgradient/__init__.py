@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from focalgradient import design as design
     from focalgradient import display as display
     from focalgradient import errors as errors
+    from focalgradient import examples as examples
     from focalgradient import eye as eye
     from focalgradient import files as files
     from focalgradient import lab as lab

@@ -7,16 +7,19 @@ all pictures of one scene share the same exposure.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields
-from focalgradient.plausibility import check_display, check_screen_width
+from focalgradient.files import printable, read_toml
+from focalgradient.plausibility import check_display, check_screen_width, given_as
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["CARD", "EYE_STEP", "WEBER", "Display"]
@@ -100,6 +103,38 @@ class Display:
         display = cls(size_px, width / size_px[0], **others)
         check_screen_width(width, display.distance)
         return display
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Display:
+        """Return the display described by a TOML file.
+
+        Parameters
+        ----------
+        path
+            File with the keys ``pixel_pitch_um`` (micrometres), ``distance_m`` (metres) and, if they differ from the
+            defaults, ``size_px``, ``gamma``, ``white`` and ``dither``.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or a key is unknown, missing or invalid.
+        """
+        table = read_toml(Path(path), "a display's file")
+        known = {"size_px", "pixel_pitch_um", "distance_m", "gamma", "white", "dither"}
+        if unknown := sorted(set(table) - known):
+            raise InputError(
+                f"{printable(path)} has the key {unknown[0]!r}, but a display may have only "
+                f"{', '.join(sorted(known))}: remove it."
+            )
+        try:
+            size, pitch = tuple(table.pop("size_px", cls().size_px)), 1e-6 * table.pop("pixel_pitch_um")
+            with given_as({"pixel_pitch": ("pixel_pitch_um", "um"), "distance": ("distance_m", "m")}):
+                return cls(size, pitch, table.pop("distance_m"), **table)
+        except (KeyError, TypeError) as error:
+            raise InputError(
+                f"{printable(path)} does not describe a display: give size_px = [width, height], pixel_pitch_um, "
+                "distance_m and gamma."
+            ) from error
 
     @property
     def pixels_per_degree(self) -> float:

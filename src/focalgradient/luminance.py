@@ -19,7 +19,17 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.files import LARGEST_LIST, read_text
 
-__all__ = ["ADDITIVE", "DEVIATION", "GUNS", "UNEQUAL", "Curve", "Luminance", "fit_luminance", "read_luminance"]
+__all__ = [
+    "ADDITIVE",
+    "DEVIATION",
+    "GUNS",
+    "UNEQUAL",
+    "Curve",
+    "Luminance",
+    "fit_luminance",
+    "parse_luminance",
+    "read_luminance",
+]
 
 GUNS = ("red", "green", "blue", "grey")
 
@@ -116,22 +126,38 @@ def read_luminance(path: str | os.PathLike[str]) -> Luminance:
     InputError
         If the file cannot be read, lacks the columns level and grey, or has invalid cells (file and row are named).
     """
-    text = read_text(path, "a table of luminances", LARGEST_LIST)
+    return parse_luminance(read_text(path, "a table of luminances", LARGEST_LIST), str(path))
+
+
+def parse_luminance(text: str, name: str) -> Luminance:
+    r"""Parse a photometer's table, given as CSV, and fit its curves; messages call it `name`.
+
+    Raises
+    ------
+    InputError
+        As for `read_luminance`.
+
+    Examples
+    --------
+    >>> rows = "".join(f"{level},{level / 2.55}\n" for level in range(0, 256, 51))
+    >>> round(parse_luminance("level,grey\n" + rows, "table").grey.gamma, 3)
+    1.0
+    """
     try:
         rows = list(csv.DictReader(io.StringIO(text), strict=True))
     except csv.Error as error:
         raise InputError(
-            f"{path} is not a CSV file ({error}): give a table with level, red, green, blue, grey."
+            f"{name} is not a CSV file ({error}): give a table with level, red, green, blue, grey."
         ) from error
-    names = {name.strip().lower(): name for name in (rows[0] if rows else {}) if isinstance(name, str)}
-    for name in ("level", "grey"):
-        if name not in names:
-            raise InputError(f"{path} has no column {name}: give the columns level, red, green, blue and grey.")
-    columns: dict[str, list[float]] = {name: [] for name in ("level", *GUNS)}
+    names = {key.strip().lower(): key for key in (rows[0] if rows else {}) if isinstance(key, str)}
+    for column in ("level", "grey"):
+        if column not in names:
+            raise InputError(f"{name} has no column {column}: give the columns level, red, green, blue and grey.")
+    columns: dict[str, list[float]] = {column: [] for column in ("level", *GUNS)}
     for number, row in enumerate(rows, start=2):
-        for name, values in columns.items():
-            cell = (row.get(names[name]) or "").strip() if name in names else ""
-            if not cell and name != "level":
+        for column, values in columns.items():
+            cell = (row.get(names[column]) or "").strip() if column in names else ""
+            if not cell and column != "level":
                 values.append(math.nan)
                 continue
             try:
@@ -139,12 +165,12 @@ def read_luminance(path: str | os.PathLike[str]) -> Luminance:
             except ValueError:
                 value = math.nan
             if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"{path}, row {number}: {name} is {cell!r}, but must be a number of 0 or more.")
+                raise InputError(f"{name}, row {number}: {column} is {cell!r}, but must be a number of 0 or more.")
             values.append(value)
     try:
         return fit_luminance(np.array(columns["level"]), {gun: np.array(columns[gun]) for gun in GUNS})
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{name}: {error}") from error
 
 
 def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np.float64]]) -> Luminance:

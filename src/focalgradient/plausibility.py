@@ -34,6 +34,7 @@ __all__ = [
     "check_target",
     "given_as",
     "likely",
+    "named",
     "picture_slip",
     "stated",
     "too_near",
@@ -109,14 +110,24 @@ def given_as(names: Mapping[str, tuple[str, str]]) -> Iterator[None]:
         _GIVEN.reset(token)
 
 
+def named(name: str) -> str:
+    """Return the name under which the user gave a parameter.
+
+    >>> with given_as({"field": ("--field", "")}):
+    ...     named("field")
+    '--field'
+    """
+    return _GIVEN.get().get(name, (name, ""))[0]
+
+
 def stated(name: str, metres: float, verb: str = " is") -> str:
     """Return a length with its name and unit, as the user gave them.
 
     >>> stated("focal_length", 0.025)
     'focal_length is 0.025 m'
     """
-    named, unit = _GIVEN.get().get(name, (name, "m"))
-    return f"{named}{verb} {metres / UNITS[unit]:.6g} {unit}"
+    name, unit = _GIVEN.get().get(name, (name, "m"))
+    return f"{name}{verb} {metres / UNITS[unit]:.6g} {unit}"
 
 
 def unit_of(name: str) -> str:
@@ -158,8 +169,7 @@ def check_f_number(f_number: float, focal_length: float) -> None:
     """Validate an f-number; warn below the minimum in air, reject one that is probably the aperture's diameter."""
     if f_number >= MIN_F_NUMBER:
         return
-    named = _GIVEN.get().get("f_number", ("f_number", ""))[0]
-    text = f"{named} is {f_number:g}, below the {MIN_F_NUMBER:g} that a lens in air can have"
+    text = f"{named('f_number')} is {f_number:g}, below the {MIN_F_NUMBER:g} that a lens in air can have"
     remedy = "if it is the aperture's diameter, give focal length / diameter"
     if f_number < IMPOSSIBLE_F_NUMBER:
         raise InputError(f"{text}: {remedy}, {focal_length / f_number:.3g} for {f_number:g} m.")
@@ -206,7 +216,7 @@ def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
     half = math.tan(angle / 2)
     pixel = 2 * half / pixels
     degrees = math.degrees(angle)
-    text = f"{_GIVEN.get().get('field', ('field', ''))[0]} is {degrees:g} degrees, so that a pixel is "
+    text = f"{named('field')} is {degrees:g} degrees, so that a pixel is "
     text += f"{60 * math.degrees(pixel):.2g} arcmin wide"
     slip = math.degrees(degrees)  # the degrees of a number given in radians
     remedy = f"give it in degrees{f', {slip:.4g} for {degrees:g} radians,' if slip < 170 else ''} or reduce the picture"

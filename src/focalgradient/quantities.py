@@ -24,6 +24,7 @@ __all__ = [
     "METRES",
     "MICROMETRES",
     "MILLIMETRES",
+    "PIXELS",
     "POSITIVE",
     "Quantity",
 ]
@@ -101,6 +102,7 @@ MICROMETRES = Quantity("um", "micrometres", in_si=1e-6)
 DEGREES = Quantity("deg", "degrees", in_si=math.radians(1))
 ARCMIN = Quantity("arcmin", "arcmin", in_si=math.radians(1 / 60))
 DIOPTRES = Quantity("D", "dioptres")
+PIXELS = Quantity("px", "pixels")
 LUMINANCE = Quantity("cd_m2", "cd/m^2")
 
 LIMIT = replace(METRES, least=1e-3)

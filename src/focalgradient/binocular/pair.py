@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_one_of
 from focalgradient.files import write_whole
 from focalgradient.optics import Optics
 from focalgradient.view import LUMINANCE
 
-__all__ = ["EyeView", "StereoPair"]
+__all__ = ["PRESENTATIONS", "EyeView", "Presentation", "StereoPair"]
 
 Light = NDArray[np.float32]
+
+Presentation = Literal[
+    "side-by-side", "crossed", "over-under", "anaglyph", "colour-anaglyph", "rows", "halves", "screens"
+]
+"""Way to present both views, as by the methods of `StereoPair`."""
+
+PRESENTATIONS: dict[Presentation, tuple[str, ...]] = {
+    **{way: (way,) for way in get_args(Presentation)},
+    "screens": ("left-screen", "right-screen"),
+}
+"""Names of the pictures of each way to present both views."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -173,6 +187,49 @@ class StereoPair:
         for begin, light in zip(begins, (left, right), strict=True):
             screen[top : top + height, begin : begin + width] = light
         return screen
+
+    def presented(self, way: Presentation, size_px: tuple[int, int] = (1920, 1080)) -> dict[str, Light]:
+        """Return the pictures of one way to present both views, by name.
+
+        Parameters
+        ----------
+        way
+            One of `PRESENTATIONS`, which lists the names.
+        size_px
+            For ``"halves"``: width and height of the screen in pixels.
+
+        Raises
+        ------
+        InputError
+            If the way is unknown, or the views do not fit on the screen.
+        """
+        check_one_of("way", way, PRESENTATIONS)
+        if way == "screens":
+            return dict(zip(PRESENTATIONS[way], self.screens(), strict=True))
+        make: dict[str, Callable[[], Light]] = {
+            "side-by-side": self.side_by_side,
+            "crossed": partial(self.side_by_side, crossed=True),
+            "over-under": self.over_under,
+            "anaglyph": self.anaglyph,
+            "colour-anaglyph": partial(self.anaglyph, "colour"),
+            "rows": self.interleaved,
+            "halves": partial(self.halves, size_px),
+        }
+        return {way: make[way]()}
+
+    def summary(self) -> dict[str, Any]:
+        """Return pixel angle (arcmin), range of disparity (px), and fractions inpainted and monocular, as plain JSON.
+
+        Fractions are those of the left and of the right view.
+        """
+        pixels = self.left.disparity / self.pixel_angle
+        views = self.left, self.right
+        return {
+            "pixel_arcmin": 60 * math.degrees(self.pixel_angle),
+            "disparity_px": [float(pixels.min()), float(pixels.max())],
+            "share_completed": [float(view.is_invented.mean()) for view in views],
+            "share_seen_by_one_eye": [float(view.is_monocular.mean()) for view in views],
+        }
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Write ``left.npz`` and ``right.npz``, with radiance and ground truth of every pixel, into a folder.

@@ -24,7 +24,7 @@ from focalgradient.calibration.scenes import (
     fit_scenes,
     score_scene,
 )
-from focalgradient.calibration.slips import Slip, likeliest_slips, prediction_errors
+from focalgradient.calibration.slips import Slip, check_predictions, likeliest_slips, prediction_errors, refuse_slips
 from focalgradient.calibration.target import TargetBlur, measure_target, read_target
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "calibrate",
     "calibrate_dual_pixel",
     "calibrate_pairs",
+    "check_predictions",
     "cross_validate",
     "disc_radius",
     "fit_field",
@@ -58,6 +59,7 @@ __all__ = [
     "pair_priors",
     "prediction_errors",
     "read_target",
+    "refuse_slips",
     "score_scene",
     "shape_k",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -191,6 +191,19 @@ class Calibration:
             name = "focus" if focus is None else f"focus marked {focus:g} m"
             lines.append(f"{name}: {vergence:.4g} +- {error:.2g} D")
         return "\n".join([*lines, f"relative error of widths that remains: {self.model_error:.2%}"])
+
+    def record(self) -> dict[str, Any]:
+        """Return the parameters, for JSON: units are in the names, ``sd`` is in the order of `parameters`."""
+        return {
+            "k": self.k,
+            "own_blur_um2": self.own * 1e12,
+            "offset_m": self.offset,
+            "f_numbers": [{"marked": mark, "effective": value} for mark, value in self.f_numbers.items()],
+            "focus": [{"marked_m": mark, "vergence_dioptres": value} for mark, value in self.focus.items()],
+            "sd": self.sd.tolist(),
+            "share_known_from_the_views": self.informed.tolist(),
+            "model_error_of_blur": self.model_error,
+        }
 
     @property
     def parameters(self) -> FloatArray:

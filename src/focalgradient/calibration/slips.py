@@ -8,6 +8,7 @@ probable is reported.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -17,9 +18,9 @@ import numpy as np
 
 from focalgradient.calibration.camera import Prediction, Reading
 from focalgradient.calibration.fit import Priors, improbability
-from focalgradient.errors import InputError
+from focalgradient.errors import FocalGradientWarning, InputError
 
-__all__ = ["Slip", "likeliest_slips", "prediction_errors"]
+__all__ = ["Slip", "check_predictions", "likeliest_slips", "prediction_errors", "refuse_slips"]
 
 UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
 """Metres per unit in which lengths may have been given by mistake."""
@@ -52,6 +53,12 @@ SINGLE_VALUE_PENALTY = 8.0
 
 MAX_GAIN_DIFFERENCE = 6.0
 """Maximum difference to the best explanation for reporting a further error."""
+
+MOST_SLIPS = 3
+"""Maximum number of possible errors listed if the readings cannot distinguish them."""
+
+CONTRADICTION_SD = 3.0
+"""Number of stated standard deviations at which predictions from a single distance contradict the one left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +134,75 @@ def likeliest_slips(
         found += (Slip(text, before - others.improbability() - cost) for text, others, cost in _without_each(stated))
     found.sort(key=lambda slip: -slip.gain)
     return [slip for slip in found if slip.gain > found[0].gain - MAX_GAIN_DIFFERENCE]
+
+
+def refuse_slips(
+    readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors | None = None
+) -> None:
+    """Raise `InputError` if a likely error in the stated values explains the readings much better; name the error.
+
+    Parameters
+    ----------
+    readings, focal_length, pixel_pitch, priors
+        As for `likeliest_slips`.
+    """
+    slips = likeliest_slips(readings, focal_length, pixel_pitch, priors)
+    if slips:
+        likely = "; or with ".join(slip.text for slip in slips[:MOST_SLIPS])
+        raise InputError(f"the photographs contradict the stated values: their blur fits better with {likely}.")
+
+
+def check_predictions(
+    readings: Sequence[Reading],
+    by_distance: Sequence[Prediction | None],
+    by_view: Sequence[Prediction | None],
+    offset: float,
+) -> None:
+    """Test a calibration by its predictions of left-out photographs.
+
+    Parameters
+    ----------
+    readings
+        Readings of all photographs.
+    by_distance, by_view
+        Prediction of each by `cross_validate`, leaving out its distance, and only itself.
+    offset
+        Offset of the calibration in metres.
+
+    Raises
+    ------
+    InputError
+        If left-out photographs are predicted worse than without a calibration.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If there is no prediction to be tested.
+    """
+    distances, untested = len({reading.distance for reading in readings}), True
+    for predictions in (by_distance, by_view):
+        predicted, stated, by_mean = prediction_errors(readings, predictions, offset)
+        untested = untested and math.isnan(predicted)
+        # A single distance determines others poorly, which the stated SD includes.
+        if predicted > by_mean and (distances > 2 or predicted > CONTRADICTION_SD * stated):
+            raise InputError(
+                f"left-out photographs are predicted worse than without a calibration (error {predicted:.2g} D; with "
+                f"the mean vergence of the others {by_mean:.2g} D), and no single input error explains it: check "
+                "distance_m, f_number and focus_distance_m of each photograph, focal_length_mm and pixel_pitch_um, and "
+                "that the focus was not touched."
+            )
+    if untested:
+        cause = (
+            f"all of them ({len(readings)}) show the target at one distance: add photographs at another"
+            if distances == 1
+            else "without any one of them its f-number or the side of focus is unknown: add photographs at another "
+            "distance, at each f-number, or give focus_distance_m"
+        )
+        warnings.warn(
+            f"the photographs cannot show whether their distances, f-numbers and pixel pitch are right, as {cause}.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
 
 
 def prediction_errors(

@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 import json
-import math
 import platform
 import time
-from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from focalgradient.cli.blur_job import DISTANCE, SINGLE, BlurJob, share_of
-from focalgradient.cli.options import (
-    GIVEN,
-    SCREEN,
-    depth_file_options,
-    gamma_of,
-    picture_encoding_option,
-    positive,
-    screen_size,
-)
+from focalgradient.cli.generate import File, Folder, command
+from focalgradient.cli.groups import SCREEN, gamma_of, screen_size
 from focalgradient.cli.program import (
-    force_option,
-    json_option,
+    announce,
     resumable,
     show,
     summary_json,
@@ -33,106 +22,59 @@ from focalgradient.cli.program import (
     writable,
     write_set,
 )
-from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
-from focalgradient.cli.through_optics import (
-    lens_or_eye_options,
-    optics_of,
-    pixel_options,
-)
+from focalgradient.cli.shapes import ShapeAsked
+from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth, settings_given
+from focalgradient.depth.settings import AUTO
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_json, read_toml, refuse_overwriting
+from focalgradient.files import printable, read_json, refuse_overwriting
 from focalgradient.plausibility import given_as
+from focalgradient.quantities import CENTIMETRES, METRES, POSITIVE
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.optics import Optics
 
 __all__ = ["blur"]
 
 SETTINGS = "settings.json"
 """Settings of the frames in a folder: existing frames are kept only if they were made with the same settings."""
 
-PICTURES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".npy"})
-"""Extensions of pictures; any other file is opened as a video if DEPTH is a folder."""
+SECONDS_PER_MEGAPIXEL = 0.55
+"""Computing time of one picture through one lens, in s per megapixel on two cores: 1920 x 1080 pixels in colour with a
+blur of 15 pixels took 1.1 s (`benchmarks/blurred_pictures.py --speed`)."""
 
 
-def _focus(context: click.Context, option: click.Parameter, given: tuple[float, ...]) -> tuple[float, ...]:
-    """Raise `InputError` for an invalid distance, or two that would have the same file name."""
-    positive(" of metres, or inf", infinite=True)(context, option, given)
+AUTOMATIC = ShapeAsked(AUTO.name, {})
+
+
+def _different(option: str, given: tuple[float, ...]) -> tuple[float, ...]:
+    """Raise `InputError` for two distances that would have the same file name."""
     if len(set(given)) < len(given):
-        raise InputError("--focus is given twice with the same distance: give each distance once.")
+        raise InputError(f"{option} is given twice with the same distance: give each distance once.")
     return given
 
 
-@click.command(cls=ShapedCommand, short_help="Blur a picture of known depth as a lens or an eye would.")
-@click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
-@click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@lens_or_eye_options
-@click.option(
-    "--focus",
-    type=float,
-    multiple=True,
-    required=True,
-    metavar="M",
-    callback=_focus,
-    help="Distance in focus, in metres, or inf. Repeatable.",
-)
-@pixel_options
-@depth_file_options
-@picture_encoding_option
-@shape_options("Shape of the blur; auto: a disc for a lens, the eye's own blur for an eye.")
-@click.option("--chromatic", is_flag=True, help="Blur each waveband at its own focus, as in an eye.")
-@click.option(
-    "--illuminant",
-    metavar="NAME",
-    help="With --chromatic: surfaces under this illuminant (D65, A, LED-B1 or another by the CIE, or '3000 K') "
-    "instead of a "
-    "display.",
-)
-@click.option(
-    "--wavelengths",
-    type=click.IntRange(3, 81),
-    metavar="N",
-    help="With --chromatic: number of wavelength samples, each at its own focus.  [default: by pupil and distances]",
-)
-@click.option(
-    "--to-show",
-    is_flag=True,
-    help="With --chromatic: compute what a display at --focus must show to give the eye this retinal image in every "
-    "waveband.",
-)
-@click.option(
-    "--display",
-    "display_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Display (TOML), instead of the following options.",
-)
-@click.option(
-    "--screen", default="1920x1080", show_default=True, metavar="WxH", help="Width and height of the display in pixels."
-)
-@click.option(
-    "--screen-width",
-    type=float,
-    metavar="CM",
-    callback=positive(" of centimetres"),
-    help="Width of the display, in centimetres.",
-)
-@click.option(
-    "--distance",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres"),
-    help="Distance from the eye to the display, in metres.",
-)
-@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Gamma of the display, or sRGB.")
-@click.option(
-    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
-)
-@force_option
-@json_option
-def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: ShapeAsked, **options: Any) -> None:
+@command("Blur a picture of known depth as a lens or an eye would.")
+def blur(
+    picture: Path,
+    depth: Path,
+    /,
+    *,
+    out: Folder,
+    optics: LensOrEye,
+    focus: Annotated[tuple[float, ...], DISTANCE, _different],
+    read: Read,
+    psf: ShapeAsked = AUTOMATIC,
+    chromatic: bool = False,
+    illuminant: Annotated[str | None, "NAME"] = None,
+    wavelengths: Annotated[int | None, click.IntRange(3, 81), "N"] = None,
+    to_show: bool = False,
+    display_file: Annotated[File | None, "--display"] = None,
+    screen: Annotated[str, "WxH"] = "1920x1080",
+    screen_width: Annotated[float | None, CENTIMETRES] = None,
+    distance: Annotated[float | None, METRES] = None,
+    gamma: Annotated[str, "G"] = "sRGB",
+    white: Annotated[float, POSITIVE] = 1.0,
+) -> None:
     """Image PICTURE through a lens or an eye, with DEPTH giving the distance of each pixel.
 
     PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, sharp everywhere. DEPTH is a .npy, EXR, PFM or floating-point TIFF
@@ -164,47 +106,90 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
       focalgradient blur demo/picture.png demo/distance.npy --out seen --pupil 4 --focus 0.8 --field 3 --chromatic
       focalgradient blur demo/picture.png demo/distance.npy --out old --pupil 3 --refraction "-2.00 -0.75 x 180" \\
         --age 60 --focus 2 --field 3 --chromatic --illuminant A
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    focus
+        Distance in focus, in metres, or inf. Repeatable.
+    psf
+        Shape of the blur; auto: a disc for a lens, the eye's own blur for an eye.
+    chromatic
+        Blur each waveband at its own focus, as in an eye.
+    illuminant
+        With --chromatic: surfaces under this illuminant (D65, A, LED-B1 or another by the CIE, or '3000 K') instead of
+        a display.
+    wavelengths
+        With --chromatic: number of wavelength samples, each at its own focus.  [default: by pupil and distances]
+    to_show
+        With --chromatic: compute what a display at --focus must show to give the eye this retinal image in every
+        waveband.
+    display_file
+        Display (TOML), instead of the following options.
+    screen
+        Width and height of the display in pixels.
+    screen_width
+        Width of the display, in centimetres.
+    distance
+        Distance from the eye to the display, in metres.
+    gamma
+        Gamma of the display, or sRGB.
+    white
+        Linear value shown as white.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
-    pairs, several = list(_pairs(picture, depth)), depth.is_dir()
-    frames = iter([]) if picture.is_dir() or not several else _video_frames(picture)
-    names = [f"{stem}-{metres}m{end}" for _, _, stem in pairs for metres in focus for end in (".png", ".npy")]
-    names.append(SETTINGS if several else DISTANCE)
-    tables = [options[name] for name in ("eye_file", "display_file") if options[name] is not None]
+    from focalgradient.photographs import depth_pairs
+    from focalgradient.progress import part_of
+    from focalgradient.stimuli import Viewing, viewed_files, with_frames
+    from focalgradient.stimuli.sets import npy
+
+    click.get_current_context().with_resource(given_as(NAMED))
+    pairs, several = depth_pairs(picture, depth), depth.is_dir()
+    stems = [pair.stem for pair in pairs] if several else ["blurred"]
+    names = [f"{stem}-{metres}m{end}" for stem in stems for metres in focus for end in (".png", ".npy")]
+    names.append(SETTINGS if several else "distance.npy")
+    tables = [file for file in (optics.eye_file, display_file) if file is not None]
     writable(out, [*names, "summary.json"], [picture, depth, *tables])
-    refuse_overwriting([path for one, other, _ in pairs for path in (one, other)], [out / name for name in names])
-    click.get_current_context().with_resource(
-        given_as({**GIVEN, "focus_distance": ("--focus", "m"), "field": ("--field", "")})
-    )
+    refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
     with warnings_given() as early:
-        display, lens, shape = _display(options), _optics(options, focus), psf.shape_or_none()
-        if shape is not None and options["f_number"] is None:
-            raise InputError(
-                "--psf is the shape of a lens's blur, but an eye has its own: give --f-number, or leave --psf out."
-            )
+        display, angle = _display(display_file, screen, screen_width, distance, gamma)
+        lenses, shape = [optics.focused(1 / metres) for metres in focus], psf.shape_or_none()
+        how: dict[str, Any] = {"chromatic": chromatic, "wavelengths": wavelengths, "illuminant": illuminant}
+        how |= {"age": optics.person["age"], "white": white}
+        through = [
+            Viewing(lens, shape, screen=metres if to_show else None, **how)
+            for lens, metres in zip(lenses, focus, strict=True)
+        ]
     left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
-    settings |= {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()}
+    settings |= settings_given("focus", "psf")
     settings |= {"psf": psf.name, "psf_parameters": {} if shape is None else shape.stated()}
     if several:
         _same_settings(out, settings)
+    sizes: dict[str, Any] = {"focal_length": optics.focal_length, "pixel_angle": angle}
     found: list[dict[str, Any]] = []
+    files: dict[str, bytes] = {}
     with warnings_given() as said, resumable(left) as say:
-        for number, (one, other, stem) in enumerate(pairs):
-            frame = next(frames, None)
-            if several and not picture.is_dir() and frame is None:
-                raise InputError(_uneven(picture, depth, f"{number} frames", len(pairs)))
+        frames = with_frames(pairs, picture if several and not picture.is_dir() else None)
+        for number, (stem, (pair, frame)) in enumerate(zip(stems, frames, strict=True)):
             if several and all((out / f"{stem}-{metres}m.npy").exists() for metres in focus):
                 continue
-            job = BlurJob(one, other, stem, options, lens, focus, display, shape, frame)
-            writers, facts = job.run(share_of(say, number, len(pairs)), to_come=0 if found else len(pairs) - number)
+            tell = part_of(say, number, len(pairs))
+            tell(0.0, "reading")
+            shown = read_picture_and_depth(pair.picture, pair.depth, lenses, **read, **sizes, frame=frame)
+            ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, through, strict=True)}
+            if not found:
+                pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())
+                announce(SECONDS_PER_MEGAPIXEL * 1e-6 * shown.metres.size * pictures, f"{pictures} blurred pictures")
+            files, facts = viewed_files(shown, ready, display, tell)
             found.append(facts)
+            if several and not (out / SETTINGS).exists():
+                write_set(out, {SETTINGS: summary_json(settings)}, SETTINGS, None)
             if several:
-                if not (out / SETTINGS).exists():
-                    write_set(out, {SETTINGS: summary_json(settings)}, SETTINGS)
-                write_set(out, writers, next(reversed(writers)))
-        if next(frames, None) is not None:
-            raise InputError(_uneven(picture, depth, "more frames", len(pairs)))
+                write_set(out, files, next(reversed(files)), None)
+            else:
+                files["distance.npy"] = npy(shown.metres.astype("float32"))
     summary = {
         "settings": settings,
         "pictures": found,
@@ -214,7 +199,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
         "seconds": time.perf_counter() - start,
     }
     last = {"summary.json": summary_json(summary)}
-    write_set(out, last if several else writers | last, "summary.json")
+    write_set(out, last if several else files | last, "summary.json", names)
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *(
@@ -224,10 +209,6 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: S
         ),
         f"Written: {len(names) + 1} files in {printable(out)}",
     )
-
-
-def _uneven(video: Path, depth: Path, frames: str, files: int) -> str:
-    return f"{printable(video)} has {frames} but {printable(depth)} {files} files: give one depth file per frame."
 
 
 def _same_settings(out: Path, settings: dict[str, Any]) -> None:
@@ -242,94 +223,20 @@ def _same_settings(out: Path, settings: dict[str, Any]) -> None:
         )
 
 
-def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
-    """Yield pictures with their depth files, and the stem of their output files."""
-    if not picture.is_dir() and not depth.is_dir():
-        yield picture, depth, SINGLE
-        return
-    if not depth.is_dir():
-        raise InputError("PICTURE is a folder but DEPTH is not: give a folder with the depth of each picture.")
-    if not picture.is_dir():
-        if picture.suffix.lower() in PICTURES:
-            raise InputError(
-                f"{printable(depth)} is a folder but PICTURE {printable(picture)} is one picture: give the depth "
-                "file of that picture."
-            )
-        files = sorted(path for path in depth.iterdir() if path.is_file())
-        if not files:
-            raise InputError(f"{printable(depth)} contains no depth files: give one for each frame of the video.")
-        for number, path in enumerate(files):
-            yield picture, path, f"{picture.stem}-{number:06}"
-        return
-    depths = {path.stem: path for path in sorted(depth.iterdir()) if path.is_file()}
-    pictures = [path for path in sorted(picture.iterdir()) if path.is_file() and not path.name.startswith(".")]
-    if not pictures:
-        raise InputError(f"{printable(picture)} contains no pictures: give a folder of frames.")
-    for path in pictures:
-        if path.stem not in depths:
-            raise InputError(f"{printable(path)} has no depth file of the same name in {printable(depth)}: add it.")
-        yield path, depths[path.stem], path.stem
-
-
-def _video_frames(path: Path) -> Iterator[Any]:
-    """Yield the frames of a video, H x W x 3 (red, green, blue), as stored."""
-    from focalgradient.video import Frame, Source
-
-    with Source(path, lambda colours: colours) as source:
-        for item in source.frames():
-            if not isinstance(item, Frame):
-                raise InputError(f"frame {item.first} of {printable(path)} {item.reason}: repair the video.")
-            yield item.image[..., ::-1]
-
-
-def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
-    """Return the lens or eye, focused at each distance."""
-    if options["wavelengths"] is not None and not options["chromatic"]:
-        raise InputError("--wavelengths is the number of wavelength samples of --chromatic: add --chromatic.")
-    if options["illuminant"] is not None and (options["to_show"] or not options["chromatic"]):
-        raise InputError(
-            "--illuminant requires surfaces seen in colour: add --chromatic, and leave out --to-show, "
-            "whose light is a display's."
-        )
-    if options["to_show"] and not (options["chromatic"] and all(math.isfinite(metres) for metres in focus)):
-        raise InputError("--to-show requires an eye and a display at --focus: add --chromatic, and a finite --focus.")
-    if options["chromatic"] and (options["f_number"] is not None or options["focal_length"] is not None):
-        raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye instead of a lens.")
-    return [optics_of(options, 1 / metres) for metres in focus]
-
-
-def _display(options: dict[str, Any]) -> Display | None:
-    """Return the display, if it is given."""
+def _display(
+    file: Path | None, screen: str, width_cm: float | None, distance: float | None, gamma: str
+) -> tuple[Display, float | None]:
+    """Return the display that the pictures are for, and the angle (rad) of its pixels if it is known."""
     from focalgradient.display import Display
 
-    path: Path | None = options["display_file"]
-    if path is not None:
-        table = read_toml(path, "a display's file")
-        known = {"size_px", "pixel_pitch_um", "distance_m", "gamma", "white", "dither"}
-        if unknown := sorted(set(table) - known):
-            raise InputError(
-                f"{printable(path)} has the key {unknown[0]!r}, but a display may have only "
-                f"{', '.join(sorted(known))}: remove it."
-            )
-        given = {"pixel_pitch": ("pixel_pitch_um", "um"), "distance": ("distance_m", "m")}
-        try:
-            values = dict(table)
-            values["size_px"] = tuple(values.get("size_px", (1920, 1080)))
-            values["pixel_pitch"] = 1e-6 * values.pop("pixel_pitch_um")
-            values["distance"] = values.pop("distance_m")
-            with given_as(given):
-                return Display(**values)
-        except (KeyError, TypeError) as error:
-            raise InputError(
-                f"{printable(path)} does not describe a display: give size_px = [width, height], pixel_pitch_um, "
-                "distance_m and gamma."
-            ) from error
-    curve = gamma_of(options["gamma"])
-    if options["screen_width"] is None or options["distance"] is None:
-        if options["screen_width"] is not None or options["distance"] is not None:
+    if file is not None:
+        display = Display.read(file)
+    elif width_cm is None and distance is None:
+        return Display(gamma=gamma_of("--gamma", gamma)), None
+    else:
+        curve = gamma_of("--gamma", gamma)
+        if width_cm is None or distance is None:
             raise InputError("--screen-width and --distance belong together: give both.")
-        Display(gamma=curve)  # raises for a gamma out of range before the long work
-        return None
-    size = screen_size(options["screen"])
-    with given_as(SCREEN):
-        return Display.of_width(1e-2 * options["screen_width"], size, distance=options["distance"], gamma=curve)
+        with given_as(SCREEN):
+            display = Display.of_width(1e-2 * width_cm, screen_size("--screen", screen), distance=distance, gamma=curve)
+    return display, display.pixel_pitch / display.distance

@@ -2,51 +2,37 @@
 
 from __future__ import annotations
 
+import re
 import time
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
-import click
-
-from focalgradient.cli.depth_summary import printed, summary_of
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
-from focalgradient.cli.options import GIVEN, limit_options, optics_options, options_named, shared_options, shared_work
+from focalgradient.cli.generate import Folder, command, options_named
+from focalgradient.cli.groups import Limits, Optics, Workers
+from focalgradient.cli.options import GIVEN
 from focalgradient.cli.program import (
     announce,
-    force_option,
-    json_option,
     nothing_valid,
-    progress,
+    resumable,
     show,
     summary_json,
     warnings_given,
     with_options,
     writable,
 )
-from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
-from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
-from focalgradient.depth.recover import METHODS, MethodName
-from focalgradient.depth.settings import AUTO, BlurSource
-from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, refuse_overwriting
-from focalgradient.memory import require
+from focalgradient.cli.shapes import AUTO_SHAPE, ShapeAsked
+from focalgradient.depth.known_points import KnownPoint, checked_points
+from focalgradient.depth.recover import MethodName
+from focalgradient.errors import InputError
+from focalgradient.files import printable
 from focalgradient.plausibility import given_as
-from focalgradient.psf import Gaussian
-
-if TYPE_CHECKING:
-    from focalgradient.depth.depth_map import DepthMap
-    from focalgradient.photographs import Photograph, Settings
-    from focalgradient.view import View
+from focalgradient.progress import Progress
 
 __all__ = ["depth"]
-
-STAGES = 6
-"""Number of stages of the progress bar: reading, the four of `recover_depth`, drawing."""
-
 
 FROM_EXIF = {
     "focal_length_mm": "--focal-length MM",
@@ -59,22 +45,18 @@ FROM_EXIF = {
 }
 """Parameters of `focalgradient.photographs.from_exif`, and the corresponding options."""
 
+POINT_OPTIONS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
+"""Parameters named in messages on measured points, and the corresponding options."""
+
 SECONDS = {"equalise": 5.0, "spectra": 9.0, "ratio": 0.5, "edges": 10.0, "autofocus": 0.7}
 """Processor time of two views in s per megapixel, measured at 1280 x 960 pixels with two apertures and two foci."""
-
-BYTES_PER_PIXEL = 200
-"""Memory of depth in bytes per pixel, apart from the images: 190 measured, with the default method and two views."""
-
 
 OTHERS = dict.fromkeys((".csv", ".tsv", ".xlsx"), "report") | dict.fromkeys((".mp4", ".mov", ".mkv", ".avi"), "stream")
 """Commands for files that are not photographs, by extension."""
 
-POINT_OPTIONS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
-"""Parameters named in messages on measured points, and the corresponding options."""
 
-
-def _photographs(_: click.Context, __: click.Parameter, given: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Raise `InputError` for a single file that belongs to another command: an argument's callback."""
+def _photographs(_: str, given: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Raise `InputError` for a single file that belongs to another command."""
     if len(given) == 1 and (command := OTHERS.get(given[0].suffix.lower())):
         raise InputError(
             f"{printable(given[0])} is one file, but not a photograph: give it to 'focalgradient {command}'."
@@ -82,8 +64,8 @@ def _photographs(_: click.Context, __: click.Parameter, given: tuple[Path, ...])
     return given
 
 
-def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str]) -> list[KnownPoint]:
-    """Parse points X,Y=M, as an option's callback."""
+def _known_points(given: tuple[str, ...]) -> list[KnownPoint]:
+    """Parse points X,Y=M."""
     found = []
     for text in given:
         place, distance = text.partition("=")[::2]
@@ -98,71 +80,21 @@ def _known_points(_: click.Context, option: click.Parameter, given: Sequence[str
     return checked_points(found)
 
 
-@click.command(cls=ShapedCommand, short_help="Recover depth from views that differ in aperture or focus.")
-@click.argument(
-    "inputs",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="VIEWS.toml ... | A.jpg B.jpg ...",
-    callback=_photographs,
-)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@click.option(
-    "--method",
-    type=click.Choice(list(METHODS)),
-    default="equalise",
-    show_default=True,
-    help="Method of measuring blur: see above.",
-)
-@click.option(
-    "--at",
-    multiple=True,
-    metavar="X,Y=M",
-    callback=_known_points,
-    help="Point of measured distance: column and row in pixels of the first view, and distance in metres. Corrects "
-    "the focus, with two or more points also the scale of the apertures, within their tolerance. Repeatable.",
-)
-@limit_options
-@shape_options(
-    "Shape of the blur; auto: a disc, or as measured by --calibration. For a gaussian or a blend, blur_k in "
-    "[camera] is its k."
-)
-@click.option(
-    "--align",
-    is_flag=True,
-    help="Remove shift and scale between the views before comparing them; crop views of unequal size to their common "
-    "part.",
-)
-@click.option(
-    "--dense",
-    is_flag=True,
-    help="Complete vergence where it is not valid, with a standard deviation that includes the interpolation error.",
-)
-@click.option(
-    "--calibration",
-    type=click.Path(path_type=Path),
-    metavar="CAMERA.toml",
-    help="Camera measured by `focalgradient calibrate`; f-number and focus distance are then marks on the lens.",
-)
-@optics_options
-@shared_options
-@force_option
-@json_option
+@command("Recover depth from views that differ in aperture or focus.")
 def depth(
-    inputs: tuple[Path, ...],
-    out: Path,
-    method: MethodName,
-    near: float | None,
-    far: float | None,
-    at: list[KnownPoint],
-    psf: ShapeAsked,
-    align: bool,
-    dense: bool,
-    calibration: Path | None,
-    workers: int | None,
-    scheduler: str | None,
-    **optics: Any,
+    inputs: Annotated[tuple[Path, ...], _photographs, "VIEWS.toml ... | A.jpg B.jpg ..."],
+    /,
+    *,
+    out: Folder,
+    method: MethodName = "equalise",
+    at: Annotated[tuple[str, ...], "X,Y=M"] = (),
+    limits: Limits,
+    psf: ShapeAsked = AUTO_SHAPE,
+    align: bool = False,
+    dense: bool = False,
+    calibration: Annotated[Path | None, "CAMERA.toml"] = None,
+    optics: Optics,
+    workers: Workers,
 ) -> None:
     """Recover depth from two or more views that differ in aperture, in focus, or both.
 
@@ -216,24 +148,42 @@ def depth(
       f_number = 16
       focus_distance_m = 0.85
       flat = "flat0.png"         # may be omitted: a blank, evenly lit surface, to correct vignetting
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    method
+        Method of measuring blur: see above.
+    at
+        Point of measured distance: column and row in pixels of the first view, and distance in metres. Corrects the
+        focus, with two or more points also the scale of the apertures, within their tolerance. Repeatable.
+    psf
+        Shape of the blur; auto: a disc, or as measured by --calibration. For a gaussian or a blend, blur_k in [camera]
+        is its k.
+    align
+        Remove shift and scale between the views before comparing them; crop views of unequal size to their common part.
+    dense
+        Complete vergence where it is not valid, with a standard deviation that includes the interpolation error.
+    calibration
+        Camera measured by `focalgradient calibrate`; f-number and focus distance are then marks on the lens.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    near, far = limits["near"], limits["far"]
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
-    options: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align, "at": at}
-    options["dense"] = dense
+    call: dict[str, Any] = {"method": method, "psf": psf.stated(), "known_points": _known_points(at)}
+    call |= {"align": align, "dense": dense, "calibration": calibration, **limits, **optics}
     read = [*inputs, *([] if calibration is None else [calibration]), *_files_of(inputs, calibration)]
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
-        frames = {
-            name: Frame((path,), optics, calibration, options, out / name).absolute()
-            for name, path in zip(folders(inputs), inputs, strict=True)
-        }
+        named = zip(folders(inputs), inputs, strict=True)
+        frames = {name: Frame((path,), call, out / name).absolute() for name, path in named}
         for frame in frames.values():
             writable(frame.out, NAMES, read)
-        recover_frames(_recovered, frames, out, shared_work(workers, scheduler, SECONDS[method] * len(frames)))
+        recover_frames(_recovered, frames, out, workers.shared(SECONDS[method] * len(frames)))
         return
     writable(out, NAMES, read)
-    with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
-        frame = Frame(inputs, optics, calibration, options, out)
+    frame = Frame(inputs, call, out)
+    with resumable("") as say, warnings_given() as given, workers.shared() as executor:
         if executor is None:
             found = _recovered(frame, given, say)
         else:
@@ -263,212 +213,32 @@ def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path
             yield from load_settings(path, calibrated).files
 
 
-def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
+def _recovered(frame: Frame, given: list[str], say: Progress) -> Recovered:
     """Recover the depth of one frame; `given` are the warnings issued so far."""
-    from focalgradient.photographs.settings import GIVEN as KEYS
-
-    with given_as({**GIVEN, **(KEYS if frame.inputs[0].suffix.lower() == ".toml" else {})}):
-        return _made(frame, given, say)
-
-
-def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
-    start = time.perf_counter()
-    method, options = frame.options["method"], frame.options
-    say("reading the views")
-    settings, photographs = _read(frame.inputs, frame.optics, frame.calibration, method, options["align"])
-    refuse_overwriting(settings.files, [frame.out / name for name in NAMES])
-    pixels = photographs[0].luminance.size
-    announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
-    require(BYTES_PER_PIXEL * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
-
-    from focalgradient.photographs import make_views
+    from focalgradient.photographs import depth_from_photographs
     from focalgradient.plotting import depth_figure
 
-    views = make_views(settings, photographs)
-    with options_named(FROM_EXIF if frame.inputs[0].suffix.lower() != ".toml" else {}):
-        offset = settings.offset
-    psf, limits = _shape(options["psf"], method, settings), _limits(settings, options, offset)
-    result = _estimated(views, settings, options, psf, limits, say)
-    result = _compared_with_the_other_encoding(result, views, photographs, options, limits)
-    result = _referred(result, views, settings, offset)
-    if options["at"]:
-        with options_named(POINT_OPTIONS):
-            result = with_known_points(result, options["at"])
-    say("drawing")
-    drawn = result
-    if "rejected" in result.details:
-        drawn = replace(result, details={**result.details, "rejected": with_options(result.details["rejected"])})
-    figure = depth_figure(views, drawn, names=[printable(photograph.path.name) for photograph in photographs])
-    options = {**options, **{name: result.details.get(name) for name in ("psf", "psf_parameters")}}
-    summary = summary_of(settings, views, photographs, options, result, given)
-    summary |= {"seconds": time.perf_counter() - start}
+    start, method = time.perf_counter(), frame.call["method"]
+
+    def begun(count: int, pixels: int) -> None:
+        announce(SECONDS[method] * 1e-6 * pixels * count / 2, f"depth of {pixels / 1e6:.3g} megapixels")
+
+    words = POINT_OPTIONS | FROM_EXIF
+    if any(path.suffix.lower() == ".toml" for path in frame.inputs):  # names keys, and options that cannot go with it
+        flags = {name: re.sub(r"s?(_[mu]?m)?$", "", name).replace("_", "-") for name in frame.call}
+        words = POINT_OPTIONS | {f"{name} cannot": f"--{flag} cannot" for name, flag in flags.items()}
+    with given_as(GIVEN), options_named(words):
+        found = depth_from_photographs(frame.inputs, begun=begun, progress=say, **frame.call)
+    say(1.0, "drawing")
+    drawn = found.depth
+    if "rejected" in drawn.details:
+        drawn = replace(drawn, details={**drawn.details, "rejected": with_options(drawn.details["rejected"])})
+    names = [printable(photograph.path.name) for photograph in found.photographs]
+    figure = depth_figure(found.views, drawn, names=names)
+    summary = found.record(given) | {"seconds": time.perf_counter() - start}
     files: dict[str, bytes | Callable[[Path], object]] = {
-        "depth.npz": result.save,
+        "depth.npz": found.depth.save,
         "depth.png": figure.savefig,
         "summary.json": summary_json(summary),
     }
-    return Recovered(files, summary, [], middle=printed(settings, result, summary, len(photographs)))
-
-
-def _estimated(
-    views: Sequence[View],
-    settings: Settings,
-    options: Mapping[str, Any],
-    psf: BlurSource,
-    limits: tuple[float | None, float | None],
-    say: Callable[[str], object],
-) -> DepthMap:
-    """Return depth relative to the entrance pupil, as in the optics."""
-    from focalgradient import recover_depth
-
-    near, far = limits
-    return recover_depth(
-        views,
-        method=options["method"],
-        near=near,
-        far=far,
-        psf=psf,
-        align=options["align"] or settings.relative,  # the effect of focus on magnification is then unknown
-        dense=options["dense"],
-        progress=lambda share, words: say(words),
-    )
-
-
-def _limits(settings: Settings, options: Mapping[str, Any], offset: float) -> tuple[float | None, float | None]:
-    """Return near and far limits (m) from the entrance pupil; `offset` is its distance from the user's plane."""
-    near, far = (None if options[end] is None else options[end] + offset for end in ("near_m", "far_m"))
-    return _beside_focus(near, far, settings)
-
-
-def _compared_with_the_other_encoding(
-    result: DepthMap,
-    views: Sequence[View],
-    photographs: Sequence[Photograph],
-    options: Mapping[str, Any],
-    limits: tuple[float | None, float | None],
-) -> DepthMap:
-    """Add the change of depth under the other encoding to `result`, if the files do not state their encoding."""
-    from focalgradient.photographs.other_encoding import encoding_difference
-
-    kinds = {photograph.encoding for photograph in photographs}
-    if len(kinds) > 1 or not all(photo.assumed for photo in photographs) or options["method"] != "equalise":
-        return result
-    found = encoding_difference(views, result, photographs[0].encoding, *limits, options["align"])
-    return result if found is None else replace(result, details=result.details | {"encoding_difference_D": found})
-
-
-def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offset: float) -> DepthMap:
-    """Refer `result` to the user's plane of distances, and apply the calibration if a camera is given."""
-    from focalgradient.calibration import apply_calibration
-
-    if settings.relative:
-        return _place_in_stack(result, len(views))
-    if settings.calibration is None:
-        return replace(result, offset=offset, plane=settings.plane)
-    marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
-    return apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
-
-
-def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
-    """Return a map of ordinal depth: `vergence` is 1 at the first photograph's focus, and 2 at the last one's."""
-    warnings.warn(
-        "no focus distance is known (give --focus-distance once for each photograph), so only the order of depth "
-        f"is estimated: vergence is 1 at the focus of the first photograph and 2 at that of the last of {count}, "
-        "assumed "
-        "to be evenly spaced; distance is not estimated.",
-        FocalGradientWarning,
-        stacklevel=1,
-    )
-    return replace(result, details=result.details | {"order_only": count}, plane="no plane: order only")
-
-
-def _shape(asked: ShapeAsked, method: MethodName, settings: Settings) -> BlurSource:
-    """Return the blur shape that was requested, or else calibrated; raise if the method cannot use it."""
-    camera = settings.calibration
-    source = asked.source(settings.given_k(asked.name))
-    if source is not AUTO or camera is None:
-        return source
-    if camera.psf is None:
-        return (
-            Gaussian(camera.k) if method == "edges" else AUTO
-        )  # the model with which the target's edges were measured
-    if method == "edges":
-        warnings.warn(
-            "the camera was calibrated by equalising, which does not measure the blur along edges: depth by edges may "
-            "err by more than is stated; calibrate it by edges, too (focalgradient calibrate --method edges).",
-            FocalGradientWarning,
-            stacklevel=1,
-        )
-    return camera.psf
-
-
-def _beside_focus(near: float | None, far: float | None, settings: Settings) -> tuple[float | None, float | None]:
-    """Return limits (m from the pupil) next to a calibrated focus: a limit at the marked focus selects that side of it.
-
-    The calibrated focus differs slightly from its mark, so a limit at the mark would leave both sides open.
-    """
-    camera = settings.calibration
-    foci = {lens.focus_distance for lens in settings.lenses()}
-    if camera is None or len(foci) > 1:
-        return near, far
-    focus = foci.pop()
-    error = max(2 * float(camera.sd[-1]), 0.02 / focus)  # D
-    if near is not None and far is not None and near < focus < far:
-        inside = [abs(1 / limit - 1 / focus) for limit in (near, far)]
-        if min(inside) > error or min(inside) > 0.25 * max(inside):
-            return near, far
-        return (focus, far) if inside[0] < inside[1] else (near, focus)
-    if far is not None and near is None and far > focus and 1 / focus - 1 / far < error:
-        far = focus
-    if near is not None and far is None and near < focus and 1 / near - 1 / focus < error:
-        near = focus
-    return near, far
-
-
-def _read(
-    inputs: Sequence[Path], optics: Mapping[str, Any], calibration: Path | None, method: MethodName, align: bool
-) -> tuple[Settings, list[Photograph]]:
-    from focalgradient.photographs import from_exif, load_camera, load_settings, read_photographs
-
-    least = METHODS[method].least
-    calibrated = None if calibration is None else load_camera(calibration)
-    tables = [path for path in inputs if path.suffix.lower() == ".toml"]
-    if tables:
-        if len(inputs) > 1:
-            raise InputError(f"{tables[0]} is a settings file, which names its images itself: give it alone.")
-        if given := [name for name, value in optics.items() if value not in (None, False, ())]:
-            option = given[0].removesuffix("s").replace("_", "-")
-            raise InputError(f"--{option} cannot go with {tables[0]}, which gives the optics itself: set it there.")
-        settings = load_settings(tables[0], calibrated)
-        images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
-        return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
-    if len(inputs) < least:
-        what = f"{printable(inputs[0])} is one file"
-        if inputs[0].is_dir():
-            what = f"{printable(inputs[0])} is {'a' if any(inputs[0].iterdir()) else 'an empty'} folder"
-        raise InputError(
-            f"{what}, but depth needs at least {least} photographs, or a settings file whose name ends in .toml: give "
-            "these, or --method edges for one photograph of sharp edges."
-        )
-    encoding = optics["encoding"] or (None if calibrated is None else calibrated.sensor.encoding)
-    photographs = read_photographs(inputs, encoding, crop=align)
-    with options_named(FROM_EXIF):
-        settings = from_exif(
-            inputs,
-            focal_length_mm=optics["focal_length"],
-            f_numbers=optics["f_numbers"],
-            focus_distances_m=optics["focus_distances"],
-            pixel_pitch_um=optics["pixel_pitch"],
-            encoding=encoding,
-            telecentric=optics["telecentric"],
-            distances_from=optics["distances_from"],
-            focus_from=optics["focus_from"],
-            sensor_to_pupil_mm=optics["sensor_to_pupil"],
-            sensor_to_front_mm=optics["sensor_to_front"],
-            focus_tolerance=optics["focus_tolerance"],
-            f_number_tolerance=optics["f_number_tolerance"],
-            calibrated=calibrated,
-            least=least,
-            order_only=method == "autofocus",
-        )
-    return settings, photographs
+    return Recovered(files, summary, middle=found.summary().replace("(give encoding,", "(give --encoding,"))

@@ -3,72 +3,39 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import click
 
-from focalgradient.cli.options import GIVEN, depth_file_options, picture_encoding_option, positive
-from focalgradient.cli.program import force_option, json_option, resumable, show, warnings_given, writable
-from focalgradient.cli.through_optics import (
-    lens_or_eye_options,
-    optics_of,
-    pixel_options,
-    read_picture_and_depth,
-)
+from focalgradient.cli.generate import Folder, command
+from focalgradient.cli.program import resumable, show, warnings_given, writable
+from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting, write_whole
 from focalgradient.plausibility import given_as
+from focalgradient.quantities import METRES, POSITIVE
 
 __all__ = ["focus_series"]
 
 
-@click.command("focus-series", short_help="Make a picture that can be refocused at every frame.")
-@click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
-@click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the series.")
-@lens_or_eye_options
-@click.option(
-    "--nearest",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres"),
-    help="Near focus, in metres.  [default: nearest distance in DEPTH]",
-)
-@click.option(
-    "--farthest",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres, or inf", infinite=True),
-    help="Far focus, in metres, or inf.  [default: farthest distance in DEPTH]",
-)
-@pixel_options
-@depth_file_options
-@picture_encoding_option
-@click.option(
-    "--wavelengths",
-    type=click.IntRange(3, 81),
-    metavar="N",
-    help="With an eye: number of wavelength samples, each at its own focus.  [default: one focus for all]",
-)
-@click.option(
-    "--error",
-    type=float,
-    default=3.0,
-    show_default=True,
-    metavar="STEPS",
-    callback=positive(" of steps"),
-    help="Maximum interpolation error, in 8-bit steps.",
-)
-@click.option(
-    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
-)
-@click.option(
-    "--web", is_flag=True, help="Also write DIR/focus.json: the series for a web page, such as one of jsPsych."
-)
-@force_option
-@json_option
-def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
+@command("Make a picture that can be refocused at every frame.")
+def focus_series(
+    picture: Path,
+    depth: Path,
+    /,
+    *,
+    out: Folder,
+    optics: LensOrEye,
+    nearest: Annotated[float | None, METRES] = None,
+    farthest: Annotated[float | None, DISTANCE] = None,
+    read: Read,
+    wavelengths: Annotated[int | None, click.IntRange(3, 81), "N"] = None,
+    error: Annotated[float, replace(POSITIVE, words="steps"), "STEPS"] = 3.0,
+    white: Annotated[float, POSITIVE] = 1.0,
+    web: bool = False,
+) -> None:
     """Make a focus series of PICTURE: a program interpolates between two planes for any focus, at every frame.
 
     PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. The planes are spaced so that
@@ -84,38 +51,55 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
     \b
     Example:
       focalgradient focus-series demo/picture.png demo/distance.npy --out series --pupil 4 --field 6
+
+    Parameters
+    ----------
+    out
+        Folder for the series.
+    nearest
+        Near focus, in metres.  [default: nearest distance in DEPTH]
+    farthest
+        Far focus, in metres, or inf.  [default: farthest distance in DEPTH]
+    wavelengths
+        With an eye: number of wavelength samples, each at its own focus.  [default: one focus for all]
+    error
+        Maximum interpolation error, in 8-bit steps.
+    white
+        Linear value shown as white.
+    web
+        Also write DIR/focus.json: the series for a web page, such as one of jsPsych.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.live import FocusSeries, packed
     from focalgradient.live.kept import MARK
 
-    names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if options["web"] else [])]
+    names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if web else [])]
     writable(out, names, [picture, depth])
     refuse_overwriting([picture, depth], [out / "distance.npy"])
-    click.get_current_context().with_resource(given_as({**GIVEN, "field": ("--field", "")}))
-    if options["wavelengths"] is not None and options["pupil"] is None and options["eye_file"] is None:
+    click.get_current_context().with_resource(given_as(NAMED))
+    if wavelengths is not None and optics.pupil is None and optics.eye_file is None:
         raise InputError("--wavelengths requires an eye: give --pupil or --eye, or leave it out.")
-    light, metres, angle = read_picture_and_depth(picture, depth, options, [])
-    low = 1 / (options["farthest"] or float(metres.max()))
-    high = 1 / (options["nearest"] or float(metres.min()))
+    shown = read_picture_and_depth(picture, depth, **read, focal_length=optics.focal_length)
+    low = 1 / (farthest or float(shown.metres.max()))
+    high = 1 / (nearest or float(shown.metres.min()))
     if not low <= high:
         raise InputError(
             f"--farthest is {1 / low:g} m, but must not be nearer than --nearest, {1 / high:g} m: change them."
         )
-    optics = optics_of(options, (low + high) / 2)
+    lens = optics.focused((low + high) / 2)
     with warnings_given() as said, resumable("finished planes are kept; the same command continues.") as say:
         made = FocusSeries.of(
-            light / options["white"],
-            metres,
-            optics,
-            pixel_angle=angle,
+            shown.light / white,
+            shown.metres,
+            lens,
+            pixel_angle=shown.pixel_angle,
             focus=(low, high),
-            median_error=options["error"] / 3,
-            largest_error=options["error"],
-            wavelengths=options["wavelengths"],
+            median_error=error / 3,
+            largest_error=error,
+            wavelengths=wavelengths,
             folder=out,
             progress=say,
         )
-    if options["web"]:
+    if web:
         write_whole(out / "focus.json", json.dumps({"written_by": MARK, **packed(made)}).encode())
     median, largest = made.error
     result = {

@@ -18,6 +18,7 @@ from focalgradient.cli.program import nothing_valid, resumable, show, warnings_g
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import plain_name, printable
 from focalgradient.parallel import completed
+from focalgradient.progress import Progress
 
 __all__ = ["NAMES", "Frame", "Recovered", "by_worker", "folders", "recover_frames"]
 
@@ -28,33 +29,30 @@ LEFT = "folders that have a summary.json are complete; the same command makes al
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Inputs and output folder of one depth map."""
+    """Inputs of one depth map, the keyword arguments of `depth_from_photographs`, and the output folder."""
 
     inputs: tuple[Path, ...]
-    optics: Mapping[str, Any]
-    calibration: Path | None
-    options: Mapping[str, Any]
+    call: Mapping[str, Any]
     out: Path
 
     def absolute(self) -> Frame:
         """Return the frame with absolute paths, for a process with another working folder."""
-        marked = None if self.calibration is None else self.calibration.absolute()
-        inputs = tuple(path.absolute() for path in self.inputs)
-        return replace(self, inputs=inputs, calibration=marked, out=self.out.absolute())
+        call = {name: value.absolute() if isinstance(value, Path) else value for name, value in self.call.items()}
+        return Frame(tuple(path.absolute() for path in self.inputs), call, self.out.absolute())
 
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """Result of one frame: files (or functions that write them), summary, warnings, and median depth as text.
+    """Result of one frame: files (or functions that write them), summary, median depth as text, and warnings.
 
-    A failed frame has only its error message.
+    A failed frame has only its warnings and its error message.
     """
 
     files: Mapping[str, bytes | Callable[[Path], object]]
     summary: Mapping[str, Any]
-    warnings: Sequence[str]
-    wrong: str | None = None
     middle: str = ""
+    warnings: Sequence[str] = ()
+    wrong: str | None = None
 
     @property
     def valid(self) -> float:
@@ -79,7 +77,7 @@ class Recovered:
         write_set(out, self.files, "summary.json")
 
 
-Recover = Callable[[Frame, list[str], Callable[[str], object]], Recovered]
+Recover = Callable[[Frame, list[str], Progress], Recovered]
 """Function that recovers one frame, given a list for warnings and a progress callback."""
 
 
@@ -110,9 +108,9 @@ def by_worker(recover: Recover, frame: Frame) -> Recovered:
         warnings.simplefilter("always", FocalGradientWarning)
         warnings.showwarning = keep
         try:
-            found = recover(frame, given, lambda stage: None)
+            found = recover(frame, given, lambda share, words: None)
         except InputError as error:
-            return Recovered({}, {}, given, str(error))
+            return Recovered({}, {}, warnings=given, wrong=str(error))
         files: dict[str, bytes] = {}
         for name, content in found.files.items():
             if not isinstance(content, bytes):

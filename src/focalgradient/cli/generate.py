@@ -21,8 +21,7 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
@@ -32,6 +31,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import click
 
+from focalgradient.cli.messages import options_named, sentences
 from focalgradient.cli.program import FORCE_OPTION, JSON_OPTION
 from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_parameters
 from focalgradient.errors import InputError
@@ -43,28 +43,10 @@ __all__ = ["Command", "File", "Folder", "Given", "Made", "command", "options_nam
 Folder = Annotated[Path, "DIR"]
 File = Annotated[Path, "FILE"]
 
-_ENTRY = re.compile(r'\b(\w+)=\{"([^"]*)": "([^"]*)"\}')
-"""Pattern of an entry of a mapping parameter in the library's messages: columns={"rating": "NAME"}."""
-
 _ENTRIES = re.compile(r"^(\w[\w, ]*)\n((?:    .*\n?|\n)+)", re.MULTILINE)
 """Pattern of parameters and their description in a docstring."""
 
 Mark = TypeVar("Mark")
-
-
-@contextmanager
-def options_named(names: Mapping[str, str]) -> Iterator[None]:
-    """Replace the library's parameters in `InputError` messages by the options in `names`.
-
-    An entry of a mapping, columns={"rating": "NAME"}, becomes --columns rating=NAME.
-    """
-    try:
-        yield
-    except InputError as error:
-        words = _ENTRY.sub(r"--\1 \2=\3", str(error))
-        if names:
-            words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
-        raise InputError(words) from error
 
 
 @dataclass(frozen=True)
@@ -201,12 +183,6 @@ def command(
     return make
 
 
-def sentences(options: Mapping[str, str]) -> dict[str, str]:
-    """Return words for `options_named`: a one-word parameter stands for its option only where a sentence begins."""
-    words = {name: option for name, option in options.items() if "_" in name}
-    return words | {f"{name} {verb}": f"{option} {verb}" for name, option in options.items() for verb in ("is", "has")}
-
-
 def _parameters(
     function: Callable[..., Any], how: Given, groups: Mapping[str, object] = MappingProxyType({})
 ) -> dict[str, list[click.Parameter]]:
@@ -276,7 +252,8 @@ def _default(given: Any, quantity: Quantity | None, several: bool) -> dict[str, 
         parts = tuple(float(f"{one / quantity.scale:.12g}") for one in parts)  # without the rounding of the division
     if several:
         return {"default": parts}
-    return {"default": ",".join(map(str, parts)) if isinstance(given, tuple) else parts[0]}
+    words = [f"{one:g}" if isinstance(one, float) else str(one) for one in parts]
+    return {"default": ",".join(words) if isinstance(given, tuple) else parts[0]}
 
 
 def _click_type(kind: Any, read: bool) -> click.ParamType[Any] | None:

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from focalgradient.cli.generate import Given, Made, options_named
+from focalgradient.cli.generate import Given, Made
 from focalgradient.errors import InputError
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import CENTIMETRES, LUMINANCE, METRES, MICROMETRES
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.photographs import Distances
 
 __all__ = [
     "SERVER",
@@ -30,7 +27,6 @@ __all__ = [
     "Screen",
     "Work",
     "Workers",
-    "read_depth_file",
 ]
 
 SERVER = ("the server", "web", "starlette", "uvicorn")
@@ -135,15 +131,7 @@ def display_of(
     with given_as(SCREEN):
         if screen_width is not None:
             return Display.of_width(screen_width, screen, **others)
-        return Display(screen, pixel_pitch or 276.7e-6, **others)
-
-
-def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
-    """Read a depth file with the options of `DepthFile`; a pixel subtends `pixel_angle` radians."""
-    from focalgradient.photographs import read_distances
-
-    with options_named({**OF_DEPTH, "baseline": "--baseline"}):
-        return read_distances(path, **options, pixel_angle=pixel_angle)
+        return Display(screen, pixel_pitch or 276.7 * 1e-6, **others)
 
 
 Screen = Annotated[Any, Made(display_of)]
@@ -156,7 +144,7 @@ DepthFile = Annotated[
     dict[str, Any],
     Given("focalgradient.photographs:read_distances", OF_DEPTH, only=("unit", "scale", "baseline", "offset")),
 ]
-"""How a depth file is read, for `read_depth_file`."""
+"""How a depth file is read, for `focalgradient.photographs.read_distances`."""
 
 Limits = Annotated[dict[str, Any], Given("focalgradient:recover_depth", only=("near", "far"))]
 """Limits of the depth search, in metres."""

@@ -3,118 +3,49 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+import re
+from contextlib import suppress
+from typing import Annotated, Any, Literal
 
-import click
-
-from focalgradient.cli.options import (
-    SIDE,
-    display_of,
-    display_options,
-    options_named,
-    positive,
-    shared_options,
-    shared_work,
-)
-from focalgradient.cli.program import KEPT, json_option, resumable, show, warnings_given, writable
+from focalgradient.cli.generate import Folder, command, options_named
+from focalgradient.cli.groups import Screen, Workers
+from focalgradient.cli.program import KEPT, resumable, show, warnings_given, writable
+from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.quantities import ARCMIN, DEGREES, MILLIMETRES, POSITIVE
 
-__all__ = ["necker"]
+__all__ = ["necker", "side"]
 
 
-@click.command("necker", short_help="Draw the rotating Necker cube, with and without blur.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the frames.")
-@click.option(
-    "--gradient",
-    "gradients",
-    type=click.Choice(["none", "rigid", "nonrigid"]),
-    multiple=True,
-    help="Depth with which the blur is consistent: none; the cube's; that of its depth reversal, which favours the "
-    "nonrigid percept. "
-    "Repeatable.  [default: all three]",
-)
-@click.option("--size", type=SIDE, default=640, show_default=True, metavar="PX", help="Width and height of the frames.")
-@click.option(
-    "--edge",
-    default=8.0,
-    show_default=True,
-    metavar="DEG",
-    callback=positive(" of degrees"),
-    help="Visual angle of an edge.",
-)
-@click.option(
-    "--perspective",
-    default=0.4,
-    show_default=True,
-    metavar="P",
-    callback=positive(),
-    help="Strength of perspective: edge of the cube / distance of its centre.",
-)
-@click.option(
-    "--direction",
-    type=click.Choice(["right", "left"]),
-    default="right",
-    show_default=True,
-    help="Direction in which the near side moves.",
-)
-@click.option(
-    "--speed",
-    default=0.125,
-    show_default=True,
-    metavar="T",
-    callback=positive(least=1e-3, most=100),
-    help="Turns per second.",
-)
-@click.option(
-    "--frame-rate",
-    default=60.0,
-    show_default=True,
-    metavar="HZ",
-    callback=positive(least=1, most=1000),
-    help="Frames per second.",
-)
-@click.option(
-    "--line-width",
-    default=3.0,
-    show_default=True,
-    metavar="ARCMIN",
-    callback=positive(" of arcmin"),
-    help="Full width at half maximum of a sharp line.",
-)
-@click.option(
-    "--aperture",
-    default=12.0,
-    show_default=True,
-    metavar="MM",
-    callback=positive(" of millimetres"),
-    help="Strength of the gradient: the aperture of a lens half a metre from the cube.",
-)
-@click.option(
-    "--focus",
-    type=click.Choice(["near", "far"]),
-    default="near",
-    show_default=True,
-    help="Which end of the cube is in focus.",
-)
-@shared_options
-@display_options
-@json_option
+def side(option: str, given: str) -> int:
+    """Parse the width and height of square pictures in pixels, given as one number; the library checks its range."""
+    with suppress(ValueError):
+        if int(given) <= 65_536:
+            return int(given)
+    digits = re.match(r"[0-9]{2,5}", given)
+    nearest = max(min(int(digits[0]) if digits else 512, 65_536), 16)
+    raise InputError(
+        f"{option} is {given}, but must be one even number of pixels, for the width and the height: give {option} "
+        f"{nearest + nearest % 2}."
+    )
+
+
+@command("Draw the rotating Necker cube, with and without blur.", force=False)
 def necker(
-    out: Path,
-    gradients: tuple[Any, ...],
-    size: int,
-    edge: float,
-    perspective: float,
-    direction: Any,
-    speed: float,
-    frame_rate: float,
-    line_width: float,
-    aperture: float,
-    focus: Any,
-    workers: int | None,
-    scheduler: str | None,
-    **display: Any,
+    *,
+    out: Folder,
+    gradient: tuple[Literal["none", "rigid", "nonrigid"], ...] = (),
+    size: Annotated[Any, side, "PX"] = 640,
+    edge: Annotated[float, DEGREES.si] = math.radians(8),
+    perspective: Annotated[float, POSITIVE, "P"] = 0.4,
+    direction: Literal["right", "left"] = "right",
+    speed: Annotated[float, POSITIVE.between(1e-3, 100), "T"] = 0.125,
+    frame_rate: Annotated[float, POSITIVE.between(1, 1000), "HZ"] = 60.0,
+    line_width: Annotated[float, ARCMIN.si] = math.radians(3 / 60),
+    aperture: Annotated[float, MILLIMETRES.si] = 0.012,
+    focus: Literal["near", "far"] = "near",
+    workers: Workers,
+    display: Screen,
 ) -> None:
     """Make the frames of the rotating Necker cube, and a video of each condition.
 
@@ -126,34 +57,54 @@ def necker(
     \b
     Example:
       focalgradient stimuli necker --out cube --gradient none --gradient nonrigid --screen-width 53.1
+
+    Parameters
+    ----------
+    out
+        Folder for the frames.
+    gradient
+        Depth with which the blur is consistent: none; the cube's; that of its depth reversal, which favours the
+        nonrigid percept. Repeatable.  [default: all three]
+    size
+        Width and height of the frames.
+    edge
+        Visual angle of an edge.
+    perspective
+        Strength of perspective: edge of the cube / distance of its centre.
+    direction
+        Direction in which the near side moves.
+    speed
+        Turns per second.
+    frame_rate
+        Frames per second.
+    line_width
+        Full width at half maximum of a sharp line.
+    aperture
+        Strength of the gradient: the aperture of a lens half a metre from the cube.
+    focus
+        Which end of the cube is in focus.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
 
     from focalgradient.scenes import NeckerCube
     from focalgradient.stimuli import GRADIENTS, make_necker
 
-    cube = NeckerCube(
-        size=math.radians(edge),
-        perspective=perspective,
-        direction=direction,
-        speed=speed,
-        line_width=math.radians(line_width / 60),
-    )
+    cube = NeckerCube(size=edge, perspective=perspective, direction=direction, speed=speed, line_width=line_width)
     with (
         warnings_given(),
         resumable(KEPT) as say,
         options_named({"size is": "--size is"}),
-        shared_work(workers, scheduler) as executor,
+        workers.shared() as executor,
     ):
         made = make_necker(
             out,
             cube,
-            gradients=gradients or GRADIENTS,
+            gradients=gradient or GRADIENTS,
             size=size,
             frame_rate=frame_rate,
-            aperture=aperture * 1e-3,
+            aperture=aperture,
             focus=focus,
-            display=display_of(**display),
+            display=display,
             executor=executor,
             progress=say,
         )

@@ -3,36 +3,29 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from focalgradient.cli.generate import options_named
-from focalgradient.errors import InputError, check_tolerance
+from focalgradient.errors import InputError
 from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.photographs import Distances
-
-PLANES = ("entrance_pupil", "sensor", "lens_front")
-"""Reference planes of distances, as in `focalgradient.photographs.planes`, without loading it for help."""
 
 __all__ = [
-    "COUNT",
     "DEPTH_FILE",
     "DIAMETER",
     "GIVEN",
     "NEAREST",
+    "OF_DEPTH",
     "OPENEST",
     "SCREEN",
     "SERVER",
-    "SIDE",
     "STORE",
     "UNITS",
     "added",
@@ -42,11 +35,9 @@ __all__ = [
     "focal_length_option",
     "gamma_of",
     "limit_options",
-    "optics_options",
     "options_named",
     "picture_encoding_option",
     "positive",
-    "read_depth_file",
     "screen_size",
     "shared_options",
     "shared_work",
@@ -98,33 +89,8 @@ OPENEST = 0.1
 DIAMETER = ": if it is the aperture's diameter, give focal length / diameter"
 """Hint on a probable mistake, added to the message on a smaller number."""
 
-BODY_MM = 1.0, 1e4
-"""Range in mm of the distance from the sensor to a part of a lens: 3 to 5 in phones, 2 m in the longest lens."""
-
 UNITS = ": check its unit"
 """Hint on a probable mistake, added to the message on a number out of range."""
-
-COUNT = click.IntRange(max=65_536)
-"""Number of scenes or rays; `focalgradient.stimuli` checks its range."""
-
-
-class _Side(click.IntRange):
-    """Width and height of square pictures in pixels, given as one number."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        try:
-            return super().convert(value, param, ctx)
-        except click.BadParameter as error:
-            digits = re.match(r"[0-9]{2,5}", str(value))
-            side = max(min(int(digits[0]) if digits else 512, 65_536), 16)
-            raise InputError(
-                f"--size is {value}, but must be one even number of pixels, for the width and the height: give --size "
-                f"{side + side % 2}."
-            ) from error
-
-
-SIDE = _Side(max=65_536)
-"""Width and height of square pictures (px); `focalgradient.stimuli` checks its range."""
 
 
 def positive(
@@ -145,13 +111,6 @@ def positive(
         return given
 
     return check
-
-
-def tolerance(_: click.Context, option: click.Parameter, given: float | None) -> float | None:
-    """Raise `InputError`, as an option's callback, for values that cannot be a relative standard deviation."""
-    if given is not None:
-        check_tolerance(option.opts[0], given)
-    return given
 
 
 def screen_size(screen: str) -> tuple[int, int]:
@@ -205,23 +164,8 @@ def display_of(
 
 
 def depth_file_options(command: Command) -> Command:
-    """Add the options that interpret a depth file, for `read_depth_file`."""
+    """Add the options that interpret a depth file."""
     return added(command, _DEPTH_FILE)
-
-
-def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
-    """Read a depth file with the options of `depth_file_options`; a pixel subtends `pixel_angle` radians."""
-    from focalgradient.photographs import read_distances
-
-    with options_named(OF_DEPTH):
-        return read_distances(
-            path,
-            options["depth_unit"],
-            scale=options["depth_scale"],
-            baseline=options["baseline"],
-            pixel_angle=pixel_angle,
-            offset=options["disparity_offset"],
-        )
 
 
 def limit_options(command: Command) -> Command:
@@ -237,11 +181,6 @@ def focal_length_option(command: Command) -> Command:
 def picture_encoding_option(command: Command) -> Command:
     """Add ``encoding``, for pictures read by `photographs.read_picture`."""
     return _PICTURE_ENCODING(command)
-
-
-def optics_options(command: Command) -> Command:
-    """Add the optics, for views without a settings file, as in `photographs.from_exif`."""
-    return added(command, _OPTICS)
 
 
 def added(command: Command, options: Sequence[Callable[[Any], Any]]) -> Command:
@@ -391,79 +330,3 @@ _FOCAL_LENGTH: Callable[[Any], Any] = click.option(
     callback=positive(" of millimetres"),
     help="* Focal length, in millimetres.",
 )
-
-_OPTICS: list[Callable[[Any], Any]] = [
-    _FOCAL_LENGTH,
-    click.option(
-        "--f-number",
-        "f_numbers",
-        type=float,
-        multiple=True,
-        metavar="N",
-        callback=positive(infinite=True, least=OPENEST, hint=DIAMETER),
-        help="* f-number: once for all photographs, or once for each, in order.",
-    ),
-    click.option(
-        "--focus-distance",
-        "focus_distances",
-        type=float,
-        multiple=True,
-        metavar="M",
-        callback=positive(" of metres", infinite=True, least=NEAREST),
-        help="* Distance of the plane in focus, in metres: once for all photographs, or once for each, in order.",
-    ),
-    click.option(
-        "--pixel-pitch",
-        type=float,
-        metavar="UM",
-        callback=positive(" of micrometres"),
-        help="* Pixel pitch, in micrometres.",
-    ),
-    click.option(
-        "--encoding",
-        type=click.Choice(["linear", "srgb"]),
-        help="* Encoding of light by pixel values.  [default: as stated in the files; else srgb for 8 bits, linear "
-        "for more]",
-    ),
-    click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus (image side)."),
-    click.option(
-        "--distances-from",
-        type=click.Choice(PLANES),
-        help="* Plane from which distances are measured.  [default: entrance_pupil, or as calibrated]",
-    ),
-    click.option(
-        "--focus-from",
-        type=click.Choice(PLANES),
-        help="* Plane from which focus distances are measured: the sensor for a lens's scale.  [default: as "
-        "--distances-from]",
-    ),
-    click.option(
-        "--focus-tolerance",
-        type=float,
-        metavar="SHARE",
-        callback=tolerance,
-        help="* Relative standard deviation of the focus distances; it increases the error common to the whole frame."
-        "  [default: 0.1]",
-    ),
-    click.option(
-        "--f-number-tolerance",
-        type=float,
-        metavar="SHARE",
-        callback=tolerance,
-        help="* Relative standard deviation of a common factor of all f-numbers.  [default: 0.05]",
-    ),
-    click.option(
-        "--sensor-to-pupil",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
-        help="* Distance from the sensor to the entrance pupil, in millimetres.  [default: that of a thin lens]",
-    ),
-    click.option(
-        "--sensor-to-front",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
-        help="* Distance from the sensor to the front of the lens, in millimetres.",
-    ),
-]

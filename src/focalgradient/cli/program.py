@@ -6,7 +6,6 @@ import json
 import math
 import os
 import platform
-import re
 import signal
 import sys
 import tempfile
@@ -22,7 +21,8 @@ from typing import Any, NoReturn, TypeVar
 import click
 import numpy as np
 
-from focalgradient.errors import FocalGradientWarning, InputError, nearest, one_line
+from focalgradient.cli.messages import missing, usage, with_options
+from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import (
     earlier_files,
     existing,
@@ -81,22 +81,6 @@ FORCE, WRITTEN = "focalgradient.force", "focalgradient.written"
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-OPTIONS = {
-    "(align=True)": "(--align)",
-    "(calibration)": "(--calibration)",
-    "(crop=True)": "(--align)",
-    "(f_number, focus_distance)": "(--f-number, --focus-distance)",
-    "(focus_distance)": "(--focus-distance)",
-    "(near, far)": "(--near, --far)",
-    "(method='edges')": "(--method edges)",
-    "(method='equalise')": "(--method equalise)",
-    "(vergence of the screen)": "(--screen-at)",
-}
-"""Parameters in the library's messages, and the corresponding options."""
-
-NUMBERS = {"integer": "a whole number", "float": "a number"}
-"""Types of numbers in click's messages, and the words for them here."""
-
 RESEND_S = 0.05
 """Delay in s after which a signal that was lost in a destructor is sent again."""
 
@@ -120,7 +104,7 @@ class Program(click.Group):
                 code = super().main(*args, **{**kwargs, "standalone_mode": False})
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
-            clause = _missing(error) if isinstance(error, click.MissingParameter) else _usage(error.format_message())
+            clause = missing(error) if isinstance(error, click.MissingParameter) else usage(error.format_message())
             fail(f"{clause}: see '{program} --help'.")
         except click.ClickException as error:
             fail(error.format_message())
@@ -229,50 +213,6 @@ def fail(sentence: str) -> NoReturn:
     sys.exit(2)
 
 
-def _usage(message: str) -> str:
-    """Return click's message on wrong usage as one clause.
-
-    >>> _usage("No such command 'dpeth'. Did you mean 'depth'?")
-    "No such command 'dpeth' (did you mean 'depth'?)"
-    >>> _usage("Invalid value for '--size': '33x32' is not a valid integer range.")
-    "Invalid value for '--size': '33x32' is not a whole number"
-    >>> _usage("Invalid value for '--f-number': 'f/5.6' is not a valid float.")
-    "Invalid value for '--f-number': 'f/5.6' is not a number (write 5.6)"
-    >>> _usage("Invalid value for '--method': 'edge' is not one of 'equalise', 'edges'.")
-    "Invalid value for '--method': 'edge' is not one of 'equalise', 'edges' (did you mean edges?)"
-    """
-    clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
-    clause = clause.replace("did you mean one of: ", "did you mean one of ")
-    clause = re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
-    clause = re.sub(r"not in the range ([0-9.]+)<=x<=([0-9.]+)$", r"not between \1 and \2", clause)
-    clause = re.sub(r"not in the range x>=([0-9.]+)$", r"not \1 or more", clause)
-    if found := re.search(r"'([^']*)' is not one of ('.*')$", clause):
-        like = nearest(found[1], found[2].strip("'").split("', '"))
-        return clause if like is None else f"{clause} (did you mean {like}?)"
-    if found := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
-        return f"{clause} (write {found[2]})" if found[1] else f"{clause} (write it without its unit)"
-    return clause
-
-
-def _missing(error: click.MissingParameter) -> str:
-    """Return the message on a missing parameter, with a given file that does not exist or an example of the help."""
-    clause = _usage(error.format_message())
-    if error.ctx is None or error.param is None:
-        return clause
-    for argument in error.ctx.command.params:
-        if isinstance(argument, click.Argument) and isinstance(argument.type, click.Path):
-            given = error.ctx.params.get(str(argument.name)) or ()
-            for path in given if isinstance(given, tuple) else (given,):
-                with suppress(OSError, ValueError):  # reported when it is opened
-                    if not os.path.lexists(path):
-                        return f"{printable(path)} does not exist ({clause[0].lower()}{clause[1:]})"
-    lines = re.sub(r"\\\n\s*", "", error.ctx.command.help or "").splitlines()
-    wanted = f" {error.param.opts[0]} " if isinstance(error.param, click.Option) else ""
-    calls = [line.strip() for line in lines if line.strip().startswith(f"{error.ctx.command_path} ")]
-    example = min((call for call in calls if wanted in call), key=len, default=None)
-    return clause if example is None else f"{clause}, as in '{example}'"
-
-
 def _remember(key: str) -> Callable[[click.Context, click.Parameter, bool], None]:
     """Return an option's callback that stores whether it is given."""
 
@@ -349,15 +289,6 @@ def announce(seconds: float, work: str) -> None:
     else:
         time = f"{seconds / 3600:.2g} h"
     click.echo(f"{work}: about {time} on two cores.", err=True)
-
-
-def with_options(sentence: str) -> str:
-    """Return a message of the library on one line, with options instead of parameters."""
-    words = one_line(sentence)
-    for parameter, option in OPTIONS.items():
-        words = words.replace(parameter, option)
-    words = re.sub(r"\bpsf='(\w+)', k=([\d.]*\d)", r"--psf \1 --k \2", words)
-    return re.sub(r"\bpsf='(\w+)'", r"--psf \1", words)
 
 
 @contextmanager

@@ -43,14 +43,12 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
     if name in ("-h", "--help"):
         click.echo(context.get_help())
         return
-    from focalgradient.tasks import task_named, task_names
+    from focalgradient import lab
+    from focalgradient.tasks import task_named
 
     if name.endswith(".py"):
         name = task_named(name).called
-    names = [task_named(label).called for label in task_names()]
-    check_one_of("EXPERIMENT", name, [*names, GAZE])
-    from focalgradient import lab
-
+    check_one_of("EXPERIMENT", name, [*lab.EXPERIMENTS, GAZE])
     if name == GAZE:
         context.exit(lab.gaze_focus.run(given, program=f"{context.command_path} {name}"))
     context.exit(lab.run(lab.EXPERIMENTS[name], given, program=f"{context.command_path} {name}"))

@@ -14,7 +14,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import Parameter, Psf, names, shape_class
 from focalgradient.psf.registry import SHAPES
 
-__all__ = ["ShapeAsked", "ShapedCommand", "shape_options", "shape_parameters"]
+__all__ = ["AUTO_SHAPE", "ShapeAsked", "ShapedCommand", "shape_options", "shape_parameters"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -29,8 +29,8 @@ class ShapeAsked:
     name: str
     values: Mapping[str, float]
 
-    def source(self, k: float | None = None) -> BlurSource:
-        """Return the shape, or "auto"; `k` is sigma / disc radius from a file, used unless the user gave it.
+    def source(self) -> BlurSource:
+        """Return the shape, or "auto".
 
         Raises
         ------
@@ -40,22 +40,26 @@ class ShapeAsked:
         if self.name in SOURCES:
             self._refuse_others(())
             return SOURCES[self.name]
-        return self.shape(k)
+        return self.shape()
+
+    def stated(self) -> str | dict[str, Any]:
+        """Return the name, or a table of the shape and the parameters given; raise `InputError` as `source`."""
+        self.source()
+        return {"shape": self.name, **self.values} if self.values else self.name
 
     def shape_or_none(self) -> Psf | None:
         """Return the shape, or None for "auto"."""
         source = self.source()
         return source if isinstance(source, Psf) else None
 
-    def shape(self, k: float | None = None) -> Psf:
+    def shape(self) -> Psf:
         """Return the shape, for a command without "auto"."""
         shape = shape_class(self.name)
         known = {one.key: one for one in shape.parameters()}
         self._refuse_others(known)
-        values = {"k": k} if k is not None and "k" in known else {}
         for key, value in self.values.items():
             known[key].check(value, f"--{_option(known[key])}")
-        return shape.of(values | dict(self.values))
+        return shape.of(self.values)
 
     def _refuse_others(self, known: Iterable[str]) -> None:
         for key in self.values:
@@ -65,6 +69,10 @@ class ShapeAsked:
                 raise InputError(
                     f"--{option} belongs to psf {' or '.join(whose)}, but --psf is {self.name}: give --psf {whose[0]}."
                 )
+
+
+AUTO_SHAPE = ShapeAsked(AUTO.name, {})
+"""No shape requested."""
 
 
 class ShapedCommand(click.Command):

@@ -2,123 +2,48 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
 
 import click
 
-from focalgradient.cli.options import (
-    GIVEN,
-    UNITS,
-    depth_file_options,
-    gamma_of,
-    picture_encoding_option,
-    positive,
-    screen_size,
-)
-from focalgradient.cli.program import (
-    force_option,
-    json_option,
-    resumable,
-    show,
-    summary_json,
-    warnings_given,
-    writable,
-    write_set,
-)
-from focalgradient.cli.through_optics import (
-    lens_or_eye_options,
-    optics_of,
-    pixel_options,
-    read_picture_and_depth,
-)
+from focalgradient.cli.generate import Folder, command
+from focalgradient.cli.groups import gamma_of, screen_size
+from focalgradient.cli.program import resumable, show, summary_json, warnings_given, writable, write_set
+from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth, settings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting
 from focalgradient.plausibility import given_as
-
-if TYPE_CHECKING:
-    from focalgradient.binocular import StereoPair
+from focalgradient.quantities import MILLIMETRES, POSITIVE
 
 __all__ = ["stereo"]
 
-WAYS = ("side-by-side", "crossed", "over-under", "anaglyph", "colour-anaglyph", "rows", "halves", "screens")
-NAMES = {"screens": ("left-screen", "right-screen")}
-"""Ways to combine two views; and the output files of those with more than one."""
+Way = Literal["side-by-side", "crossed", "over-under", "anaglyph", "colour-anaglyph", "rows", "halves", "screens"]
+"""As `focalgradient.binocular.Presentation`, without importing it."""
 
 
-@click.command(short_help="Render a picture of known depth for two eyes.")
-@click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
-@click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@lens_or_eye_options
-@click.option(
-    "--focus",
-    type=float,
-    required=True,
-    metavar="M",
-    callback=positive(" of metres, or inf", infinite=True),
-    help="Distance in focus, in metres, or inf.",
-)
-@click.option(
-    "--right-focus",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres, or inf", infinite=True),
-    help="Distance in focus of the right eye, if it differs (monovision).",
-)
-@click.option(
-    "--interocular",
-    type=float,
-    default=63.0,
-    show_default=True,
-    metavar="MM",
-    callback=positive(" of millimetres", least=1.0, most=1000.0, hint=UNITS),
-    help="Distance between the eyes, in millimetres.",
-)
-@click.option(
-    "--screen-at",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres, or inf", infinite=True),
-    help="Distance of zero disparity, in metres: that of the screen.  [default: --focus]",
-)
-@click.option("--no-blur", is_flag=True, help="Disparity only: both views are sharp.")
-@click.option(
-    "--blur-at",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres, or inf", infinite=True),
-    help="Blur everything as at this distance, in metres; disparity is unchanged.",
-)
-@click.option("--no-disparity", is_flag=True, help="Blur only: both views from the midpoint, at the screen's distance.")
-@click.option("--camera", type=click.Choice(["left", "middle", "right"]), default="middle", show_default=True)
-@click.option(
-    "--show",
-    "ways",
-    type=click.Choice(WAYS),
-    multiple=True,
-    help="How the two views are combined; left.png and right.png are always written. Repeatable.",
-)
-@click.option(
-    "--screen",
-    default="1920x1080",
-    show_default=True,
-    metavar="WxH",
-    help="For halves: width and height of the screen in pixels.",
-)
-@pixel_options
-@depth_file_options
-@picture_encoding_option
-@click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Gamma of the display, or sRGB.")
-@click.option(
-    "--white", type=float, default=1.0, show_default=True, callback=positive(), help="Linear value shown as white."
-)
-@force_option
-@json_option
-def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **options: Any) -> None:
+@command("Render a picture of known depth for two eyes.")
+def stereo(
+    picture: Path,
+    depth: Path,
+    /,
+    *,
+    out: Folder,
+    optics: LensOrEye,
+    focus: Annotated[float, DISTANCE],
+    right_focus: Annotated[float | None, DISTANCE] = None,
+    interocular: Annotated[float, MILLIMETRES.between(1.0, 1000.0, ": check its unit")] = 63.0,
+    screen_at: Annotated[float | None, DISTANCE] = None,
+    no_blur: bool = False,
+    blur_at: Annotated[float | None, DISTANCE] = None,
+    no_disparity: bool = False,
+    camera: Literal["left", "middle", "right"] = "middle",
+    show_as: Annotated[tuple[Way, ...], "--show"] = (),
+    screen: Annotated[str, "WxH"] = "1920x1080",
+    read: Read,
+    gamma: Annotated[str, "G"] = "sRGB",
+    white: Annotated[float, POSITIVE] = 1.0,
+) -> None:
     """Render PICTURE for a left and a right eye, each with its own blur.
 
     PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. Surfaces that an eye sees beside
@@ -135,79 +60,83 @@ def stereo(picture: Path, depth: Path, out: Path, ways: tuple[str, ...], **optio
     Example:
       focalgradient stereo demo/picture.png demo/distance.npy --out two-eyes --pupil 4 --focus 0.8 --field 6 \\
         --interocular 20 --show anaglyph --show side-by-side
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    focus
+        Distance in focus, in metres, or inf.
+    right_focus
+        Distance in focus of the right eye, if it differs (monovision).
+    interocular
+        Distance between the eyes, in millimetres.
+    screen_at
+        Distance of zero disparity, in metres: that of the screen.  [default: --focus]
+    no_blur
+        Disparity only: both views are sharp.
+    blur_at
+        Blur everything as at this distance, in metres; disparity is unchanged.
+    no_disparity
+        Blur only: both views from the midpoint, at the screen's distance.
+    camera
+        Where the picture was taken: at the left eye, midway between the eyes, or at the right eye.
+    show_as
+        How the two views are combined; left.png and right.png are always written. Repeatable.
+    screen
+        For halves: width and height of the screen in pixels.
+    gamma
+        Gamma of the display, or sRGB.
+    white
+        Linear value shown as white.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    from focalgradient.binocular import PRESENTATIONS
     from focalgradient.binocular import stereo as see
     from focalgradient.display import Display
+    from focalgradient.photographs.pictures import png_of
 
-    pictures = [f"{name}.png" for way in ways for name in NAMES.get(way, (way,))]
+    pictures = [f"{name}.png" for way in show_as for name in PRESENTATIONS[way]]
     names = ["left.png", "right.png", *pictures, "left.npz", "right.npz"]
     writable(out, [*names, "summary.json"], [picture, depth])
     refuse_overwriting([picture, depth], [out / name for name in names])
-    click.get_current_context().with_resource(given_as({**GIVEN, "field": ("--field", "")}))
-    if options["no_blur"] and options["blur_at"] is not None:
+    click.get_current_context().with_resource(given_as(NAMED))
+    if no_blur and blur_at is not None:
         raise InputError("--no-blur and --blur-at both set the blur: give one of them.")
-    display, size = Display(gamma=gamma_of(options["gamma"])), screen_size(options["screen"])
-    left = optics_of(options, 1 / options["focus"])
-    right = left if options["right_focus"] is None else optics_of(options, 1 / options["right_focus"])
-    zero = 1 / (options["screen_at"] or options["focus"])
+    display, size = Display(gamma=gamma_of("--gamma", gamma)), screen_size("--screen", screen)
+    left = optics.focused(1 / focus)
+    right = left if right_focus is None else optics.focused(1 / right_focus)
+    zero = screen_at or focus
     with warnings_given() as said, resumable("nothing was written.") as say:
-        light, metres, angle = read_picture_and_depth(picture, depth, options, [left, right])
+        shown = read_picture_and_depth(picture, depth, [left, right], **read, focal_length=optics.focal_length)
         pair = see(
-            light / options["white"],
-            metres,
+            shown.light / white,
+            shown.metres,
             (left, right),
-            pixel_angle=angle,
-            interocular=1e-3 * options["interocular"],
-            vergence=zero,
-            blur=not options["no_blur"],
-            blur_distance=options["blur_at"],
-            disparity_distance=(1 / zero if zero > 0 else math.inf) if options["no_disparity"] else None,
-            camera={"left": -0.5, "middle": 0.0, "right": 0.5}[options["camera"]],
+            pixel_angle=shown.pixel_angle,
+            interocular=1e-3 * interocular,
+            vergence=1 / zero,
+            blur=not no_blur,
+            blur_distance=blur_at,
+            disparity_distance=zero if no_disparity else None,
+            camera={"left": -0.5, "middle": 0.0, "right": 0.5}[camera],
             progress=say,
         )
-        shown = {"left": pair.left.light, "right": pair.right.light}
-        for way in ways:
-            shown |= _together(pair, way, size)
-        files: dict[str, Any] = {f"{name}.png": _png(one, display) for name, one in shown.items()}
+        lights = {"left": pair.left.light, "right": pair.right.light}
+        for way in show_as:
+            lights |= pair.presented(way, size)
+        files: dict[str, Any] = {f"{name}.png": png_of(display.encode(one)) for name, one in lights.items()}
         files |= {"left.npz": pair.left.write, "right.npz": pair.right.write}
-    pixels = pair.left.disparity / angle
+    found = pair.summary()
     summary = {
-        "settings": {"picture": printable(picture), "depth": printable(depth)}
-        | {name: printable(one) if isinstance(one, Path) else one for name, one in options.items()},
-        "pixel_arcmin": 60 * math.degrees(angle),
-        "disparity_px": [float(pixels.min()), float(pixels.max())],
-        "share_completed": [float(view.is_invented.mean()) for view in (pair.left, pair.right)],
-        "share_seen_by_one_eye": [float(view.is_monocular.mean()) for view in (pair.left, pair.right)],
+        "settings": {"picture": printable(picture), "depth": printable(depth), **settings_given("show")},
+        **found,
         "warnings": said,
     }
     write_set(out, {**files, "summary.json": summary_json(summary)}, "summary.json")
+    (low, high), (left_share, right_share) = found["disparity_px"], found["share_completed"]
     show(
         summary | {"written": [printable(out / name) for name in (*files, "summary.json")]},
-        f"Disparity: {pixels.min():.3g} to {pixels.max():.3g} pixels, positive if nearer than the screen",
-        f"Completed: {pair.left.is_invented.mean():.1%} of the left view, "
-        f"{pair.right.is_invented.mean():.1%} of the right one",
+        f"Disparity: {low:.3g} to {high:.3g} pixels, positive if nearer than the screen",
+        f"Completed: {left_share:.1%} of the left view, {right_share:.1%} of the right one",
         f"Written: {len(files) + 1} files in {printable(out)}",
     )
-
-
-def _together(pair: StereoPair, way: str, size: tuple[int, int]) -> dict[str, Any]:
-    """Return both views combined in one of `WAYS`, by the name of the picture."""
-    if way == "screens":
-        left, right = pair.screens()
-        return {"left-screen": left, "right-screen": right}
-    make: dict[str, Callable[[], Any]] = {
-        "side-by-side": pair.side_by_side,
-        "crossed": partial(pair.side_by_side, crossed=True),
-        "over-under": pair.over_under,
-        "anaglyph": pair.anaglyph,
-        "colour-anaglyph": partial(pair.anaglyph, "colour"),
-        "rows": pair.interleaved,
-        "halves": partial(pair.halves, size),
-    }
-    return {way: make[way]()}
-
-
-def _png(light: Any, display: Any) -> bytes:
-    from focalgradient.photographs.pictures import png_of
-
-    return png_of(display.encode(light))

@@ -2,44 +2,36 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import click
 from click.core import ParameterSource
 
 from focalgradient.cli.drawn import DRAWN
-from focalgradient.cli.necker import necker
-from focalgradient.cli.options import (
-    COUNT,
-    DEPTH_FILE,
-    SIDE,
-    depth_file_options,
-    display_of,
-    display_options,
-    options_named,
-    picture_encoding_option,
-    positive,
-    read_depth_file,
-    shared_options,
-    shared_work,
-)
-from focalgradient.cli.program import KEPT, announce, json_option, resumable, show, warnings_given, writable
+from focalgradient.cli.generate import File, Folder, command, options_named
+from focalgradient.cli.groups import Screen, Workers
+from focalgradient.cli.necker import necker, side
+from focalgradient.cli.program import KEPT, announce, resumable, show, warnings_given, writable
+from focalgradient.cli.through_optics import NAMED, Stored, read_picture_and_depth
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.plausibility import given_as
+from focalgradient.quantities import DEGREES, MILLIMETRES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from focalgradient.cli.options import Command
-    from focalgradient.display import Display
-    from focalgradient.stimuli import Stimulus, StimulusSet
+    from focalgradient.stimuli import StimulusSet
 
 __all__ = ["stimuli"]
+
+COUNT = click.IntRange(max=65_536)
+"""Number of scenes or rays; `focalgradient.stimuli` checks its range."""
+
+FIELD = DEGREES.between(1e-6, 179)
+"""Width of a picture as a visual angle."""
 
 SECONDS = {"path": 126 / (512**2 * 256), "cast": 20 / (512**2 * 256)}
 """Rendering time in s per scene, pixel and ray on two cores: 512 x 512 pixels with 256 rays took 126 s path traced."""
@@ -53,92 +45,36 @@ CONTROLS = {
 }
 
 
-def _field(text: str) -> Callable[[Command], Command]:
-    """Return a decorator that adds --field, with the given help."""
-    return click.option("--field", type=float, metavar="DEG", callback=positive(" of degrees", most=179), help=text)
-
-
 @click.group(short_help="Make the pictures of the experiments.")
 def stimuli() -> None:
     """Make the pictures and movies of the experiments."""
 
 
-for command in (*DRAWN, necker):
-    stimuli.add_command(command)
-
-
-def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:
+def _f_numbers(option: str, given: str) -> tuple[float, ...]:
     """Parse f-numbers in a list such as ``16,8,4``, with or without f/."""
     try:
         return tuple(float(part.strip().removeprefix("f/")) for part in given.split(","))
     except ValueError as error:
-        raise InputError(f"--apertures is {given!r}, but must be f-numbers such as 16,8,4.") from error
+        raise InputError(f"{option} is {given!r}, but must be f-numbers such as 16,8,4.") from error
 
 
-@stimuli.command("depth-rating", short_help="Render pictures of scenes for judging depth.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
-@click.option(
-    "--seed", type=int, metavar="N", help="Random seed: equal seeds give equal files; required without --picture."
-)
-@click.option("--scenes", type=COUNT, default=13, show_default=True, metavar="K", help="Number of scenes.")
-@click.option(
-    "--size", type=SIDE, default=512, show_default=True, metavar="PX", help="Width and height of the pictures."
-)
-@click.option(
-    "--engine",
-    type=click.Choice(["auto", "path", "shaded", "cast"]),
-    default="auto",
-    show_default=True,
-    help="Renderer: path tracing, shading, ray casting (plain scenes); auto uses path tracing if Mitsuba is available.",
-)
-@click.option("--samples", type=COUNT, default=256, show_default=True, metavar="N", help="Rays per pixel.")
-@click.option("--chromatic", is_flag=True, help="Include an eye's chromatic aberration of red, green and blue.")
-@click.option(
-    "--apertures",
-    default="22,11,5.6",
-    show_default=True,
-    metavar="N,N,...",
-    callback=_f_numbers,
-    help="f-numbers of the lens; the pinhole is added.",
-)
-@click.option(
-    "--picture",
-    "pictures",
-    type=click.Path(path_type=Path),
-    multiple=True,
-    metavar="FILE",
-    help="Sharp photograph, instead of rendered scenes, with its --depth. Repeatable.",
-)
-@click.option(
-    "--depth",
-    "depths",
-    type=click.Path(path_type=Path),
-    multiple=True,
-    metavar="FILE",
-    help="Depth file of the photograph.",
-)
-@_field("Width of the photographs, in degrees at the camera.")
-@depth_file_options
-@picture_encoding_option
-@shared_options
-@display_options
-@json_option
+@command("Render pictures of scenes for judging depth.", force=False)
 def depth_rating(
-    out: Path,
-    seed: int | None,
-    scenes: int,
-    size: int,
-    engine: Any,
-    samples: int,
-    chromatic: bool,
-    apertures: tuple[float, ...],
-    pictures: tuple[Path, ...],
-    depths: tuple[Path, ...],
-    field: float | None,
-    encoding: Any,
-    workers: int | None,
-    scheduler: str | None,
-    **options: Any,
+    *,
+    out: Folder,
+    seed: Annotated[int | None, "N"] = None,
+    scenes: Annotated[int, COUNT, "K"] = 13,
+    size: Annotated[Any, side, "PX"] = 512,
+    engine: Literal["auto", "path", "shaded", "cast"] = "auto",
+    samples: Annotated[int, COUNT, "N"] = 256,
+    chromatic: bool = False,
+    apertures: Annotated[Sequence[float], _f_numbers, "N,N,..."] = (22.0, 11.0, 5.6),
+    picture: Annotated[tuple[Path, ...], "FILE"] = (),
+    depth: Annotated[tuple[Path, ...], "FILE"] = (),
+    field: Annotated[float | None, FIELD] = None,
+    stored: Stored,
+    workers: Workers,
+    display: Screen,
 ) -> None:
     """Make the pictures of the depth-rating experiment.
 
@@ -158,58 +94,70 @@ def depth_rating(
     Examples:
       focalgradient stimuli depth-rating --out pictures --seed 1 --screen-width 53.1 --distance 0.57
       focalgradient stimuli depth-rating --out mine --picture room.png --depth room.npy --field 30
+
+    Parameters
+    ----------
+    out
+        Folder for the set.
+    seed
+        Random seed: equal seeds give equal files; required without --picture.
+    scenes
+        Number of scenes.
+    size
+        Width and height of the pictures.
+    engine
+        Renderer: path tracing, shading, ray casting (plain scenes); auto uses path tracing if Mitsuba is available.
+    samples
+        Rays per pixel.
+    chromatic
+        Include an eye's chromatic aberration of red, green and blue.
+    apertures
+        f-numbers of the lens; the pinhole is added.
+    picture
+        Sharp photograph, instead of rendered scenes, with its --depth. Repeatable.
+    depth
+        Depth file of the photograph.
+    field
+        Width of the photographs, in degrees at the camera.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
-    _refuse_inside(out, (*pictures, *depths))
-    depth_file = {name: options.pop(name) for name in DEPTH_FILE}
-    display = display_of(**options)
+    _refuse_inside(out, (*picture, *depth))
     from focalgradient.render.mitsuba_backend import variant
     from focalgradient.stimuli import make_depth_rating, make_from_photographs
 
-    if pictures or depths:
-        if len(pictures) != len(depths) or field is None:
+    how: dict[str, Any] = {"apertures": apertures, "display": display}
+    if picture or depth:
+        if len(picture) != len(depth) or field is None:
             raise InputError("photographs need one --depth for each --picture, and --field: add the missing options.")
         if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
             raise InputError(f"{given} applies to rendered scenes: leave it out with --picture.")
-        with warnings_given(), resumable(KEPT) as say, shared_work(workers, scheduler) as executor:
-            photographs, angle = _photographs(pictures, depths, field, encoding, depth_file)
-            made = make_from_photographs(
-                out,
-                photographs,
-                pixel_angle=angle,
-                apertures=apertures,
-                display=display,
-                executor=executor,
-                progress=say,
-            )
-        _tell(made, out)
+        with given_as(NAMED), warnings_given(), resumable(KEPT) as say, workers.shared() as executor:
+            photographs = {}
+            for one, other in zip(picture, depth, strict=True):
+                if one.stem in photographs:
+                    raise InputError(
+                        f"two pictures are named {one.stem!r}, but names of scenes must differ: rename one."
+                    )
+                shown = read_picture_and_depth(one, other, field=field, **stored)
+                photographs[one.stem] = (shown.light, shown.metres)
+            how |= {"pixel_angle": shown.pixel_angle, "executor": executor, "progress": say}
+            _tell(make_from_photographs(out, photographs, **how), out)
         return
-    if given := _given("field", "encoding", *DEPTH_FILE):
+    if given := _given("field", "encoding", "depth_unit", "depth_scale", "baseline", "disparity_offset"):
         raise InputError(f"{given} applies to photographs: give --picture and --depth too, or leave it out.")
     if seed is None:
         raise InputError("--seed is missing: give a whole number, or photographs with --picture and --depth.")
     traced = engine == "path" or (engine == "auto" and variant() is not None)
     seconds = SECONDS["path" if traced else "cast"] * scenes * size**2 * samples
     begun = partial(announce, seconds, f"{scenes} scenes")
+    how |= {"seed": seed, "scenes": scenes, "size": size, "engine": engine, "samples": samples, "chromatic": chromatic}
     with (
         warnings_given(),
         resumable(KEPT, begun) as say,
         options_named({"size is": "--size is"}),
-        shared_work(workers, scheduler) as executor,
+        workers.shared() as executor,
     ):
-        made = make_depth_rating(
-            out,
-            seed=seed,
-            scenes=scenes,
-            size=size,
-            display=display,
-            engine=engine,
-            samples=samples,
-            chromatic=chromatic,
-            apertures=apertures,
-            executor=executor,
-            progress=say,
-        )
+        made = make_depth_rating(out, **how, executor=executor, progress=say)
     _tell(made, out)
 
 
@@ -222,45 +170,17 @@ def _given(*names: str) -> str | None:
     return None
 
 
-def _photographs(
-    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, encoding: Any, depth_file: dict[str, Any]
-) -> tuple[dict[str, Any], float]:
-    """Return light and distances of photographs by file name, and the visual angle of a pixel in rad."""
-    from focalgradient.photographs.pictures import read_picture
-
-    found: dict[str, Any] = {}
-    angle = 0.0
-    for picture, file in zip(pictures, depths, strict=True):
-        if picture.stem in found:
-            raise InputError(f"two pictures are named {picture.stem!r}, but names of scenes must differ: rename one.")
-        light = read_picture(picture, encoding).light
-        angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
-        found[picture.stem] = (light, read_depth_file(file, depth_file, angle).metres)
-    return found, angle
-
-
-@stimuli.command("import", short_help="Import your own pictures as a set.")
-@click.argument("folder", type=click.Path(path_type=Path), metavar="FOLDER")
-@click.option(
-    "--table",
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="CSV",
-    help="Table of the pictures' scenes and conditions: see above.",
-)
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
-@click.option(
-    "--focal-length",
-    default=50.0,
-    show_default=True,
-    metavar="MM",
-    callback=positive(" of millimetres", most=1000),
-    help="Focal length of the lens in mm: the diameter of f/N is focal length / N.",
-)
-@_field("Width of the pictures, in degrees at the camera: spectra and shifts are then measured too.")
-@display_options
-@json_option
-def import_(folder: Path, table: Path, out: Path, focal_length: float, field: float | None, **display: Any) -> None:
+@command("Import your own pictures as a set.", name="import", force=False)
+def import_(
+    folder: Path,
+    /,
+    *,
+    table: Annotated[File, "CSV"],
+    out: Folder,
+    focal_length: Annotated[float, MILLIMETRES.between(1e-6, 1000).si] = 0.05,
+    field: Annotated[float | None, FIELD.si] = None,
+    display: Screen,
+) -> None:
     """Import the pictures in FOLDER as a set for depth rating.
 
     CSV has a row for each picture, with the columns file (in FOLDER), scene, aperture (pinhole, or an f-number such as
@@ -279,28 +199,28 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, field: fl
     \b
     Example:
       focalgradient stimuli import photos --table photos/pictures.csv --out stimuli --screen-width 53.1
+
+    Parameters
+    ----------
+    table
+        Table of the pictures' scenes and conditions: see above.
+    out
+        Folder for the set.
+    focal_length
+        Focal length of the lens in mm: the diameter of f/N is focal length / N.
+    field
+        Width of the pictures, in degrees at the camera: spectra and shifts are then measured too.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
     from focalgradient.stimuli import import_pictures
 
     with warnings_given(), resumable(KEPT) as say:
-        made = import_pictures(
-            folder,
-            table,
-            out,
-            display=display_of(**display),
-            focal_length=1e-3 * focal_length,
-            field=None if field is None else math.radians(field),
-            progress=say,
-        )
-    _tell(made, out)
+        how: dict[str, Any] = {"display": display, "focal_length": focal_length, "field": field}
+        _tell(import_pictures(folder, table, out, **how, progress=say), out)
 
 
-@stimuli.command("set", short_help="Combine drawn stimuli into a set.")
-@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FOLDER...")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
-@json_option
-def set_(folders: tuple[Path, ...], out: Path) -> None:
+@command("Combine drawn stimuli into a set.", name="set", force=False)
+def set_(folders: Annotated[tuple[Path, ...], "FOLDER..."], /, *, out: Folder) -> None:
     """Combine drawn stimuli, each the FOLDER written by a command such as 'stimuli dead-leaves', into a set.
 
     Each stimulus is a scene for depth rating, named after its folder: without blur ("pinhole"), and with blur, labelled
@@ -315,27 +235,20 @@ def set_(folders: tuple[Path, ...], out: Path) -> None:
       focalgradient stimuli slanted-plane --out plane --screen-width 53.1
       focalgradient stimuli corrugated-plane --out waves --width-deg 12 --height-deg 12 --screen-width 53.1
       focalgradient stimuli set plane waves --out pictures
+
+    Parameters
+    ----------
+    out
+        Folder for the set.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
     _refuse_inside(out, [folder / "stimulus.json" for folder in folders])
-    from focalgradient.stimuli import make_from_stimuli, read_stimulus
+    from focalgradient.stimuli import make_from_stimuli, read_stimuli
 
-    drawn: dict[str, Stimulus] = {}
-    displays: dict[str, Display] = {}
-    for folder in folders:
-        name = folder.resolve().name
-        if name in drawn:
-            raise InputError(f"two folders are named {name!r}, but names of scenes must differ: rename one.")
-        drawn[name], displays[name] = read_stimulus(folder)
-        first = next(iter(displays))
-        if displays[name] != displays[first]:
-            raise InputError(
-                f"{name} is drawn for a display other than that of {first}: draw all with the same --screen-width, "
-                "--distance "
-                "and other display options."
-            )
+    with options_named({"the same width, distance and": "the same --screen-width, --distance and"}):
+        drawn, display = read_stimuli(folders)
     with warnings_given(), resumable(KEPT) as say:
-        _tell(make_from_stimuli(out, drawn, display=displays[first], progress=say), out)
+        _tell(make_from_stimuli(out, drawn, display=display, progress=say), out)
 
 
 def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:
@@ -352,20 +265,18 @@ def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:
 
 def _tell(made: StimulusSet, out: Path) -> None:
     """Print the contents of a finished set, and the values of its controls."""
-    controls = {name: made.manifest["controls"][name] for name in CONTROLS if name in made.manifest["controls"]}
-    pictures = len({one.png for one in made.pictures})
+    found = made.summary()
     show(
-        {
-            "scenes": list(made.scenes),
-            "pictures": pictures,
-            "controls": {name: {key: one[key] for key in ("worst", "limit", "met")} for name, one in controls.items()},
-            "written": printable(out),
-        },
+        found | {"written": printable(out)},
         f"Scenes: {len(made.scenes)}",
-        f"Pictures: {pictures}",
+        f"Pictures: {found['pictures']}",
         *(
             f"{CONTROLS[name].format(one['worst'])} at most (limit {one['limit']:g}){'' if one['met'] else ': NOT met'}"
-            for name, one in controls.items()
+            for name, one in found["controls"].items()
         ),
         f"Written: {printable(out)}",
     )
+
+
+for made in (*DRAWN, necker, depth_rating, import_, set_):
+    stimuli.add_command(made)

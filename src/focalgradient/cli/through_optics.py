@@ -1,176 +1,181 @@
-"""A picture with depth imaged through a lens or an eye: shared options, and the optics that they describe."""
+"""A picture with depth imaged through a lens or an eye: shared options, and what they describe."""
 
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import click
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import DIAMETER, OPENEST, added, positive, read_depth_file
+from focalgradient.cli.generate import File, Given
+from focalgradient.cli.groups import OF_DEPTH, DepthFile
 from focalgradient.cli.person import has_natural_pupil, is_person, person_options
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch
+from focalgradient.quantities import APERTURE_RATIO, DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from focalgradient.display import Display
     from focalgradient.optics import Optics
+    from focalgradient.photographs import DepthPicture
 
-__all__ = [
-    "lens_or_eye_options",
-    "optics_of",
-    "pixel_angle_of",
-    "pixel_options",
-    "read_picture_and_depth",
-    "refuse_slips",
-]
+__all__ = ["DISTANCE", "NAMED", "LensOrEye", "Read", "Stored", "Through", "read_picture_and_depth", "settings_given"]
 
-Command = Callable[..., Any]
+DISTANCE = replace(METRES, words="metres, or inf", infinite=True)
+"""Distance in a picture, which may be infinite."""
 
-_LENS_OR_EYE = [
-    click.option(
-        "--f-number",
-        type=float,
-        metavar="N",
-        callback=positive(least=OPENEST, hint=DIAMETER),
-        help="f-number of a camera's lens.",
-    ),
-    click.option(
-        "--focal-length",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres"),
-        help="Focal length of a camera's lens, in millimetres.",
-    ),
-    click.option(
-        "--pupil",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres"),
-        help="Pupil diameter of an eye, in millimetres.",
-    ),
-    click.option(
-        "--eye",
-        "eye_file",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help='Eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...',
-    ),
-]
-"""Options of a lens or an eye."""
-
-_PIXEL = [
-    click.option(
-        "--field", type=float, metavar="DEG", callback=positive(" of degrees"), help="Width of the picture, in degrees."
-    ),
-    click.option(
-        "--pixel-pitch",
-        type=float,
-        metavar="UM",
-        callback=positive(" of micrometres"),
-        help="Pixel pitch of the camera's sensor, in micrometres.",
-    ),
-]
-"""Options of the size of a pixel."""
+NAMED = {
+    **{name: (option, "") for name, option in OF_DEPTH.items()},
+    **{name: (f"--{name}", "") for name in ("baseline", "chromatic", "field", "focus", "illuminant", "psf")},
+    **{name: (f"--{name}", "") for name in ("wavelengths", "white")},
+    "f_number": ("--f-number", ""),
+    "focal_length": ("--focal-length", "mm"),
+    "focus_distance": ("--focus", "m"),
+    "pixel_pitch": ("--pixel-pitch", "um"),
+    "pupil_diameter": ("--pupil", "mm"),
+    "pixel_angle": ("--screen-width and --distance", ""),
+    "screen": ("--to-show", ""),
+    "lens": ("--f-number", ""),
+    "eye": ("--pupil or --eye", ""),
+    "picture": ("PICTURE", ""),
+    "depth": ("DEPTH", ""),
+}
+"""Options with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
 
 
-def lens_or_eye_options(command: Command) -> Command:
-    """Add the options of a lens or an eye, from which `optics_of` makes optics."""
-    return added(person_options(command), _LENS_OR_EYE)
+@dataclass(frozen=True)
+class Through:
+    """A lens or an eye.
 
+    Parameters
+    ----------
+    f_number
+        f-number of a camera's lens.
+    focal_length
+        Focal length of a camera's lens, in millimetres.
+    pupil
+        Pupil diameter of an eye, in millimetres.
+    eye_file
+        Eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...
+    """
 
-def pixel_options(command: Command) -> Command:
-    """Add the options of the size of a pixel, for `pixel_angle_of`."""
-    return added(command, _PIXEL)
+    f_number: Annotated[float | None, replace(APERTURE_RATIO, infinite=False), "N"] = None
+    focal_length: Annotated[float | None, MILLIMETRES] = None
+    pupil: Annotated[float | None, MILLIMETRES] = None
+    eye_file: Annotated[File | None, "--eye"] = None
+    person: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def is_lens(self) -> bool:
+        """Whether a lens is described."""
+        return self.f_number is not None or self.focal_length is not None
 
-def optics_of(options: dict[str, Any], vergence: float) -> Optics:
-    """Return the lens or eye of the options, focused at a vergence (D)."""
-    from focalgradient.optics import Lens
+    def focused(self, vergence: float) -> Optics:
+        """Return the lens or eye, focused at a vergence (D)."""
+        from focalgradient.optics import Lens
 
-    camera = options["f_number"] is not None or options["focal_length"] is not None
-    pupil = options["pupil"] is not None or has_natural_pupil(options)
-    if is_person(options) and (camera or options["eye_file"] is not None or not pupil):
-        raise InputError(
-            "--refraction, --correction, --age, --luminance, --aberrations and --zones describe an eye: give its "
-            "--pupil, or --luminance, --refraction or --age for its natural pupil, and no other optics."
-        )
-    if camera + pupil + (options["eye_file"] is not None) != 1:
-        raise InputError(
-            "the optics must be --f-number and --focal-length, or --pupil (or --refraction, --age), or --eye: give "
-            "exactly one of the three."
-        )
-    if not camera:
-        return eye_of(options, vergence)
-    if options["f_number"] is None or options["focal_length"] is None:
-        raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
-    return Lens(1e-3 * options["focal_length"], options["f_number"], 1 / vergence if vergence > 0 else math.inf)
-
-
-def pixel_angle_of(options: dict[str, Any], width: int, display: Display | None) -> float:
-    """Return the visual angle in rad of a pixel of a picture `width` pixels wide."""
-    field, pitch = options["field"], options["pixel_pitch"]
-    if field is not None and pitch is not None:
-        raise InputError("--field and --pixel-pitch both give the size of a pixel: give one of them.")
-    if field is not None:
-        if not field < 180:
-            raise InputError(f"--field is {field:g} degrees, but must be less than 180.")
-        focal_length = options["focal_length"]
-        check_field(math.radians(field), width, None if focal_length is None else 1e-3 * focal_length)
-        return 2 * math.tan(math.radians(field) / 2) / width
-    if pitch is not None:
-        if options["focal_length"] is None:
+        options = {"pupil": self.pupil, "eye_file": self.eye_file, **self.person}
+        pupil = self.pupil is not None or has_natural_pupil(options)
+        if is_person(options) and (self.is_lens or self.eye_file is not None or not pupil):
             raise InputError(
-                "--pixel-pitch of a camera's sensor requires a focal length: give --focal-length, or --field instead."
+                "--refraction, --correction, --age, --luminance, --aberrations and --zones describe an eye: give its "
+                "--pupil, or --luminance, --refraction or --age for its natural pupil, and no other optics."
             )
-        angle = float(1e-3 * pitch / options["focal_length"])
-        check_pixel_pitch(1e-6 * pitch, angle)
-        return angle
-    if display is not None:
-        return display.pixel_pitch / display.distance
-    raise InputError(
-        "the size of a pixel is unknown: give --field, or --pixel-pitch, or --screen-width and --distance."
-    )
+        if self.is_lens + pupil + (self.eye_file is not None) != 1:
+            raise InputError(
+                "the optics must be --f-number and --focal-length, or --pupil (or --refraction, --age), or --eye: give "
+                "exactly one of the three."
+            )
+        if not self.is_lens:
+            return eye_of(options, vergence)
+        if self.f_number is None or self.focal_length is None:
+            raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
+        return Lens(1e-3 * self.focal_length, self.f_number, 1 / vergence if vergence > 0 else math.inf)
+
+
+class _LensOrEye(Given):
+    """Options of a lens, an eye and a person, for a command that receives `Through`."""
+
+    def parameters(self) -> dict[str, list[click.Parameter]]:
+        """Return the options of each parameter."""
+        person = click.command()(person_options(lambda **_: None)).params
+        return super().parameters() | {str(one.name): [one] for one in person}
+
+    def value(self, given: dict[str, Any]) -> Through:
+        """Return the optics for values by parameter."""
+        own = {name: given.pop(name) for name in ("f_number", "focal_length", "pupil", "eye_file")}
+        return Through(**own, person=given)
+
+
+@dataclass(frozen=True)
+class _Joined(Given):
+    """Parameters of a function, after those of other groups, as one group."""
+
+    others: Sequence[Given] = ()
+
+    def parameters(self) -> dict[str, list[click.Parameter]]:
+        """Return the options of each parameter."""
+        groups = [*(other.parameters() for other in self.others), super().parameters()]
+        return {name: options for group in groups for name, options in group.items()}
 
 
 def read_picture_and_depth(
-    picture: Path, depth: Path, options: dict[str, Any], optics: Sequence[Optics]
-) -> tuple[NDArray[Any], NDArray[Any], float]:
-    """Read a picture and its depth; return linear light, distances in m, and the visual angle of a pixel in rad."""
-    from focalgradient.photographs import read_picture
+    picture: Path,
+    depth: Path,
+    optics: Sequence[Optics] = (),
+    *,
+    field: Annotated[float | None, DEGREES] = None,
+    pixel_pitch: Annotated[float | None, MICROMETRES] = None,
+    focal_length: float | None = None,
+    unit: Any = "m",
+    **others: Any,
+) -> DepthPicture:
+    """Read a picture and its depth with the options of a command, as `focalgradient.photographs.read_depth_picture`.
 
-    light = read_picture(picture, options["encoding"]).light
-    angle = pixel_angle_of(options, light.shape[1], None)
-    metres = read_depth_file(depth, options, angle).metres
-    if metres.shape != light.shape[:2]:
-        (h, w), (dh, dw) = light.shape[:2], metres.shape
-        raise InputError(
-            f"{printable(picture)} is {w} x {h} pixels but {printable(depth)} is {dw} x {dh}, but both must have the "
-            "same "
-            "size: scale or crop one of them."
-        )
-    refuse_slips(metres, optics, angle, options["depth_unit"])
-    check_frame(angle, light.shape)
-    return light, metres, angle
+    Parameters
+    ----------
+    field
+        Width of the picture, in degrees.
+    pixel_pitch
+        Pixel pitch of the camera's sensor, in micrometres.
+    """
+    from focalgradient.photographs import read_depth_picture
+
+    source = click.get_current_context().get_parameter_source("depth_unit")
+    return read_depth_picture(
+        picture,
+        depth,
+        field=None if field is None else math.radians(field),
+        pixel_pitch=None if pixel_pitch is None else 1e-6 * pixel_pitch,
+        focal_length=None if focal_length is None else 1e-3 * focal_length,
+        unit=unit if source is click.core.ParameterSource.COMMANDLINE else None,
+        optics=optics,
+        **others,
+    )
 
 
-def refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: str) -> None:
-    """Raise `InputError` for distances (m) implausible with the optics; only warn if the user stated their unit."""
-    from focalgradient.plausibility import picture_slip
+def settings_given(*others: str) -> dict[str, Any]:
+    """Return the running command's options for its summary, without its files and the `others`."""
+    names = {"eye": "eye_file", "display": "display_file"}
+    return {
+        names.get(name, name): printable(value) if isinstance(value, Path) else value
+        for name, value in click.get_current_context().params.items()
+        if name not in ("picture", "depth", "out", *others)
+    }
 
-    ends = float(distances.min()), float(distances.max())
-    for one in optics:
-        slip = picture_slip(ends, one.aperture_diameter, one.focus_vergence, angle, max(distances.shape))
-        if slip is None:
-            continue
-        source = click.get_current_context().get_parameter_source("depth_unit")
-        if source is not click.core.ParameterSource.COMMANDLINE:
-            raise InputError(f"{slip} If all is correct, give --depth-unit {unit}.")
-        warnings.warn(FocalGradientWarning(slip), stacklevel=2)
+
+LensOrEye = Annotated[Through, _LensOrEye(Through)]
+"""A lens or an eye."""
+
+_PICTURE, _ENCODING = "focalgradient.photographs:read_picture", ("encoding",)
+_DEPTH = get_args(DepthFile)[1]
+_PIXEL = Given(read_picture_and_depth, only=("field", "pixel_pitch"))
+
+Stored = Annotated[dict[str, Any], _Joined(_PICTURE, only=_ENCODING, others=(_DEPTH,))]
+"""How a picture and its depth file are read, for `read_picture_and_depth`."""
+
+Read = Annotated[dict[str, Any], _Joined(_PICTURE, only=_ENCODING, others=(_PIXEL, _DEPTH))]
+"""Size of a pixel, and how a picture and its depth file are read, for `read_picture_and_depth`."""

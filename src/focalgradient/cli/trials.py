@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from typing import Annotated, Any
+from typing import Annotated
 
 import click
 
@@ -53,56 +51,18 @@ def trials(
     pixels_per_degree
         Resolution of the screen, for --files.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.design.given_list import trial_row
-    from focalgradient.stimuli import read_set
-    from focalgradient.stimuli.sets import png
+    from focalgradient.design import load_design
+    from focalgradient.stimuli import read_set, trial_list
     from focalgradient.tasks import task_named
 
-    made = _design(design)
-    task = task_named(made.task)
+    chosen = load_design(design) if design.endswith(".toml") else task_named(design).design()
     pictures = None if stimuli is None else read_set(stimuli)
     if files is not None and files.exists() and any(files.iterdir()):
         raise InputError(f"{printable(files)} contains files already: give a new folder.")
-    contents: dict[str, bytes] = {}
-    rows = []
-    for trial in made.trials(participant, session):
-        row = trial_row(trial)
-        drawn = f"{trial.phase}-{trial.trial:03}"
-        for column, shown in task.pictures(
-            made, trial, pictures, pixels_per_degree if files is not None else None
-        ).items():
-            if isinstance(shown, str):
-                row[column] = shown
-            elif files is not None:
-                row[column] = f"{drawn}{'' if column == 'picture' else '-' + column}.png"
-                contents[row[column]] = png(shown)
-        rows.append(row)
-    columns = [*dict.fromkeys(name for row in rows for name in row)]
+    resolution = None if files is None else pixels_per_degree
+    found = trial_list(chosen, participant, session, stimuli=pictures, pixels_per_degree=resolution)
     if files is not None:
-        for name, phase in (("practice", "practice"), ("conditions", "main")):
-            contents[f"{name}.csv"] = _csv(columns, [row for row in rows if row["phase"] == phase]).encode()
         files.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
+        for name, content in found.files().items():
             write_whole(files / name, content)
-    click.echo(_csv(columns, rows), nl=False)
-
-
-def _design(given: str) -> Any:
-    """Return the design of a settings file, or the default one of a task."""
-    from focalgradient.design import load_design
-    from focalgradient.tasks import task_named
-
-    return load_design(given) if given.endswith(".toml") else task_named(given).design()
-
-
-def _csv(columns: list[str], rows: list[dict[str, Any]]) -> str:
-    written = io.StringIO()
-    writer = csv.writer(written, lineterminator="\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow([_cell(row.get(name)) for name in columns])
-    return written.getvalue()
-
-
-def _cell(value: Any) -> str:
-    return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+    click.echo(found.csv(), nl=False)

@@ -14,13 +14,15 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing
+from dataclasses import asdict
 from pathlib import Path
 from statistics import median
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from focalgradient.display import CARD, Display
 from focalgradient.errors import InputError
+from focalgradient.lab.computer import Check
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.lab.running import PART
 from focalgradient.lab.triggers import Port, Triggers, add_triggers, open_triggers
@@ -51,10 +53,6 @@ PULSES, PULSE_MS, PULSE_GAP = 20, 2.0, 0.02
 """
 
 
-def _check(name: str, measured: str, well: bool, remedy: str = "", limit: str = "") -> dict[str, Any]:
-    return {"check": name, "measured": measured, "well": well, "remedy": remedy, "limit": limit}
-
-
 def main() -> int:
     """Run and print the checks; return exit code 2, with one sentence on standard error, if no window can be opened."""
     add = (parser := argparse.ArgumentParser(description=__doc__)).add_argument
@@ -72,39 +70,40 @@ def main() -> int:
             module.store_luminance(options.monitor, read_luminance(options.luminance))
         calibration = None if options.monitor is None else module.calibration_of(options.monitor)
         with closing(open_triggers(options.markers, options.triggers, options.codes)) as triggers:
-            print(json.dumps([*_geometry(options, module, calibration), *_window(options, module, triggers)]))
+            checks = [*_geometry(options, module, calibration), *_window(options, module, triggers)]
+            print(json.dumps([asdict(check) for check in checks]))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
     return 0
 
 
-def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibration | None) -> Iterator[dict[str, Any]]:
+def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibration | None) -> Iterator[Check]:
     size = module.screen_size(options.screen)
-    yield _check("screen", f"{size[0]} x {size[1]} px", True)
+    yield Check("screen", f"{size[0]} x {size[1]} px", True)
     if found is None or not (found.width and found.distance):
-        yield _check("pixels per degree", "size or viewing distance unknown", False, f"enter them {IN_MONITOR_CENTER}")
+        yield Check("pixels per degree", "size or viewing distance unknown", False, f"enter them {IN_MONITOR_CENTER}")
     elif found.size_px and found.size_px != size:
         measured = f"calibrated at {found.size_px[0]} x {found.size_px[1]} px"
-        yield _check("pixels per degree", measured, False, "set the screen to that resolution, or calibrate it again")
+        yield Check("pixels per degree", measured, False, "set the screen to that resolution, or calibrate it again")
     else:
         display = Display(size, found.width / size[0], found.distance)
         text = f"{display.pixels_per_degree:.2f} ({found.width:.3f} m wide, viewed from {found.distance:.3f} m)"
-        yield _check("pixels per degree", text, True)
+        yield Check("pixels per degree", text, True)
     gamma = None if found is None else found.gamma
     remedy = f"measure it with a photometer, enter it {IN_MONITOR_CENTER}"
-    yield _check("gamma", "not measured" if gamma is None else f"{gamma:.2f}", gamma is not None, remedy, "measured")
+    yield Check("gamma", "not measured" if gamma is None else f"{gamma:.2f}", gamma is not None, remedy, "measured")
     if found is not None and found.channels is not None:
         red, green, blue = found.channels
         apart = max(found.channels) - min(found.channels)
         text = f"red {red:.2f}, green {green:.2f}, blue {blue:.2f}"
         remedy = "greys are not neutral: reset the screen's colours to their defaults, and measure again"
-        yield _check("gamma of the guns", text, apart <= UNEQUAL, remedy, f"differ by {UNEQUAL:g} at most")
+        yield Check("gamma of the guns", text, apart <= UNEQUAL, remedy, f"differ by {UNEQUAL:g} at most")
     if found is not None and found.white is not None:
-        yield _check("white", f"{found.white:.1f} cd/m2", True)
+        yield Check("white", f"{found.white:.1f} cd/m2", True)
 
 
-def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers) -> Iterator[dict[str, Any]]:
+def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers) -> Iterator[Check]:
     display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
     screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
     try:
@@ -116,14 +115,14 @@ def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers)
             yield _card(screen, options, module)
         renderer = module.versions()["opengl"]
         hardware = not any(word in renderer.lower() for word in SOFTWARE)
-        yield _check(
+        yield Check(
             "graphics",
             renderer,
             hardware,
             "install the graphics card's driver: the present one renders in software",
             "hardware",
         )
-        yield _check(
+        yield Check(
             "keyboard",
             f"PsychToolbox, {screen.keys.devices} devices",
             screen.keys.devices > 0,
@@ -134,12 +133,12 @@ def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers)
         screen.close()
 
 
-def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
+def _timing(screen: Screen, seconds: float) -> Iterator[Check]:
     """Show a moving mark, and check the refresh rate, the clocks, dropped frames and the mean frame rate."""
     rate = screen.refresh_hz
     text = "irregular frames: drawing is not synchronised with the screen" if rate is None else f"{rate:.2f} Hz"
     limit = "irregular by at most a tenth of a frame"
-    yield _check(
+    yield Check(
         "refresh rate", text, rate is not None, "enable vertical synchronisation in the driver's settings", limit
     )
     mark, words = screen.fixation(0, 0), screen.text(f"Checking the screen for {seconds:g} seconds ...", y=-0.3)
@@ -154,7 +153,7 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
     lasted = time.monotonic() - before[0]
     by = 1e3 * (time.time() - before[1] - lasted)
     text = f"wall clock drifted from the monotonic clock by {by:+.1f} ms in {lasted:.1f} s"
-    yield _check(
+    yield Check(
         "clock",
         text,
         abs(by) < 1e3 * PART,
@@ -163,7 +162,7 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
     )
     frames = seconds / screen.frame_s
     text = f"{screen.dropped} of {frames:.0f} in {seconds:g} s"
-    yield _check(
+    yield Check(
         "dropped frames", text, screen.dropped == 0, "close other programs, and disable window compositing", "none"
     )
     if screen.intervals:
@@ -171,7 +170,7 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
         off = abs(mean * screen.frame_s - 1)
         remedy = "set the screen to one fixed rate (no variable refresh), and close other programs"
         text = f"{mean:.2f} Hz on average; {histogram(screen.intervals)}"
-        yield _check(
+        yield Check(
             "frames", text, off <= RATE_TOLERANCE, remedy, f"{1 / screen.frame_s:.2f} Hz to {RATE_TOLERANCE:.0%}"
         )
 
@@ -186,15 +185,15 @@ def histogram(intervals: Sequence[float]) -> str:
     return ", ".join(f"{length} ms: {count}" for length, count in counts)
 
 
-def _device_pixels(screen: Screen) -> dict[str, Any]:
+def _device_pixels(screen: Screen) -> Check:
     """Check that a pixel of the window is a pixel of the screen; desktop scaling would interpolate pictures."""
     real = tuple(int(side) for side in screen.window.winHandle.get_framebuffer_size())
     text = f"{real[0]} x {real[1]} for a window of {screen.size[0]} x {screen.size[1]}"
     remedy = "set the desktop's scale to 100 %, so that pictures are shown pixel for pixel"
-    return _check("device pixels", text, real == screen.size, remedy, "equal")
+    return Check("device pixels", text, real == screen.size, remedy, "equal")
 
 
-def _pulses(triggers: Triggers, port: Port) -> dict[str, Any]:
+def _pulses(triggers: Triggers, port: Port) -> Check:
     """Send test pulses to a port, and check their durations."""
     code, times = triggers.codes.of("test"), []
     for number in range(PULSES):
@@ -202,15 +201,15 @@ def _pulses(triggers: Triggers, port: Port) -> dict[str, Any]:
         try:
             triggers.send(port, "test", time.monotonic(), PULSE_GAP * number, None)
         except Exception as error:
-            return _check("triggers", f"{port.name} failed: {error!r}"[:200], False, "correct the error", "no error")
+            return Check("triggers", f"{port.name} failed: {error!r}"[:200], False, "correct the error", "no error")
         times.append(1e3 * (time.perf_counter() - before))
         time.sleep(PULSE_GAP)
     text = f"{port.name}: {PULSES} pulses of code {code} in {median(times):.2f} ms, {max(times):.2f} ms at most"
     remedy = f"make {port.name} return immediately: it delays the following frame"
-    return _check("triggers", text, max(times) <= PULSE_MS, remedy, f"{PULSE_MS:g} ms each")
+    return Check("triggers", text, max(times) <= PULSE_MS, remedy, f"{PULSE_MS:g} ms each")
 
 
-def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> dict[str, Any]:
+def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> Check:
     """Measure the screen's width: the participant matches a frame to the size of a bank card held to the screen."""
     wide = float(round(CARD[0] / ASSUMED_PITCH))
     head = screen.text("Hold a bank card flat to the screen, in the frame.", height=0.035, y=0.42)
@@ -229,7 +228,7 @@ def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> di
         pressed = [press.key for press in screen.keys.events() if press.down]
         wide = min(max(wide + sum(STEPS.get(key, 0.0) for key in pressed), 20), screen.size[0])
     if "escape" in pressed:
-        return _check(
+        return Check(
             "size by a card",
             "not measured: stopped with ESC",
             False,
@@ -240,9 +239,9 @@ def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> di
     known = None if options.monitor is None else module.calibration_of(options.monitor).width
     text = f"card of 85.6 mm is {wide:.0f} px: screen {width:.3f} m wide"
     if known is None:
-        return _check("size by a card", text, False, f"enter that width {IN_MONITOR_CENTER}", "known width to 1 %")
+        return Check("size by a card", text, False, f"enter that width {IN_MONITOR_CENTER}", "known width to 1 %")
     remedy = f"measure the screen, and enter its width {IN_MONITOR_CENTER}, which has {known:.3f} m"
-    return _check(
+    return Check(
         "size by a card",
         text,
         abs(width / known - 1) <= WIDTH_TOLERANCE,

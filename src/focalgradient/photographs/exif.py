@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypedDict
 
 from PIL import ExifTags, Image
 
@@ -24,10 +24,27 @@ from focalgradient.photographs.settings import Settings
 from focalgradient.quantities import APERTURE_RATIO, BODY, FOCUS, MICROMETRES, MILLIMETRES
 from focalgradient.tables import check_table
 
-__all__ = ["from_exif"]
+__all__ = ["GivenOptics", "from_exif"]
 
 _MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 1e-3}
 """FocalPlaneResolutionUnit in mm: inch, centimetre, and, in common use, millimetre and micrometre."""
+
+
+class GivenOptics(TypedDict, total=False):
+    """Optics of photographs as a user gives them: parameters of `from_exif`, which take precedence over EXIF."""
+
+    focal_length_mm: float | None
+    f_numbers: Sequence[float]
+    focus_distances_m: Sequence[float]
+    pixel_pitch_um: float | None
+    encoding: Encoding | None
+    telecentric: bool
+    distances_from: Plane | None
+    focus_from: Plane | None
+    focus_tolerance: float | None
+    f_number_tolerance: float | None
+    sensor_to_pupil_mm: float | None
+    sensor_to_front_mm: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +69,10 @@ def from_exif(
     telecentric: bool = False,
     distances_from: Plane | None = None,
     focus_from: Plane | None = None,
-    sensor_to_pupil_mm: Annotated[float | None, BODY] = None,
-    sensor_to_front_mm: Annotated[float | None, BODY] = None,
     focus_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
     f_number_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
+    sensor_to_pupil_mm: Annotated[float | None, BODY] = None,
+    sensor_to_front_mm: Annotated[float | None, BODY] = None,
     calibrated: Calibrated | None = None,
     least: int = 2,
     order_only: bool = False,

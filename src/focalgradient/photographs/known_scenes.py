@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from focalgradient.calibration import KnownScene, Priors, SceneFit, fit_scenes
-from focalgradient.errors import InputError
+from focalgradient.calibration import (
+    LEAST_SCENE_SHARE,
+    KnownScene,
+    Priors,
+    SceneFit,
+    SceneScore,
+    fit_scenes,
+    score_scene,
+)
+from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_toml
 from focalgradient.optics import Lens
+from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.pictures import DepthUnit, read_distances
 from focalgradient.photographs.settings import FOCUS_TOLERANCE, Shot
@@ -21,11 +34,22 @@ from focalgradient.photographs.tables import ImagePath
 from focalgradient.photographs.targets import TargetCamera, camera_priors
 from focalgradient.photographs.vignetting import even_out
 from focalgradient.plausibility import given_as
+from focalgradient.progress import Progress
 from focalgradient.psf import Psf
 from focalgradient.tables import Table, load_table
 from focalgradient.view import View
 
-__all__ = ["KnownScenes", "UnusableSceneError", "load_known_scenes", "names_depth"]
+__all__ = [
+    "KnownScenes",
+    "SceneCalibration",
+    "UnusableSceneError",
+    "calibrate_scenes",
+    "load_known_scenes",
+    "names_depth",
+]
+
+LEAST_HELD_OUT = 4
+"""Minimum number of scenes for testing a fit to one half of them on the other half."""
 
 
 class UnusableSceneError(InputError):
@@ -143,6 +167,149 @@ class KnownScenes(Table):
             self.priors,
             psf,
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SceneCalibration:
+    """Camera calibrated from scenes, with the prediction of each scene by a fit to the half that excludes it.
+
+    Parameters
+    ----------
+    calibrated
+        Sensor and calibration of the camera, for `camera_toml` and `depth_from_photographs`.
+    fit
+        The fit to all scenes that gave depth.
+    names, scores
+        Each of these scenes, and the agreement of its depth with the fit to the other half; None if not predicted.
+    count
+        Number of scenes, including those that gave no depth.
+    """
+
+    calibrated: Calibrated
+    fit: SceneFit
+    names: Sequence[str]
+    scores: Sequence[SceneScore | None]
+    count: int
+
+    def __repr__(self) -> str:
+        return f"SceneCalibration({len(self.names)} of {self.count} scenes, {self.calibrated.calibration!r})"
+
+    def record(self) -> dict[str, Any]:
+        """Return the parameters and the scores, for JSON; units are in the names."""
+        camera = self.fit.calibration
+        of_targets = ("own_blur_um2", "model_error_of_blur")
+        held_out = [
+            None
+            if score is None
+            else {
+                "scene": name,
+                "bias_dioptres": score.bias,
+                "median_relative_error": score.median_error,
+                "mean_relative_error": score.mean_error,
+                "within_2_sd": score.within_2_sd,
+            }
+            for name, score in zip(self.names, self.scores, strict=True)
+        ]
+        return {name: value for name, value in camera.record().items() if name not in of_targets} | {
+            "focus_repeat_dioptres": self.fit.repeat,
+            "blur_over_the_field": list(camera.field.blur),
+            "scatter_dioptres": self.fit.scatter,
+            "held_out": held_out,
+            "scenes": self.count,
+        }
+
+    def summary(self) -> str:
+        """Return the camera's parameters with standard deviations, and a table of the scenes as predicted."""
+        camera = self.fit.calibration
+        (mark, vergence), sd = next(iter(camera.focus.items())), camera.sd
+        focus_sd = math.sqrt(max(sd[-1] ** 2 - self.fit.repeat**2, 0.0))
+        lines = [
+            f"{len(self.names)} of {self.count} scenes gave depth from blur.",
+            f"Focus marked {mark:g} m: {vergence:.4f} +- {focus_sd:.4f} D, which is {1 / vergence - camera.offset:.3f} "
+            f"m from the plane of the depth maps; it varies between scenes by {self.fit.repeat:.3f} D (SD).",
+            f"Offset of the entrance pupil: {camera.offset:+.3f} +- {sd[2]:.3f} m",
+        ]
+        for number, (f_mark, effective) in enumerate(camera.f_numbers.items(), 3):
+            lines.append(f"f-number marked {f_mark:g}: {effective:.3f} +- {effective * sd[number]:.3f}")
+        field = " ".join(f"{value:+.3f}" for value in camera.field.blur)
+        lines.append(f"Blur over the field, of x, y, x^2, x y, y^2 (relative): {field}")
+        lines.append(f"Scatter of pixels around the fit: {self.fit.scatter:.3f} D")
+        rows = [
+            (name, score.bias, score.median_error, score.within_2_sd)
+            for name, score in zip(self.names, self.scores, strict=True)
+            if score is not None
+        ]
+        if rows:
+            lines.append(f"{'Predicted by the other half':34}{'bias, D':>9}{'median error':>14}{'within 2 sd':>13}")
+            medians = np.median([row[1:] for row in rows], axis=0)
+            for name, bias, error, within in [*rows, ("Median of scenes", *medians)]:
+                lines.append(f"{name:34.34}{bias:>+9.3f}{error:>14.1%}{within:>13.1%}")
+        return "\n".join(lines)
+
+
+def calibrate_scenes(known: KnownScenes, psf: Psf, progress: Progress) -> SceneCalibration:
+    """Fit a camera to scenes of known depth by one shape of blur, and predict each from the half that excludes it.
+
+    Raises
+    ------
+    InputError
+        If no scene gives depth from blur.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If there are too few scenes to test the calibration.
+    """
+    scenes, names, count = [], [], len(known.scenes)
+    for number, group in enumerate(known.scenes):
+        name = printable(group[0].depth.parent.name + "/" + group[0].depth.name)
+        progress(number / (count + 1), name)
+        scene = _quietly_read(known, group, psf)
+        if scene is not None and scene.depth.valid.mean() >= LEAST_SCENE_SHARE:
+            scenes.append(scene)
+            names.append(name)
+    if not scenes:
+        raise InputError(
+            "no scene gave depth from blur: use scenes with texture, without saturation, at two f-numbers that "
+            "differ by at least two stops."
+        )
+    progress(count / (count + 1), "fitting the camera")
+    fit = known.fit(scenes, psf)
+    scores = _held_out(known, scenes, psf)
+    if len(scenes) < LEAST_HELD_OUT:
+        warnings.warn(
+            f"only {len(scenes)} of {count} scenes gave depth from blur, too few to test the calibration on left-out "
+            "scenes: add scenes.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
+    return SceneCalibration(
+        Calibrated(sensor=known.camera.only, calibration=fit.calibration), fit, names, scores, count
+    )
+
+
+def _quietly_read(known: KnownScenes, group: list[SceneShot], psf: Psf) -> KnownScene | None:
+    """Return the depth of a scene, without warnings; None if its views cannot be compared."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FocalGradientWarning)
+        try:
+            return known.read(group, psf)
+        except UnusableSceneError:
+            return None
+
+
+def _held_out(known: KnownScenes, scenes: list[KnownScene], psf: Psf) -> list[SceneScore | None]:
+    """Score each scene's prediction by a fit to the half of the scenes that it does not belong to."""
+    found: list[SceneScore | None] = [None] * len(scenes)
+    marks = [(shot.f_number, shot.focus_distance_m) for shot in known.scenes[0]]
+    for half in (0, 1) if len(scenes) >= LEAST_HELD_OUT else ():
+        try:
+            fit = known.fit(scenes[1 - half :: 2], psf)
+        except InputError:
+            continue
+        for place in range(half, len(scenes), 2):
+            found[place] = score_scene(scenes[place], fit, marks)
+    return found
 
 
 def names_depth(path: str | os.PathLike[str]) -> bool:

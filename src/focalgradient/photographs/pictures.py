@@ -16,6 +16,7 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_install
 from focalgradient.files import printable, read_bytes
 from focalgradient.photographs.encodings import FORMATS, Encoding, profile_name
 from focalgradient.photographs.images import decoded, filled, read_pixels
+from focalgradient.plausibility import named
 from focalgradient.quantities import METRES, POSITIVE
 
 __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_distances", "read_picture"]
@@ -63,8 +64,7 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
         An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG file; EXR (with the extra ``exr``); a
         .npy file with an H x W or H x W x 3 array; or a camera raw file, of which only green is used.
     encoding
-        ``"linear"`` or ``"srgb"``. None: as stated by the file, otherwise sRGB for 8-bit image files, linear for all
-        others.
+        Encoding of the picture.  [default: as stated in the file; else srgb for 8 bits, linear for more]
 
     Raises
     ------
@@ -166,12 +166,15 @@ def read_distances(
     """
     if unit != "disparity" and (baseline is not None or offset):
         raise InputError(
-            f"baseline and offset are for disparity, but {printable(path)} contains {unit}: leave them out."
+            f"{named('baseline')} and {named('offset')} are for disparity, but {printable(path)} contains {unit}: "
+            "leave them out."
         )
     values = _depth_values(path, scale).astype(float) * (1.0 if scale is None else scale)
     if unit == "disparity":
         if baseline is None or pixel_angle is None:
-            raise InputError(f"{printable(path)} contains disparity, which needs the baseline: give it in metres.")
+            raise InputError(
+                f"{printable(path)} contains disparity, which needs the {named('baseline')}: give it in metres."
+            )
         values = (values + offset) * pixel_angle / baseline
     inverse = unit in ("dioptres", "disparity")
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -189,7 +192,7 @@ def read_distances(
     if (nearest := np.nanmin(metres)) < MIN_DISTANCE_M:
         raise InputError(
             f"{printable(path)} contains distances of {nearest:.2g} m, but they must be {MIN_DISTANCE_M:g} m or more: "
-            "check the unit and the scale."
+            f"check the {named('unit')} and the {named('scale')}."
         )
     if holes.any() and fill:
         warnings.warn(
@@ -252,12 +255,13 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     if values.dtype == np.uint8 and scale is None:
         raise InputError(
             f"{printable(path)} contains 8-bit integers, as a picture does: give the picture first, then its depth; or "
-            "for a depth map of 8 bits the scale, such as 0.01 for centimetres read as metres."
+            f"for a depth map of 8 bits the {named('scale')}, such as 0.01 for centimetres read as metres."
         )
     if values.dtype.kind in "iu" and scale is None:
         raise InputError(
             f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: "
-            "give the scale, such as 0.001 for millimetres read as metres, or a file of floating-point numbers."
+            f"give the {named('scale')}, such as 0.001 for millimetres read as metres, or a file of floating-point "
+            "numbers."
         )
     return values
 

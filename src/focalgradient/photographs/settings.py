@@ -114,6 +114,11 @@ class Settings(Table):
         named = [path for shot in self.shots for path in (shot.image, shot.flat)]
         return [path for path in (*named, self._calibration_file) if path is not None]
 
+    @property
+    def marks(self) -> list[tuple[float, float]]:
+        """f-number and focus distance (m) of each shot, as stated."""
+        return [(shot.f_number, shot.focus_distance_m) for shot in self.shots]
+
     def given_k(self, shape: str) -> float | None:
         """Return sigma / radius of the blur of a `shape`, if given by the camera's table or its calibration.
 

@@ -88,6 +88,11 @@ class Targets(Table):
     tables: ClassVar[dict[str, type[Table]]] = {"camera": TargetCamera, "view": TargetShot}
 
     @property
+    def files(self) -> list[Path]:
+        """All files to be read."""
+        return [path for shot in self.shots for path in (shot.image, shot.flat) if path is not None]
+
+    @property
     def priors(self) -> Priors:
         """Priors of the camera."""
         return camera_priors(self.camera, [shot.focus_distance_m for shot in self.shots])

@@ -7,7 +7,7 @@ from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
-from focalgradient.stimuli.drawn_files import read_stimulus
+from focalgradient.stimuli.drawn_files import read_stimuli, read_stimulus
 from focalgradient.stimuli.drawn_set import make_from_stimuli
 from focalgradient.stimuli.films import frames
 from focalgradient.stimuli.fixated_cube import fixated_cube
@@ -19,6 +19,8 @@ from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSe
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
+from focalgradient.stimuli.trial_list import TrialList, trial_list
+from focalgradient.stimuli.viewing import Seen, Viewing, viewed_files, with_frames
 from focalgradient.stimuli.wide_field import wide_field
 
 __all__ = [
@@ -29,10 +31,13 @@ __all__ = [
     "Fixation",
     "Paper",
     "Picture",
+    "Seen",
     "ShownScene",
     "Stimulus",
     "StimulusSet",
     "Target",
+    "TrialList",
+    "Viewing",
     "blurred_edge",
     "blurred_scene",
     "corrugated_plane",
@@ -48,10 +53,14 @@ __all__ = [
     "miniature",
     "read_necker",
     "read_set",
+    "read_stimuli",
     "read_stimulus",
     "replica",
     "sharpness",
     "slanted_plane",
     "texture_border",
+    "trial_list",
+    "viewed_files",
     "wide_field",
+    "with_frames",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from focalgradient.stimuli.sets import display_json, npy, png, stored_display
 from focalgradient.stimuli.stimulus import Stimulus
 from focalgradient.tables import check_table
 
-__all__ = ["FILES", "SUMMARY", "read_stimulus", "stimulus_files"]
+__all__ = ["FILES", "SUMMARY", "read_stimuli", "read_stimulus", "stimulus_files"]
 
 SUMMARY = "stimulus.json"
 
@@ -104,3 +104,29 @@ def read_stimulus(folder: str | Path) -> tuple[Stimulus, Display]:
         source=tuple(record.source),
     )
     return one, stored_display(record.display)
+
+
+def read_stimuli(folders: Iterable[str | Path]) -> tuple[dict[str, Stimulus], Display]:
+    """Return the stimuli in several folders by the folders' names, and the display for which all were drawn.
+
+    Raises
+    ------
+    InputError
+        If a folder contains no stimulus, two have the same name, or displays differ.
+    """
+    drawn: dict[str, Stimulus] = {}
+    displays: dict[str, Display] = {}
+    for folder in map(Path, folders):
+        name = folder.resolve().name
+        if name in drawn:
+            raise InputError(f"two folders are named {name!r}, but names of scenes must differ: rename one.")
+        drawn[name], displays[name] = read_stimulus(folder)
+        first = next(iter(displays))
+        if displays[name] != displays[first]:
+            raise InputError(
+                f"{name} is drawn for a display other than that of {first}: draw all with the same width, distance and "
+                "other display options."
+            )
+    if not drawn:
+        raise InputError("folders is empty, but must have the folder of a drawn stimulus: give one.")
+    return drawn, next(iter(displays.values()))

@@ -17,6 +17,7 @@ from PIL import Image
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
+from focalgradient.stimuli.controls import LIMITS
 from focalgradient.stimuli.folder import MANIFEST
 from focalgradient.stimuli.manifest import Manifest, StoredDisplay
 from focalgradient.tables import check_table
@@ -149,6 +150,16 @@ class StimulusSet:
     def scenes(self) -> tuple[str, ...]:
         """Names of the scenes."""
         return tuple(self.manifest["scenes"])
+
+    def summary(self) -> dict[str, Any]:
+        """Return the scenes, number of pictures, and worst value and limit of each control, as plain JSON."""
+        keys = ("worst", "limit", "met")
+        controls = {name: one for name, one in self.manifest["controls"].items() if name in LIMITS}
+        return {
+            "scenes": list(self.scenes),
+            "pictures": len({one.png for one in self.pictures}),
+            "controls": {name: {key: controls[name][key] for key in keys} for name in LIMITS if name in controls},
+        }
 
     def scene(self, name: str) -> ShownScene:
         """Return the named scene; `InputError` if there is none."""

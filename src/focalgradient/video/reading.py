@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self, TypeVar
+from typing import Any, Final, Literal, Self, TypeVar
 
 import cv2
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.files import opened, printable
+from focalgradient.srgb import srgb_to_linear
 from focalgradient.view import LUMINANCE
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "check_name",
     "luminance",
     "quiet",
+    "radiance_levels",
     "read_movie",
 ]
 
@@ -72,6 +74,15 @@ class Skipped:
     first: int
     last: int
     reason: str
+
+    def __str__(self) -> str:
+        """Return the frames and the reason, as a clause.
+
+        >>> str(Skipped(4, 5, "could not be decoded"))
+        'frames 4 to 5 could not be decoded'
+        """
+        frames = f"frame {self.first}" if self.first == self.last else f"frames {self.first} to {self.last}"
+        return f"{frames} {self.reason}"
 
 
 class Source:
@@ -185,6 +196,16 @@ def read_movie(path: str | os.PathLike[str]) -> Iterator[NDArray[Any]]:
 
 def _luma(colours: Grey) -> Grey:
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def radiance_levels(encoding: Literal["srgb", "linear"]) -> NDArray[np.float32]:
+    """Return the linear radiance, 0 to 1, of the 256 values that a video stores in this encoding.
+
+    >>> [round(float(radiance_levels(encoding)[128]), 3) for encoding in ("linear", "srgb")]
+    [0.502, 0.216]
+    """
+    shares = np.linspace(0, 1, 256, dtype=np.float32)
+    return shares if encoding == "linear" else srgb_to_linear(np.arange(256) / 255).astype(np.float32)
 
 
 def luminance(levels: NDArray[np.float32]) -> Callable[[Grey], Grey]:

@@ -5,11 +5,12 @@ asks for responses. No other subpackage imports the server's libraries (extra `w
 """
 
 from focalgradient.design.consent import Consent
-from focalgradient.web.application import application, page_is_built, run
+from focalgradient.web.application import application, check_page, run
 from focalgradient.web.collect import Collected, LeftOut, collect
-from focalgradient.web.export import export
+from focalgradient.web.export import export, labels_of
 from focalgradient.web.guard import Limits
 from focalgradient.web.lists import Lists
+from focalgradient.web.opening import browser_design, open_shared_study, open_study
 from focalgradient.web.people import People
 from focalgradient.web.study import Study
 
@@ -22,8 +23,12 @@ __all__ = [
     "People",
     "Study",
     "application",
+    "browser_design",
+    "check_page",
     "collect",
     "export",
-    "page_is_built",
+    "labels_of",
+    "open_shared_study",
+    "open_study",
     "run",
 ]

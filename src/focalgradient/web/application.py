@@ -32,7 +32,7 @@ from focalgradient.web.pictures import REFOCUSING, refocusing
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
 
-__all__ = ["application", "page_is_built", "run"]
+__all__ = ["application", "check_page", "run"]
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -73,9 +73,13 @@ class Headers:
         await self._app(scope, receive, with_headers if scope["type"] == "http" else send)
 
 
-def page_is_built() -> bool:
-    """Return whether the page's script exists: it is bundled when the package is built or set up."""
-    return (files("focalgradient.web") / "static" / "page.js").is_file()
+def check_page() -> None:
+    """Raise `InputError` unless the page's script exists, which is bundled when the package is built or set up."""
+    if not (files("focalgradient.web") / "static" / "page.js").is_file():
+        raise InputError(
+            "the page is not built: run 'python hatch_build.py' in the checkout with deno installed, or install a "
+            "wheel."
+        )
 
 
 def _static(name: str) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import html
 import json
+import re
 import shutil
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
@@ -19,10 +20,10 @@ from urllib.parse import quote
 from focalgradient.errors import InputError
 from focalgradient.files import existing, printable, staged
 from focalgradient.tasks import task_named
-from focalgradient.web.lists import Lists, digest_of
+from focalgradient.web.lists import Lists, check_completion, digest_of
 from focalgradient.web.pictures import REFOCUSING, refocusing
 
-__all__ = ["PLATFORMS", "export"]
+__all__ = ["PLATFORMS", "export", "labels_of"]
 
 PLATFORMS = {"jatos": "jatos.html", "datapipe": "datapipe.html", "pavlovia": "index.html"}
 """Page of each platform. Pavlovia opens index.html."""
@@ -35,6 +36,21 @@ POLICY = (
     "connect-src 'self'{connect}; base-uri 'none'; form-action 'none'"
 )
 """Content security policy, as for the server's page. JATOS gets none, so that its own script works in every version."""
+
+
+def labels_of(participants: str) -> list[str]:
+    """Return the labels of participants 1 to N, or A to B for "A-B", as the server would assign them.
+
+    >>> labels_of("101-103")
+    ['101', '102', '103']
+    """
+    found = re.fullmatch(r"(?:([0-9]{1,5})-)?([0-9]{1,5})", participants)
+    first, last = (int(found[1] or 1), int(found[2])) if found else (0, 0)
+    if not 1 <= first <= last < first + 10_000:
+        raise InputError(
+            f"participants is {participants!r}, but must be a number up to 10000, or a range such as 101-150."
+        )
+    return [f"{number:03}" for number in range(first, last + 1)]
 
 
 def export(
@@ -68,8 +84,11 @@ def export(
     Raises
     ------
     InputError
-        If the folder is not empty, or cannot be written.
+        If the folder is not empty, or cannot be written, or an address or ID is invalid.
     """
+    check_completion(completion)
+    if datapipe is not None and not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", datapipe):
+        raise InputError(f"datapipe is {datapipe!r}, but must be an ID of letters and digits.")
     if task_named(lists.design.task).adapts:
         raise InputError(
             f"{lists.design.task} is adaptive and needs a server: use focalgradient "

@@ -33,7 +33,7 @@ from focalgradient.web.pictures import (
     standard,
 )
 
-__all__ = ["Lists", "digest_of"]
+__all__ = ["Lists", "check_completion", "digest_of"]
 
 
 class Lists:
@@ -189,6 +189,12 @@ class Lists:
         files, entry = own_trial(task_named(design.task), design, trial, self.words, self._display)
         self.drawings |= files
         return entry
+
+
+def check_completion(completion: str | None) -> None:
+    """Raise `InputError` unless `completion`, to which participants are redirected, is None or an address."""
+    if completion is not None and not completion.startswith(("https://", "http://")):
+        raise InputError(f"completion is {completion!r}, but must be an address that starts with https://.")
 
 
 def digest_of(trials: Sequence[Trial]) -> str:

@@ -26,7 +26,7 @@ from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
-from focalgradient.web.lists import Lists
+from focalgradient.web.lists import Lists, check_completion
 from focalgradient.web.messages import Begin, Given, Join, Next, Who
 from focalgradient.web.people import Roster
 from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
@@ -96,6 +96,7 @@ class Study:
         gamma: bool = False,
         open_link: bool = True,
     ):
+        check_completion(completion)
         self.design, self.data, self.people = design, data, people
         self.completion, self.open_link = completion, open_link
         self.store: Store = Local(data) if store is None else store

@@ -1,0 +1,108 @@
+"""Messages in terms of the command line: options instead of parameters, one clause on wrong usage."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+
+import click
+
+from focalgradient.errors import InputError, nearest, one_line
+from focalgradient.files import printable
+
+__all__ = ["missing", "options_named", "sentences", "usage", "with_options"]
+
+OPTIONS = {
+    "(align=True)": "(--align)",
+    "(calibration)": "(--calibration)",
+    "(crop=True)": "(--align)",
+    "(f_number, focus_distance)": "(--f-number, --focus-distance)",
+    "(focus_distance)": "(--focus-distance)",
+    "(near, far)": "(--near, --far)",
+    "(calibrate_camera, method='edges')": "(focalgradient calibrate --method edges)",
+    "(give focus_distances_m once": "(give --focus-distance once",
+    "(vergence of the screen)": "(--screen-at)",
+}
+"""Parameters in the library's messages, and the corresponding options."""
+
+NUMBERS = {"integer": "a whole number", "float": "a number"}
+"""Types of numbers in click's messages, and the words for them here."""
+
+_ENTRY = re.compile(r'\b(\w+)=\{"([^"]*)": "([^"]*)"\}')
+"""Pattern of an entry of a mapping parameter in the library's messages: columns={"rating": "NAME"}."""
+
+
+@contextmanager
+def options_named(names: Mapping[str, str]) -> Iterator[None]:
+    """Replace the library's parameters in `InputError` messages by the options in `names`.
+
+    An entry of a mapping, columns={"rating": "NAME"}, becomes --columns rating=NAME.
+    """
+    try:
+        yield
+    except InputError as error:
+        words = _ENTRY.sub(r"--\1 \2=\3", str(error))
+        if names:
+            words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
+        raise InputError(words) from error
+
+
+def sentences(options: Mapping[str, str]) -> dict[str, str]:
+    """Return words for `options_named`: a one-word parameter stands for its option only where a sentence begins."""
+    words = {name: option for name, option in options.items() if "_" in name}
+    return words | {f"{name} {verb}": f"{option} {verb}" for name, option in options.items() for verb in ("is", "has")}
+
+
+def with_options(sentence: str) -> str:
+    """Return a message of the library on one line, with options instead of parameters."""
+    words = one_line(sentence)
+    for parameter, option in OPTIONS.items():
+        words = words.replace(parameter, option)
+    words = re.sub(r"\bpsf='(\w+)', k=([\d.]*\d)", r"--psf \1 --k \2", words)
+    return re.sub(r"\b(psf|method)='(\w+)'", r"--\1 \2", words)
+
+
+def usage(message: str) -> str:
+    """Return click's message on wrong usage as one clause.
+
+    >>> usage("No such command 'dpeth'. Did you mean 'depth'?")
+    "No such command 'dpeth' (did you mean 'depth'?)"
+    >>> usage("Invalid value for '--size': '33x32' is not a valid integer range.")
+    "Invalid value for '--size': '33x32' is not a whole number"
+    >>> usage("Invalid value for '--f-number': 'f/5.6' is not a valid float.")
+    "Invalid value for '--f-number': 'f/5.6' is not a number (write 5.6)"
+    >>> usage("Invalid value for '--method': 'edge' is not one of 'equalise', 'edges'.")
+    "Invalid value for '--method': 'edge' is not one of 'equalise', 'edges' (did you mean edges?)"
+    """
+    clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
+    clause = clause.replace("did you mean one of: ", "did you mean one of ")
+    clause = re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+    clause = re.sub(r"not in the range ([0-9.]+)<=x<=([0-9.]+)$", r"not between \1 and \2", clause)
+    clause = re.sub(r"not in the range x>=([0-9.]+)$", r"not \1 or more", clause)
+    if found := re.search(r"'([^']*)' is not one of ('.*')$", clause):
+        like = nearest(found[1], found[2].strip("'").split("', '"))
+        return clause if like is None else f"{clause} (did you mean {like}?)"
+    if found := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
+        return f"{clause} (write {found[2]})" if found[1] else f"{clause} (write it without its unit)"
+    return clause
+
+
+def missing(error: click.MissingParameter) -> str:
+    """Return the message on a missing parameter, with a given file that does not exist or an example of the help."""
+    clause = usage(error.format_message())
+    if error.ctx is None or error.param is None:
+        return clause
+    for argument in error.ctx.command.params:
+        if isinstance(argument, click.Argument) and isinstance(argument.type, click.Path):
+            given = error.ctx.params.get(str(argument.name)) or ()
+            for path in given if isinstance(given, tuple) else (given,):
+                with suppress(OSError, ValueError):  # reported when it is opened
+                    if not os.path.lexists(path):
+                        return f"{printable(path)} does not exist ({clause[0].lower()}{clause[1:]})"
+    lines = re.sub(r"\\\n\s*", "", error.ctx.command.help or "").splitlines()
+    wanted = f" {error.param.opts[0]} " if isinstance(error.param, click.Option) else ""
+    calls = [line.strip() for line in lines if line.strip().startswith(f"{error.ctx.command_path} ")]
+    example = min((call for call in calls if wanted in call), key=len, default=None)
+    return clause if example is None else f"{clause}, as in '{example}'"

@@ -1,0 +1,116 @@
+"""Pictures of known depth as seen through optics: what `Viewing` adds to the functions that it calls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from focalgradient import Eye, InputError, Lens
+from focalgradient.display import Display
+from focalgradient.eye import chromatic_stimulus, parts_needed, retinal_image
+from focalgradient.photographs import DepthPicture, depth_pairs, picture_of
+from focalgradient.psf import Disc
+from focalgradient.render import blur_picture
+from focalgradient.stimuli import Viewing, viewed_files, with_frames
+
+ANGLE = math.radians(1 / 60)
+
+
+def picture(channels: int = 3) -> DepthPicture:
+    random = np.random.default_rng(3)
+    light = random.uniform(0, 1, (32, 48, channels)).astype(np.float32).squeeze()
+    metres = np.where(np.arange(48) < 24, 1.0, 2.0) * np.ones((32, 1))
+    return DepthPicture("room", picture_of(light, "linear"), metres, 0.0, ANGLE)
+
+
+def test_light_in_one_focus_is_that_of_blur_picture() -> None:
+    shown, lens = picture(), Lens(0.05, 20.0, 1.0)
+    seen = Viewing(lens).see(shown)
+    expected = blur_picture(shown.light, shown.metres, lens, pixel_angle=ANGLE)
+    np.testing.assert_array_equal(seen.light, expected)
+    assert seen.largest_blur_px == pytest.approx(0.0025 / 2 * 0.5 / ANGLE)
+    assert seen.residuals is None
+
+
+def test_grey_pictures_gain_the_colours_of_an_eye() -> None:
+    shown, eye = picture(1), Eye(0.003, 1.0)
+    seen = Viewing(eye, chromatic=True, wavelengths=3).see(shown)
+    colours = np.repeat(shown.light[..., None], 3, axis=2)
+    np.testing.assert_array_equal(
+        seen.light, retinal_image(colours, shown.metres, eye, pixel_angle=ANGLE, wavelengths=3)
+    )
+
+
+def test_the_number_of_wavelengths_includes_the_screen() -> None:
+    """A screen that is out of focus needs as many as a surface there."""
+    shown, eye = replace(picture(), metres=np.ones((32, 48))), Eye(0.005, 1.0)
+    alike, near = (Viewing(eye, chromatic=True, screen=metres).resolved(shown).foci for metres in (1.0, 0.5))
+    assert (alike, near) == (5, parts_needed([0.5, 1.0], eye, pixel_angle=ANGLE))
+    assert alike < near
+
+
+def test_without_spectra_red_green_and_blue_have_one_focus_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("focalgradient.stimuli.viewing.find_spec", lambda name: None)
+    shown, eye = picture(), Eye(0.004, 1.0)
+    viewing = Viewing(eye, chromatic=True)
+    with pytest.warns(match="colour-science is not installed"):
+        seen = viewing.see(shown)
+    assert viewing.foci == 3
+    blue = blur_picture(shown.light[..., 2], shown.metres, eye.in_light(464.0), pixel_angle=ANGLE)
+    np.testing.assert_array_equal(seen.light[..., 2], blue)
+
+
+def test_what_a_display_shows_is_in_the_units_of_the_picture() -> None:
+    shown, eye = picture(), Eye(0.004, 1.0)
+    seen = Viewing(eye, chromatic=True, wavelengths=3, screen=1.0, white=2.0).see(shown)
+    how: dict[str, Any] = {"screen": 1.0, "pixel_angle": ANGLE, "wavelengths": 3}
+    found = chromatic_stimulus(shown.light / 2, shown.metres, eye, **how)
+    np.testing.assert_allclose(seen.light, 2 * found.shown, rtol=1e-6)
+    assert seen.residuals is not None
+    assert seen.residuals["residual"] == list(found.residual)
+
+
+def test_the_files_of_each_viewing_and_their_record() -> None:
+    shown = picture()
+    through = [Viewing(Lens(0.05, 20.0, metres), white=0.5) for metres in (1.0, 2.0)]
+    with pytest.warns(match="brighter than white and are clipped in the PNG: give a larger white"):
+        files, facts = viewed_files(
+            shown, {"near": through[0], "far": through[1]}, Display(), lambda share, words: None
+        )
+    assert [*files] == ["near.png", "near.npy", "far.png", "far.npy"]
+    assert facts["picture"] == "room"
+    assert facts["size_px"] == [48, 32]
+    assert facts["pixel_arcmin"] == pytest.approx(1)
+    assert facts["distance_m"] == [1.0, 2.0]
+    assert len(facts["largest_blur_px"]) == 2
+    assert "wavelengths" not in facts
+
+
+@pytest.mark.parametrize(
+    ("optics", "given", "said"),
+    [
+        (Eye(0.004, 1.0), {"wavelengths": 5}, "wavelengths is the number of wavelength samples of chromatic"),
+        (Eye(0.004, 1.0), {"illuminant": "A"}, "illuminant requires surfaces seen in colour: add chromatic"),
+        (Eye(0.004, 1.0), {"screen": 1.0}, "screen requires an eye and a display at focus"),
+        (Lens(0.05, 2.0, 1.0), {"chromatic": True}, "chromatic is the chromatic aberration of an eye"),
+        (Eye(0.004, 1.0), {"chromatic": True, "screen": math.inf}, "a finite focus"),
+        (Eye(0.004, 1.0), {"psf": Disc()}, "psf is the shape of a lens's blur, but an eye has its own"),
+    ],
+)
+def test_contradictions_are_refused(optics: Any, given: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Viewing(optics, **given)
+
+
+def test_pictures_of_a_folder_come_without_frames(tmp_path: Path) -> None:
+    for folder, end in (("pictures", "png"), ("depths", "npy")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"a.{end}").touch()
+    pairs = depth_pairs(tmp_path / "pictures", tmp_path / "depths")
+    assert pairs == [(tmp_path / "pictures" / "a.png", tmp_path / "depths" / "a.npy", "a")]
+    assert [*with_frames(pairs)] == [(pairs[0], None)]
