@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from focalgradient.cli import main
-from focalgradient.cli.program import announce, json_option, show
+from focalgradient.cli.program import JSON_OPTION, announce, show
 
 NO_RESULT = {"run", "serve", "trials"}
 """Commands whose result is a data set that a person makes."""
@@ -103,8 +103,7 @@ def test_the_shell_completes_commands_options_and_choices():
         assert f"plain,{expected}" in result.stdout
 
 
-@click.command()
-@json_option
+@click.command(params=[JSON_OPTION])
 def found() -> None:
     show({"share": np.float64(0.5), "nothing": float("nan")}, "Share: 0.5", "Nothing.")
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import platform
 import time
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,6 +15,7 @@ from focalgradient.cli.program import (
     announce,
     resumable,
     show,
+    software_versions,
     summary_json,
     warnings_given,
     writable,
@@ -156,7 +155,7 @@ def blur(
         display, angle = _display(display_file, screen, screen_width, distance, gamma)
         lenses, shape = [optics.focused(1 / metres) for metres in focus], psf.shape_or_none()
         how: dict[str, Any] = {"chromatic": chromatic, "wavelengths": wavelengths, "illuminant": illuminant}
-        how |= {"age": optics.person["age"], "white": white}
+        how |= {"age": optics.person.age, "white": white}
         through = [
             Viewing(lens, shape, screen=metres if to_show else None, **how)
             for lens, metres in zip(lenses, focus, strict=True)
@@ -194,8 +193,7 @@ def blur(
         "settings": settings,
         "pictures": found,
         "warnings": [*early, *said],
-        "versions": {name: version(name) for name in ("focalgradient", "numpy", "numba")}
-        | {"python": platform.python_version()},
+        "versions": software_versions("numpy", "numba"),
         "seconds": time.perf_counter() - start,
     }
     last = {"summary.json": summary_json(summary)}

@@ -12,8 +12,7 @@ from typing import Annotated, Any
 
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
 from focalgradient.cli.generate import Folder, command, options_named
-from focalgradient.cli.groups import Limits, Optics, Workers
-from focalgradient.cli.options import GIVEN
+from focalgradient.cli.groups import GIVEN, Limits, Optics, Workers
 from focalgradient.cli.program import (
     announce,
     nothing_valid,

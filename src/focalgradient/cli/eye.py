@@ -17,7 +17,7 @@ import numpy as np
 
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import Work, Workers
-from focalgradient.cli.person import Person, described_eye
+from focalgradient.cli.person import Person, eye_of
 from focalgradient.cli.program import (
     announce,
     nothing_valid,
@@ -35,7 +35,7 @@ from focalgradient.files import printable
 from focalgradient.quantities import DIOPTRES
 
 if TYPE_CHECKING:
-    from focalgradient.eye import Eye, TargetMotion, Viewing
+    from focalgradient.eye import Eye, TargetMotion, ViewingConditions
     from focalgradient.eye.accommodation import Cue
 
 __all__ = ["eye"]
@@ -226,14 +226,13 @@ def eye(
         settings |= place | ({"scatter": True} if scatter else {})
         writable(out, QUALITY_FILES if scene is None else SCENE_FILES)
 
-        def subject() -> tuple[Eye, Viewing]:
-            from focalgradient.eye import Viewing, read_eye
+        def subject() -> tuple[Eye, ViewingConditions]:
+            from focalgradient.eye import ViewingConditions
 
-            viewing = Viewing(illuminant, person.age, scatter, **place)
-            own = described_eye(person, pupil, accommodation) if eye_file is None else read_eye(eye_file, accommodation)
-            seeing = viewing.off_axis(own, person.periphery)
+            conditions = ViewingConditions(illuminant, person.age, scatter, **place)
+            seeing = conditions.off_axis(eye_of(person, eye_file, pupil, accommodation), person.periphery)
             settings["pupil_mm"] = 1e3 * seeing.pupil_diameter
-            return seeing, viewing
+            return seeing, conditions
 
         if scene is None:
             work = partial(_through_focus, subject, settings)
@@ -251,7 +250,7 @@ def eye(
     nothing_valid(result.record.get("details", {}).get("rejected"))
 
 
-def _depth(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any], workers: Work) -> _Result:
+def _depth(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[str, Any], workers: Work) -> _Result:
     """Recover the depth of a scene from the views of an eye."""
     seed, cue = settings["seed"], CUES[settings["views"]]
     with progress(STAGES) as say, workers.shared() as executor:
@@ -263,12 +262,12 @@ def _depth(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any],
         from focalgradient.scenes import scene_about
         from focalgradient.video import write_light
 
-        (seeing, viewing), course = subject(), Oscillation(settings["amplitude_D"])
+        (seeing, conditions), course = subject(), Oscillation(settings["amplitude_D"])
         field = SHAPE[1] * PIXEL_ANGLE
         scene = scene_about(settings["scene"], settings["accommodation_D"], field=field, seed=seed)
         frame: dict[str, Any] = {"shape": SHAPE, "pixel_angle": PIXEL_ANGLE, "seed": seed, "executor": executor}
         assumed: dict[str, Any] = {"correlation": CORRELATION, "noise": NOISE, "samples": SAMPLES}
-        seen = compared_views(scene, seeing, cue, viewing=viewing, course=course, **assumed, **frame)
+        seen = compared_views(scene, seeing, cue, conditions=conditions, course=course, **assumed, **frame)
         named = {name: one.view for name, one in seen.items()}
         result = recover_depth([*named.values()], progress=lambda share, words: say(words))
         say("filming")
@@ -278,7 +277,7 @@ def _depth(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any],
         truth = next(iter(seen.values())).distance
         figure = eye_depth_figure(named, result, truth)
         times = np.linspace(0, 1, 201)
-        mean = {band: seeing.accommodation - viewing.light(band).difference() for band in ("L+M", "S")}
+        mean = {band: seeing.accommodation - conditions.light(band).difference() for band in ("L+M", "S")}
         focus = {band: value + course.at(times) for band, value in mean.items()}
         focus_drawn = focus_figure(times, focus, () if cue == "bands" else EXTREMES_S)
         found = score(result.vergence, result.valid, truth, seeing.accommodation)
@@ -306,14 +305,14 @@ def _depth(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any],
     )
 
 
-def _through_focus(subject: Callable[[], tuple[Eye, Viewing]], settings: dict[str, Any]) -> _Result:
+def _through_focus(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[str, Any]) -> _Result:
     """Compute the image quality of an eye in white light against the target's vergence."""
     from focalgradient.eye import image_quality, point_images
     from focalgradient.eye.quality import PIXEL_ANGLE as POINT_ANGLE
     from focalgradient.plotting.eye import through_focus_figure
 
-    seeing, viewing = subject()
-    cones = viewing.cones(seeing, "luminance")
+    seeing, conditions = subject()
+    cones = conditions.cones(seeing, "luminance")
     quality = image_quality(cones)
     figure = through_focus_figure(quality, point_images(cones, quality.best), POINT_ANGLE, _stated(settings))
     found = {"focus_D": cones.focus_vergence, **quality.summary()}

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from focalgradient.display import Display
 
 __all__ = [
+    "GIVEN",
     "SERVER",
     "SESSION_S",
     "STORE",
@@ -35,6 +36,17 @@ STORE = ("the store", "store", "psycopg")
 
 SESSION_S = 0.04
 """Time of checking a session of about 400 trials, in s on one core."""
+
+GIVEN = {
+    "focal_length": ("--focal-length", "mm"),
+    "f_number": ("--f-number", ""),
+    "focus_distance": ("--focus-distance", "m"),
+    "pixel_pitch": ("--pixel-pitch", "um"),
+    "pupil_diameter": ("--pupil", "mm"),
+    "near": ("--near", "m"),
+    "far": ("--far", "m"),
+}
+"""Options of optics with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
 
 SCREEN = {"pixel_pitch": ("--pixel-pitch", "um"), "distance": ("--distance", "m"), "width": ("--screen-width", "cm")}
 """Options of a display with their units, by the library's parameter."""

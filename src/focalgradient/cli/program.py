@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 import click
 import numpy as np
@@ -36,13 +36,13 @@ from focalgradient.files import (
 from focalgradient.progress import Progress
 
 __all__ = [
+    "FORCE_OPTION",
+    "JSON_OPTION",
     "KEPT",
     "Program",
     "Terminated",
     "announce",
     "fail",
-    "force_option",
-    "json_option",
     "nothing_valid",
     "placing",
     "progress",
@@ -78,8 +78,6 @@ JSON = "focalgradient.json"
 
 FORCE, WRITTEN = "focalgradient.force", "focalgradient.written"
 """Keys in a command's context: whether foreign files may be replaced, and which outputs have been written."""
-
-Command = TypeVar("Command", bound=Callable[..., Any])
 
 RESEND_S = 0.05
 """Delay in s after which a signal that was lost in a destructor is sent again."""
@@ -240,18 +238,6 @@ FORCE_OPTION = click.Option(
     help="Also replace files that this command did not write, but never its inputs.",
 )
 """Option with which `writable` allows foreign files to be replaced."""
-
-
-def json_option(command: Command) -> Command:
-    """Add `JSON_OPTION`."""
-    command.__dict__.setdefault("__click_params__", []).append(JSON_OPTION)
-    return command
-
-
-def force_option(command: Command) -> Command:
-    """Add `FORCE_OPTION`."""
-    command.__dict__.setdefault("__click_params__", []).append(FORCE_OPTION)
-    return command
 
 
 def show(result: Mapping[str, Any] | None, *lines: str) -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
@@ -14,9 +14,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import Parameter, Psf, names, shape_class
 from focalgradient.psf.registry import SHAPES
 
-__all__ = ["AUTO_SHAPE", "ShapeAsked", "ShapedCommand", "shape_options", "shape_parameters"]
-
-Command = TypeVar("Command", bound=Callable[..., Any])
+__all__ = ["AUTO_SHAPE", "ShapeAsked", "ShapedCommand", "shape_parameters"]
 
 PREFIX = "psf_parameter_"
 """Prefix of these options' values among a command's parameters, before `ShapedCommand` collects them."""
@@ -76,7 +74,7 @@ AUTO_SHAPE = ShapeAsked(AUTO.name, {})
 
 
 class ShapedCommand(click.Command):
-    """Command with the options of `shape_options`, which its function receives as a `ShapeAsked` named psf."""
+    """Command with the options of `shape_parameters`, which its function receives as a `ShapeAsked` named psf."""
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Return the parameters, including those of shapes that other installed packages add."""
@@ -127,16 +125,6 @@ def shape_parameters(help: str, default: str = AUTO.name) -> list[click.Paramete
     kind = _ShapeName(default == AUTO.name)
     psf = click.Option(["--psf"], type=kind, default=default, show_default=True, help=help)
     return [psf, *_parameter_options(SHAPES, set())]
-
-
-def shape_options(help: str, default: str = AUTO.name) -> Callable[[Command], Command]:
-    """Add the options of `shape_parameters`."""
-
-    def add(command: Command) -> Command:
-        command.__dict__.setdefault("__click_params__", []).extend(reversed(shape_parameters(help, default)))
-        return command
-
-    return add
 
 
 def _parameters(name: str) -> tuple[Parameter, ...]:

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import click
 
 from focalgradient.cli.generate import Given, command, options_named
-from focalgradient.cli.options import GIVEN
+from focalgradient.cli.groups import GIVEN
 from focalgradient.cli.program import (
     announce,
     nothing_valid,

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import click
 
-from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.generate import File, Given
 from focalgradient.cli.groups import OF_DEPTH, DepthFile
-from focalgradient.cli.person import has_natural_pupil, is_person, person_options
+from focalgradient.cli.person import PERSON, eye_of
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.quantities import APERTURE_RATIO, DEGREES, METRES, MICROMETRES, MILLIMETRES
@@ -66,7 +65,7 @@ class Through:
     focal_length: Annotated[float | None, MILLIMETRES] = None
     pupil: Annotated[float | None, MILLIMETRES] = None
     eye_file: Annotated[File | None, "--eye"] = None
-    person: Mapping[str, Any] = field(default_factory=dict)
+    person: Any = None
 
     @property
     def is_lens(self) -> bool:
@@ -77,9 +76,8 @@ class Through:
         """Return the lens or eye, focused at a vergence (D)."""
         from focalgradient.optics import Lens
 
-        options = {"pupil": self.pupil, "eye_file": self.eye_file, **self.person}
-        pupil = self.pupil is not None or has_natural_pupil(options)
-        if is_person(options) and (self.is_lens or self.eye_file is not None or not pupil):
+        pupil = self.pupil is not None or self.person.has_natural_pupil
+        if not self.person.is_empty and (self.is_lens or self.eye_file is not None or not pupil):
             raise InputError(
                 "--refraction, --correction, --age, --luminance, --aberrations and --zones describe an eye: give its "
                 "--pupil, or --luminance, --refraction or --age for its natural pupil, and no other optics."
@@ -90,7 +88,7 @@ class Through:
                 "exactly one of the three."
             )
         if not self.is_lens:
-            return eye_of(options, vergence)
+            return eye_of(self.person, self.eye_file, self.pupil, vergence)
         if self.f_number is None or self.focal_length is None:
             raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
         return Lens(1e-3 * self.focal_length, self.f_number, 1 / vergence if vergence > 0 else math.inf)
@@ -101,13 +99,12 @@ class _LensOrEye(Given):
 
     def parameters(self) -> dict[str, list[click.Parameter]]:
         """Return the options of each parameter."""
-        person = click.command()(person_options(lambda **_: None)).params
-        return super().parameters() | {str(one.name): [one] for one in person}
+        return super().parameters() | PERSON.parameters()
 
     def value(self, given: dict[str, Any]) -> Through:
         """Return the optics for values by parameter."""
         own = {name: given.pop(name) for name in ("f_number", "focal_length", "pupil", "eye_file")}
-        return Through(**own, person=given)
+        return Through(**own, person=PERSON.value(given))
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.two_eyes import TwoEyes
 from focalgradient.eye.typical import typical_aberrations
-from focalgradient.eye.viewing import EXTREMES_S, Viewing, compared_views
+from focalgradient.eye.viewing import EXTREMES_S, ViewingConditions, compared_views
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 from focalgradient.eye.zones import ZonedLens
@@ -114,7 +114,7 @@ __all__ = [
     "TimeCourse",
     "Track",
     "TwoEyes",
-    "Viewing",
+    "ViewingConditions",
     "ZernikePopulation",
     "ZonedLens",
     "accommodate",

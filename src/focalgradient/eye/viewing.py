@@ -20,14 +20,14 @@ from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.views import SceneInput, eye_views
 from focalgradient.render import Rendered
 
-__all__ = ["EXTREMES_S", "Viewing", "compared_views"]
+__all__ = ["EXTREMES_S", "ViewingConditions", "compared_views"]
 
 EXTREMES_S = (0.125, 0.375)
 """Times in seconds of the extremes of an oscillation at 2 Hz, 250 ms apart."""
 
 
 @dataclass(frozen=True, slots=True)
-class Viewing:
+class ViewingConditions:
     """Conditions under which an eye sees.
 
     Parameters
@@ -43,7 +43,7 @@ class Viewing:
 
     Examples
     --------
-    >>> old = Viewing(age=70, eccentricity_deg=10.0)
+    >>> old = ViewingConditions(age=70, eccentricity_deg=10.0)
     >>> round(old.cones(Eye(0.004, 1.0), "L+M").finest_cpd, 1), round(old.off_axis(Eye(0.004, 1.0)).focus_vergence, 2)
     (8.0, 0.98)
     """
@@ -83,7 +83,7 @@ def compared_views(
     shape: tuple[int, int],
     pixel_angle: float,
     *,
-    viewing: Viewing | None = None,
+    conditions: ViewingConditions | None = None,
     course: TimeCourse | None = None,
     times: Sequence[float] = EXTREMES_S,
     correlation: float = 0.95,
@@ -99,10 +99,10 @@ def compared_views(
     scene, shape, pixel_angle, correlation, noise, samples, seed, executor
         As for `eye_views`.
     eye
-        The eye at the mean of the course, at its place in the visual field (`Viewing.off_axis`).
+        The eye at the mean of the course, at its place in the visual field (`ViewingConditions.off_axis`).
     cue
         "bands": L and M cones together and S cones at one moment; "moments": L and M cones at `times`; or "both".
-    viewing
+    conditions
         By default the fovea in daylight.
     course, times
         Course of accommodation, by default `Oscillation`, and the moments (s) seen of it.
@@ -118,12 +118,12 @@ def compared_views(
     >>> [*seen]
     ['L+M at 125 ms', 'S at 125 ms', 'L+M at 375 ms', 'S at 375 ms']
     """
-    viewing, moments = viewing or Viewing(), {"": eye}
+    conditions, moments = conditions or ViewingConditions(), {"": eye}
     if cue != "bands":
         eyes = eye.through(times, course or Oscillation())
         moments = {f" at {1e3 * time:.0f} ms": one for time, one in zip(times, eyes, strict=True)}
     bands: tuple[Band, ...] = ("L+M",) if cue == "moments" else ("L+M", "S")
-    cones = {f"{band}{moment}": viewing.cones(one, band) for moment, one in moments.items() for band in bands}
+    cones = {f"{band}{moment}": conditions.cones(one, band) for moment, one in moments.items() for band in bands}
     views = eye_views(
         scene,
         [*cones.values()],
