@@ -30,7 +30,7 @@ ROOMS = {
     "psf": {"errors"},
     "view": {"errors", "optics", "plausibility"},
     "depth": {"errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities", "view"},
-    "scenes": {"errors", "parallel"},
+    "scenes": {"errors", "parallel", "quantities"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {
         *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities"),
@@ -43,7 +43,7 @@ ROOMS = {
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plausibility"),
-        *("plotting", "progress", "psf", "render", "scenes", "tables", "tasks", "video"),
+        *("plotting", "progress", "psf", "quantities", "render", "scenes", "tables", "tasks", "video"),
     },
     "tables": {"errors", "files"},
     "scales": {"errors"},

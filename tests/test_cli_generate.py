@@ -20,7 +20,7 @@ from focalgradient.cli.generate import Folder, Given, Made, command
 from focalgradient.cli.groups import DepthFile, Limits, Optics, Screen, Workers, screen_size
 from focalgradient.cli.shapes import ShapeAsked
 from focalgradient.errors import InputError
-from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
+from focalgradient.quantities import ARCMIN, DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 
 @dataclass(frozen=True)
@@ -221,6 +221,14 @@ def test_a_type_that_a_command_line_cannot_give_is_refused_by_name():
     with pytest.raises(TypeError, match="focal_lenght"):
         _ = misspelt.params
     assert received(unasked) == "None"
+
+
+def test_units_are_converted_as_everywhere_else():
+    """A set of pictures continues only with exactly its own settings."""
+    assert [n for n in (0.7, 1.5, 3.0, 6.0) if ARCMIN.si.value(n, "width") != math.radians(n / 60)] == []
+    assert [n for n in (0.7, 1.5, 3.0, 8.0) if DEGREES.si.value(n, "edge") != math.radians(n)] == []
+    assert [n for n in (0.7, 12.0, 35.0) if MILLIMETRES.si.value(n, "aperture") != 1e-3 * n] == []
+    assert ARCMIN.value(3.0, "width") == 3.0
 
 
 @given(st.integers(1, 9999), st.integers(1, 9999))

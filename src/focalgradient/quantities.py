@@ -48,6 +48,8 @@ class Quantity:
         Whether infinity is allowed.
     hint
         Remedy that messages add for a value out of bounds.
+    in_si, parts
+        The unit is a `parts`-th of `in_si` in SI units; divided first, 3 arcmin are exactly 3 / 60 degrees.
 
     Examples
     --------
@@ -66,6 +68,7 @@ class Quantity:
     infinite: bool = False
     hint: str = ""
     in_si: float = 1.0
+    parts: int = 1
 
     @property
     def si(self) -> Quantity:
@@ -91,7 +94,7 @@ class Quantity:
             raise InputError(
                 f"{name} is {given:g}, but must be a number{unit} from {self.least:g} to {self.most:g}{self.hint}."
             )
-        return given if self.scale == 1 else given * self.scale
+        return given if self.scale == 1 else given / self.parts * self.scale
 
 
 POSITIVE = Quantity()
@@ -100,7 +103,7 @@ CENTIMETRES = Quantity("cm", "centimetres", in_si=1e-2)
 MILLIMETRES = Quantity("mm", "millimetres", in_si=1e-3)
 MICROMETRES = Quantity("um", "micrometres", in_si=1e-6)
 DEGREES = Quantity("deg", "degrees", in_si=math.radians(1))
-ARCMIN = Quantity("arcmin", "arcmin", in_si=math.radians(1 / 60))
+ARCMIN = Quantity("arcmin", "arcmin", in_si=math.radians(1), parts=60)
 DIOPTRES = Quantity("D", "dioptres")
 PIXELS = Quantity("px", "pixels")
 LUMINANCE = Quantity("cd_m2", "cd/m^2")

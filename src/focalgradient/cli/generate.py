@@ -249,7 +249,8 @@ def _default(given: Any, quantity: Quantity | None, several: bool) -> dict[str, 
         return {}
     parts = given if isinstance(given, tuple) else (given,)
     if quantity is not None and quantity.scale != 1:
-        parts = tuple(float(f"{one / quantity.scale:.12g}") for one in parts)  # without the rounding of the division
+        # Without the rounding of the division.
+        parts = tuple(float(f"{one * quantity.parts / quantity.scale:.12g}") for one in parts)
     if several:
         return {"default": parts}
     words = [f"{one:g}" if isinstance(one, float) else str(one) for one in parts]

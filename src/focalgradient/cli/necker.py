@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import re
 from contextlib import suppress
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from focalgradient.cli.generate import Folder, command, options_named
+from focalgradient.cli.generate import Folder, Given, Made, command, options_named
 from focalgradient.cli.groups import Screen, Workers
 from focalgradient.cli.program import KEPT, resumable, show, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.quantities import ARCMIN, DEGREES, MILLIMETRES, POSITIVE
+from focalgradient.scenes import NeckerCube
 
 __all__ = ["necker", "side"]
 
@@ -34,16 +33,19 @@ def side(option: str, given: str) -> int:
 def necker(
     *,
     out: Folder,
-    gradient: tuple[Literal["none", "rigid", "nonrigid"], ...] = (),
+    how: Annotated[
+        dict[str, Any],
+        Given(
+            "focalgradient.stimuli:make_necker",
+            {"gradients": "--gradient"},
+            only=("gradients", "frame_rate", "aperture", "focus"),
+        ),
+    ],
+    cube: Annotated[
+        NeckerCube,
+        Made(NeckerCube, {"size": "--edge"}, only=("size", "perspective", "direction", "speed", "line_width")),
+    ],
     size: Annotated[Any, side, "PX"] = 640,
-    edge: Annotated[float, DEGREES.si] = math.radians(8),
-    perspective: Annotated[float, POSITIVE, "P"] = 0.4,
-    direction: Literal["right", "left"] = "right",
-    speed: Annotated[float, POSITIVE.between(1e-3, 100), "T"] = 0.125,
-    frame_rate: Annotated[float, POSITIVE.between(1, 1000), "HZ"] = 60.0,
-    line_width: Annotated[float, ARCMIN.si] = math.radians(3 / 60),
-    aperture: Annotated[float, MILLIMETRES.si] = 0.012,
-    focus: Literal["near", "far"] = "near",
     workers: Workers,
     display: Screen,
 ) -> None:
@@ -62,34 +64,13 @@ def necker(
     ----------
     out
         Folder for the frames.
-    gradient
-        Depth with which the blur is consistent: none; the cube's; that of its depth reversal, which favours the
-        nonrigid percept. Repeatable.  [default: all three]
     size
         Width and height of the frames.
-    edge
-        Visual angle of an edge.
-    perspective
-        Strength of perspective: edge of the cube / distance of its centre.
-    direction
-        Direction in which the near side moves.
-    speed
-        Turns per second.
-    frame_rate
-        Frames per second.
-    line_width
-        Full width at half maximum of a sharp line.
-    aperture
-        Strength of the gradient: the aperture of a lens half a metre from the cube.
-    focus
-        Which end of the cube is in focus.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
 
-    from focalgradient.scenes import NeckerCube
-    from focalgradient.stimuli import GRADIENTS, make_necker
+    from focalgradient.stimuli import make_necker
 
-    cube = NeckerCube(size=edge, perspective=perspective, direction=direction, speed=speed, line_width=line_width)
     with (
         warnings_given(),
         resumable(KEPT) as say,
@@ -99,11 +80,8 @@ def necker(
         made = make_necker(
             out,
             cube,
-            gradients=gradient or GRADIENTS,
             size=size,
-            frame_rate=frame_rate,
-            aperture=aperture,
-            focus=focus,
+            **how,
             display=display,
             executor=executor,
             progress=say,

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields, check_finite, check_number
+from focalgradient.quantities import ARCMIN, DEGREES, METRES, POSITIVE
 
 __all__ = [
     "EDGES",
@@ -56,19 +57,21 @@ class NeckerCube:
     Parameters
     ----------
     size
-        Angle in the picture, in radians, subtended by a frontal edge at the distance of the cube's centre.
+        Visual angle of an edge, frontal and at the distance of the cube's centre.
     perspective
-        Strength of perspective: edge length / distance of the cube's centre. 0.1 is weak, 0.8 strong.
+        Strength of perspective: edge of the cube / distance of its centre. 0.1 is weak, 0.8 strong.
     distance
         Distance from the centre of projection (the pupil of eye or lens) to the cube's centre, in metres.
     tilt
         Tilt of the axis in radians, positive with its top towards the viewer, so that the cube is seen from above.
     direction
-        Direction in which the near side of the true cube moves.
+        Direction in which the near side moves.
     speed
-        Rotation speed in turns per second.
+        Turns per second.
     line_width
-        Width of the sharp lines in the picture, in radians (full width at half maximum of a Gaussian profile).
+        Full width at half maximum of a sharp line, of Gaussian profile.
+
+    Angles are in radians.
 
     Raises
     ------
@@ -82,13 +85,13 @@ class NeckerCube:
     (0.5, 0.582, 1.418)
     """
 
-    size: float = math.radians(8)
-    perspective: float = 0.4
-    distance: float = 0.5
-    tilt: float = math.radians(20)
+    size: Annotated[float, DEGREES.si] = math.radians(8)
+    perspective: Annotated[float, POSITIVE, "P"] = 0.4
+    distance: Annotated[float, METRES] = 0.5
+    tilt: Annotated[float, DEGREES.si] = math.radians(20)
     direction: Direction = "right"
-    speed: float = 0.125
-    line_width: float = math.radians(0.05)
+    speed: Annotated[float, POSITIVE.between(1e-3, 100), "T"] = 0.125
+    line_width: Annotated[float, ARCMIN.si] = math.radians(3 / 60)
 
     def __post_init__(self) -> None:
         for name, unit in (

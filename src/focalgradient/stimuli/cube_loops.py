@@ -12,7 +12,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, staged
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
+from focalgradient.quantities import MILLIMETRES, POSITIVE
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
 from focalgradient.stimuli.folder import MANIFEST, Folder
@@ -45,8 +46,8 @@ def make_necker(
     *,
     gradients: Sequence[Gradient] = GRADIENTS,
     size: int = 640,
-    frame_rate: float = 60.0,
-    aperture: float = 0.012,
+    frame_rate: Annotated[float, POSITIVE.between(1, 1000), "HZ"] = 60.0,
+    aperture: Annotated[float, MILLIMETRES.si] = 0.012,
     focus: Focus = "near",
     display: Display | None = None,
     executor: Executor | None = None,
@@ -61,21 +62,24 @@ def make_necker(
     cube
         The cube: its size, perspective, direction, speed and line width.
     gradients
-        Conditions to make: ``"none"``, ``"rigid"``, ``"nonrigid"``.
+        Depth with which the blur is consistent: none; the cube's (rigid); that of its depth reversal, which favours the
+        nonrigid percept. Repeatable.
     size
         Width and height of the frames in pixels, even.
     frame_rate
-        Frame rate (Hz); a quarter rotation at the cube's speed must take a whole number of frames.
+        Frames per second; a quarter turn must take a whole number of frames.
     aperture
-        Strength of the gradient: diameter in metres of a lens at the viewer's position.
+        Strength of the gradient: the aperture of a lens half a metre from the cube.
     focus
-        Depth in focus: ``"near"`` or ``"far"`` end of the cube.
+        Which end of the cube is in focus.
     display
         Display for which the frames are made.
     executor
         Executor that draws batches of frames; the files do not depend on it. None: this process.
     progress
         Callback that receives the fraction done, 0 to 1, and a short description.
+
+    The aperture is in metres.
 
     Returns
     -------
