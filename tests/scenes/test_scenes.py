@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from focalgradient import InputError
+from focalgradient import InputError, Lens, cast
 from focalgradient.scenes import (
     Plane,
     Scene,
@@ -15,6 +15,7 @@ from focalgradient.scenes import (
     naturalistic,
     plane,
     room,
+    scene_about,
     slant,
     spheres,
     terrain,
@@ -118,3 +119,11 @@ def test_spheres_stand_on_the_floor_and_apart_in_depth() -> None:
 def test_bad_input(make, words) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=words):
         make()
+
+
+@pytest.mark.parametrize(("name", "ends"), [("slant", (0.4, 1.8)), ("step", (0.4, 1.8)), ("plane", (0.4, 0.4))])
+def test_a_scene_lies_about_the_fixation(name: str, ends: tuple[float, float]) -> None:
+    seen = cast(scene_about(name, 1.0, field=0.1), Lens(0.02, 8, 1.0), (24, 32), 0.1 / 32, samples=4)
+    assert [1 / seen.distance.max(), 1 / seen.distance.min()] == pytest.approx(ends, abs=0.03)
+    with pytest.raises(InputError, match="name is 'rock'"):
+        scene_about("rock", 1.0)
