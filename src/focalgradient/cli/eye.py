@@ -8,7 +8,6 @@ import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -196,51 +195,45 @@ def eye(
         raise InputError(
             f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET, or --through-focus."
         )
-    if pupil is None and eye_file is None and not person.has_natural_pupil:
-        pupil = PUPIL_MM
-    if accommodate is not None:
-        if not person.is_empty or illuminant != "D65" or eye_file is not None or eccentricity is not None or scatter:
-            raise InputError(
-                "--accommodate simulates the fovea of a young eye without glasses in daylight: leave out --refraction, "
-                "--correction, --age, --luminance, --aberrations, --zones, --eye, --eccentricity, --scatter and "
-                "--illuminant."
-            )
-        from focalgradient.eye import TargetMotion
-
-        with options_named({"motion": "--accommodate"}):
-            motion = TargetMotion.parse(accommodate)
-        writable(out, COURSE_FILES, [motion.file] if motion.file else [])
-        work = partial(_accommodate, motion, pupil or PUPIL_MM, CUES[views], seed)
-    else:
-        if eye_file is not None and (pupil is not None or not person.is_empty):
-            raise InputError(
-                "--eye describes the whole eye: leave out --pupil, --refraction, --correction, --age, --luminance, "
-                "--aberrations and --zones."
-            )
-        settings: dict[str, Any] = {"pupil_mm": pupil, "accommodation_D": accommodation, "illuminant": illuminant}
-        settings |= {name: value for name, value in asdict(person).items() if value is not None}
-        settings |= {} if eye_file is None else {"eye": eye_file.name}
-        place: dict[str, Any] = (
-            {} if eccentricity is None else {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
+    if accommodate is not None and (
+        not person.is_empty or illuminant != "D65" or eye_file is not None or eccentricity is not None or scatter
+    ):
+        raise InputError(
+            "--accommodate simulates the fovea of a young eye without glasses in daylight: leave out --refraction, "
+            "--correction, --age, --luminance, --aberrations, --zones, --eye, --eccentricity, --scatter and "
+            "--illuminant."
         )
-        settings |= place | ({"scatter": True} if scatter else {})
-        writable(out, QUALITY_FILES if scene is None else SCENE_FILES)
+    if eye_file is not None and (pupil is not None or not person.is_empty):
+        raise InputError(
+            "--eye describes the whole eye: leave out --pupil, --refraction, --correction, --age, --luminance, "
+            "--aberrations and --zones."
+        )
+    if pupil is None and not person.has_natural_pupil:
+        pupil = PUPIL_MM
+    with warnings_given() as given:
+        from focalgradient.eye import TargetMotion, ViewingConditions
 
-        def subject() -> tuple[Eye, ViewingConditions]:
-            from focalgradient.eye import ViewingConditions
-
+        if accommodate is not None:
+            with options_named({"motion": "--accommodate"}):
+                motion = TargetMotion.parse(accommodate)
+            writable(out, COURSE_FILES, [motion.file] if motion.file else [])
+            result = _accommodate(motion, pupil or PUPIL_MM, CUES[views], seed)
+        else:
+            writable(out, QUALITY_FILES if scene is None else SCENE_FILES)
+            place: dict[str, Any] = {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
             conditions = ViewingConditions(illuminant, person.age, scatter, **place)
             seeing = conditions.off_axis(eye_of(person, eye_file, pupil, accommodation), person.periphery)
-            settings["pupil_mm"] = 1e3 * seeing.pupil_diameter
-            return seeing, conditions
-
-        if scene is None:
-            work = partial(_through_focus, subject, settings)
-        else:
-            settings |= {"scene": scene, "views": views, "amplitude_D": amplitude, "seed": seed}
-            work = partial(_depth, subject, settings, workers)
-    with warnings_given() as given:
-        result = work()
+            settings: dict[str, Any] = {"pupil_mm": 1e3 * seeing.pupil_diameter, "accommodation_D": accommodation}
+            settings |= {"illuminant": illuminant}
+            settings |= {name: value for name, value in asdict(person).items() if value is not None}
+            settings |= {} if eye_file is None else {"eye": eye_file.name}
+            settings |= {} if eccentricity is None else place
+            settings |= {"scatter": True} if scatter else {}
+            if scene is None:
+                result = _through_focus(seeing, conditions, settings)
+            else:
+                settings |= {"scene": scene, "views": views, "amplitude_D": amplitude, "seed": seed}
+                result = _depth(seeing, conditions, settings, workers)
     versions = software_versions("numpy", "scipy")
     summary = {"simulated": True, **result.record, "warnings": given, "versions": versions}
     content = summary_json(summary | {"seconds": time.perf_counter() - start})
@@ -250,7 +243,7 @@ def eye(
     nothing_valid(result.record.get("details", {}).get("rejected"))
 
 
-def _depth(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[str, Any], workers: Work) -> _Result:
+def _depth(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, Any], workers: Work) -> _Result:
     """Recover the depth of a scene from the views of an eye."""
     seed, cue = settings["seed"], CUES[settings["views"]]
     with progress(STAGES) as say, workers.shared() as executor:
@@ -262,8 +255,7 @@ def _depth(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[
         from focalgradient.scenes import scene_about
         from focalgradient.video import write_light
 
-        (seeing, conditions), course = subject(), Oscillation(settings["amplitude_D"])
-        field = SHAPE[1] * PIXEL_ANGLE
+        course, field = Oscillation(settings["amplitude_D"]), SHAPE[1] * PIXEL_ANGLE
         scene = scene_about(settings["scene"], settings["accommodation_D"], field=field, seed=seed)
         frame: dict[str, Any] = {"shape": SHAPE, "pixel_angle": PIXEL_ANGLE, "seed": seed, "executor": executor}
         assumed: dict[str, Any] = {"correlation": CORRELATION, "noise": NOISE, "samples": SAMPLES}
@@ -296,7 +288,7 @@ def _depth(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[
             "depth.npz": result.save,
         },
         {
-            "settings": settings | stated | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
+            "settings": {**settings, **stated, "s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
             "focus_D": [view.optics.focus_vergence for view in named.values()],
             "found": found,
             "details": result.details,
@@ -305,13 +297,12 @@ def _depth(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[
     )
 
 
-def _through_focus(subject: Callable[[], tuple[Eye, ViewingConditions]], settings: dict[str, Any]) -> _Result:
+def _through_focus(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, Any]) -> _Result:
     """Compute the image quality of an eye in white light against the target's vergence."""
     from focalgradient.eye import image_quality, point_images
     from focalgradient.eye.quality import PIXEL_ANGLE as POINT_ANGLE
     from focalgradient.plotting.eye import through_focus_figure
 
-    seeing, conditions = subject()
     cones = conditions.cones(seeing, "luminance")
     quality = image_quality(cones)
     figure = through_focus_figure(quality, point_images(cones, quality.best), POINT_ANGLE, _stated(settings))
