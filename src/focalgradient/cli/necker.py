@@ -11,7 +11,6 @@ from focalgradient.cli.groups import Screen, Workers
 from focalgradient.cli.program import KEPT, resumable, show, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.scenes import NeckerCube
 
 __all__ = ["necker", "side"]
 
@@ -42,8 +41,12 @@ def necker(
         ),
     ],
     cube: Annotated[
-        NeckerCube,
-        Made(NeckerCube, {"size": "--edge"}, only=("size", "perspective", "direction", "speed", "line_width")),
+        Any,
+        Made(
+            "focalgradient.scenes:NeckerCube",
+            {"size": "--edge"},
+            only=("size", "perspective", "direction", "speed", "line_width"),
+        ),
     ],
     size: Annotated[Any, side, "PX"] = 640,
     workers: Workers,
