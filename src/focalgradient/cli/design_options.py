@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-__all__ = ["TASK_FILE", "simulated_task", "task_file_option", "trials_option", "with_trials"]
+__all__ = ["TASK_FILE", "simulated_task", "with_trials"]
 
 
 def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> None:
@@ -47,21 +47,6 @@ TASK_FILE = click.Option(
     help="Python file of a user-defined task to which data or design belong. Repeatable.",
 )
 """Option that makes user-defined tasks known to a command."""
-
-
-def task_file_option(command: Any) -> Any:
-    """Add `TASK_FILE`."""
-    command.__dict__.setdefault("__click_params__", []).append(TASK_FILE)
-    return command
-
-
-trials_option = click.option(
-    "--trials",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="List of trials instead of the design's own (CSV or XLSX), in the format of 'focalgradient trials'.",
-)
-"""Decorator that adds ``trials``, a table for `with_trials`."""
 
 
 def with_trials(design: Any, trials: Path | None) -> Any:
