@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import socket
+import sys
 import threading
 import time
 from collections import Counter
@@ -80,21 +81,28 @@ def test_limits_are_numbers_above_0() -> None:
             Limits(**wrong)  # type: ignore[arg-type]
 
 
-def test_who_guesses_is_kept_waiting_and_the_experimenter_elsewhere_is_not(tmp_path: Path) -> None:
-    app = application(study(tmp_path), PASSWORD, limits=Limits(guesses=3))
+def test_wrong_passwords_are_slowed_down_and_right_ones_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[application.__module__], "SLOWEST_GUESS_S", 0.5)
+    monkeypatch.setattr(sys.modules[application.__module__], "MOST_GUESSES", 4)
+    client = TestClient(application(study(tmp_path), PASSWORD, limits=Limits(guesses=3)), client=("192.0.2.1", 1))
     address = "/experimenter/overview.json"
-    clients = [TestClient(app, client=(f"192.0.2.{number}", 1)) for number in range(9)]
-    assert clients[0].get(address, auth=AUTH).status_code == 200
-    for guesser in clients[1:]:
-        assert guesser.get(address).status_code in (401, 429)  # what a browser asks first is no guess
-    statuses = Counter(
-        guesser.get(address, auth=("experimenter", f"{number}")).status_code
-        for guesser in clients[1:]
-        for number in range(20)
-    )
-    assert statuses == {401: 4 * 3 * 2, 429: 8 * 20 - 4 * 3 * 2}
-    assert clients[1].get(address, auth=AUTH).status_code == 429  # a guess that is right is not found out, either
-    assert clients[0].get(address, auth=AUTH).status_code == 200
+    assert client.get(address).status_code == 401  # what a browser asks first is no guess
+
+    def guess(number: int) -> tuple[int, float]:
+        begun = time.monotonic()
+        status = client.get(address, auth=("experimenter", f"{number}")).status_code
+        return status, time.monotonic() - begun
+
+    with client:
+        assert [guess(number)[0] for number in range(6)] == [401] * 6
+        assert guess(7)[1] > 0.4
+        with ThreadPoolExecutor(12) as threads:
+            burst = [threads.submit(guess, number) for number in range(12)]
+            time.sleep(0.2)
+            begun = time.monotonic()
+            assert client.get(address, auth=AUTH).status_code == 200  # from the address of the guesses
+            assert time.monotonic() - begun < 0.4
+        assert {reply.result()[0] for reply in burst} == {401, 429}
 
 
 def test_a_rate_is_that_of_its_numbers() -> None:
@@ -174,6 +182,28 @@ def test_what_comes_too_slowly_is_closed(port: int, kind: str) -> None:
         well.sendall(HEAD % 16 + b'{"platform": {}}')
         well.settimeout(10)
         assert well.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+def test_who_reads_nothing_is_cut_off_and_others_are_served(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guards, "UNREAD_S", 0.5)
+    page = b"GET /static/page.js HTTP/1.1\r\nHost: x\r\n\r\n"
+    many = [socket.create_connection(("127.0.0.1", port)) for _ in range(20)]
+    for one in many:
+        one.sendall(page * 20)
+    begun = time.monotonic()
+    with closing(socket.create_connection(("127.0.0.1", port))) as well:
+        well.settimeout(10)
+        well.sendall(page)
+        assert well.recv(1000).startswith(b"HTTP/1.1 200")
+    assert time.monotonic() - begun < 3
+    time.sleep(1.5)
+    for one in many:
+        one.settimeout(5)
+        with closing(one), pytest.raises(ConnectionError):  # reset, not served to the end
+            while True:
+                if not one.recv(1 << 20):
+                    raise AssertionError("the connection was served to its end")
+                time.sleep(0.001)
 
 
 def test_a_connection_that_is_kept_serves_the_next_request(port: int) -> None:

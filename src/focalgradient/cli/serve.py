@@ -110,7 +110,7 @@ def serve(
         Maximum number of people per minute who join by the open link from one address; twice as many may join at once,
         four times as many from all addresses together.
     guess_rate
-        Maximum number of wrong passwords per minute for the experimenter's page from one address.
+        Number of wrong passwords per minute for the experimenter's page from one address; further ones are slowed down.
     export
         Instead of serving: write the study as files for JATOS, DataPipe and Pavlovia to this new folder.
     participants
@@ -167,6 +167,8 @@ def _serve(study: Study, host: str, port: int, public: str | None, invite: int, 
     from focalgradient.web import run
 
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
+    if not password.strip():
+        raise InputError("FOCALGRADIENT_PASSWORD is blank: set a password, or unset the variable to get a new one.")
 
     def ready(address: str) -> None:
         base = (public or address).rstrip("/")

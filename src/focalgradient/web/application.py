@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import io
 import os
@@ -11,6 +12,7 @@ import zipfile
 from base64 import b64decode
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -26,7 +28,16 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from focalgradient.errors import InputError, one_line
 from focalgradient.web.answers import first_problem
-from focalgradient.web.guard import Limits, Rate, SameOrigin, TimedProtocol, read_body, too_many
+from focalgradient.web.guard import (
+    MOST_GUESSES,
+    SLOWEST_GUESS_S,
+    Limits,
+    Rate,
+    SameOrigin,
+    TimedProtocol,
+    read_body,
+    too_many,
+)
 from focalgradient.web.messages import Begin, Given, Join, Next, Who
 from focalgradient.web.pictures import REFOCUSING, refocusing
 from focalgradient.web.store import Refused
@@ -82,6 +93,7 @@ def check_page() -> None:
         )
 
 
+@cache
 def _static(name: str) -> bytes:
     return (files("focalgradient.web") / "static" / name).read_bytes()
 
@@ -131,7 +143,7 @@ class _Pages:
     def __init__(self, study: Study, password: str, limits: Limits) -> None:
         self._study, self._password = study, password
         self._joins, self._guesses = Rate(limits.joins), Rate(limits.guesses)
-        self._trusted: set[str] = set()
+        self._delayed = 0
 
     async def join(self, request: Request) -> Response:
         """Handle a new participant on the open link, at a limited rate."""
@@ -167,35 +179,43 @@ class _Pages:
             raise Refused(404, "There is no such picture.")
         return FileResponse(lists.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
 
-    def _allow(self, request: Request) -> None:
-        """Raise `Refused` unless the request has the experimenter's password; repeated wrong guesses must wait."""
+    async def _allow(self, request: Request) -> None:
+        """Raise `Refused` unless the request has the experimenter's password; the answer to wrong ones is delayed."""
         given, address = request.headers.get("authorization"), _address(request)
-        # Guesses from other addresses do not lock out an address that gave the password before.
-        wait = self._guesses.wait(address, in_all=address not in self._trusted)
-        if given is not None and wait:
-            raise too_many(wait, "Too many wrong passwords: wait a little.")
         scheme, _, encoded = (given or "").partition(" ")
         try:
             credentials = b64decode(encoded, validate=True) if scheme.lower() == "basic" else b""
         except ValueError:
             credentials = b""
-        if not hmac.compare_digest(credentials, f"experimenter:{self._password}".encode()):
-            if given is not None:
-                self._guesses.count(address)
-            headers = {"WWW-Authenticate": 'Basic realm="experimenter"'}
-            raise Refused(401, "Give the experimenter's password.", headers=headers)
-        self._trusted.add(address)
+        if hmac.compare_digest(credentials, f"experimenter:{self._password}".encode()):
+            return
+        if given is not None:
+            await self._delay(address)
+        headers = {"WWW-Authenticate": 'Basic realm="experimenter"'}
+        raise Refused(401, "Give the experimenter's password.", headers=headers)
+
+    async def _delay(self, address: str) -> None:
+        wait = min(self._guesses.wait(address), SLOWEST_GUESS_S)
+        if wait and self._delayed >= MOST_GUESSES:
+            raise too_many(wait, "Too many wrong passwords: wait a little.")
+        if wait < SLOWEST_GUESS_S:
+            self._guesses.count(address)
+        self._delayed += 1
+        try:
+            await asyncio.sleep(wait)
+        finally:
+            self._delayed -= 1
 
     async def experimenter(self, request: Request) -> Response:
-        self._allow(request)
+        await self._allow(request)
         return Response(_static("experimenter.html"), media_type="text/html; charset=utf-8")
 
     async def overview(self, request: Request) -> Response:
-        self._allow(request)
+        await self._allow(request)
         return JSONResponse(await run_in_threadpool(self._study.summary))
 
     async def stop(self, request: Request) -> Response:
-        self._allow(request)
+        await self._allow(request)
         participant = request.path_params["participant"]
         if participant not in self._study.people.everybody():
             raise Refused(404, "There is no such participant.")
@@ -203,7 +223,7 @@ class _Pages:
         return JSONResponse({})
 
     async def data(self, request: Request) -> Response:
-        self._allow(request)
+        await self._allow(request)
         content = await run_in_threadpool(_zipped, self._study)
         headers = {"Content-Disposition": 'attachment; filename="data.zip"'}
         return Response(content, media_type="application/zip", headers=headers)

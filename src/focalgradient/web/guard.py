@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import math
+import socket
+import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,6 +39,21 @@ BURST_MINUTES = 2
 TOTAL_RATIO = 4
 """Total quota of all addresses, in multiples of one address's quota."""
 
+UNREAD_S = 30.0
+"""Maximum time in s in which a client must read `UNREAD_BYTES` of a response: longer than a network loss of 20 s."""
+
+UNREAD_BYTES = 30_000
+"""Minimum number of bytes read within `UNREAD_S`: 8 kbit/s, a fiftieth of a slow mobile network."""
+
+KERNEL_BYTES = 1 << 18
+"""Maximum size in bytes of the kernel's send buffer of a connection; several MB by default."""
+
+SLOWEST_GUESS_S = 10.0
+"""Maximum delay of the answer to a wrong password, in s."""
+
+MOST_GUESSES = 50
+"""Maximum number of wrong passwords whose answers are delayed at the same time; others are refused."""
+
 CLOSE = {"Connection": "close"}
 """Header of a response after which the rest of the message is not read."""
 
@@ -53,7 +70,8 @@ class Limits:
     joins
         Participants per minute on the open link; twice as many may arrive at once.
     guesses
-        Wrong passwords for the experimenter's page per minute; twice as many may arrive at once.
+        Wrong passwords for the experimenter's page per minute that are answered at once, after twice as many; further
+        ones are answered late.
     """
 
     joins: int = 60
@@ -72,6 +90,8 @@ class Rate:
     per_minute
         Maximum rate per address; the quota of `BURST_MINUTES` minutes may be used at once, and `TOTAL_RATIO` times as
         much in total.
+    in_all
+        Whether the total is limited; otherwise only each address, or each session by its label.
     clock
         Function that returns the time in s.
 
@@ -84,19 +104,20 @@ class Rate:
     (60.0, 0.0)
     """
 
-    def __init__(self, per_minute: float, clock: Callable[[], float] = time.monotonic):
-        self._interval, self._clock = 60 / per_minute, clock
+    def __init__(self, per_minute: float, *, in_all: bool = True, clock: Callable[[], float] = time.monotonic):
+        self._interval, self._in_all, self._clock = 60 / per_minute, in_all, clock
         self._burst = BURST_MINUTES * 60.0
         self._until: dict[str, float] = {}
 
     def _intervals(self, address: str) -> tuple[tuple[str, float], ...]:
-        return ("", self._interval / TOTAL_RATIO), (_network(address), self._interval)
+        one = (_network(address), self._interval)
+        return (("", self._interval / TOTAL_RATIO), one) if self._in_all else (one,)
 
-    def wait(self, address: str, *, in_all: bool = True) -> float:
-        """Return the time in s until an address's next event is allowed, with or without the total limit."""
+    def wait(self, address: str) -> float:
+        """Return the time in s until an address's next event is allowed."""
         now = self._clock()
-        keys = self._intervals(address)[0 if in_all else 1 :]
-        return max(0.0, *(self._until.get(key, now) - now - self._burst + interval for key, interval in keys))
+        keys = self._intervals(address)
+        return max([0.0, *(self._until.get(key, now) - now - self._burst + interval for key, interval in keys)])
 
     def count(self, address: str) -> None:
         """Count one event."""
@@ -187,14 +208,49 @@ async def read_body(request: Request) -> bytes:
 
 
 class TimedProtocol(H11Protocol):
-    """HTTP/1.1 protocol that closes a connection if the next request's head is not complete within `PAUSE_S`."""
+    """HTTP/1.1 protocol that closes a connection whose client sends or reads too slowly.
+
+    The head of the next request must be complete within `PAUSE_S`. While a response is unread, the next request is not
+    handled, and the connection is closed unless `UNREAD_BYTES` are read within each `UNREAD_S`.
+    """
 
     _late: asyncio.TimerHandle | None = None
+    _unread: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
         """Start waiting for the first request."""
         super().connection_made(transport)
+        transport.set_write_buffer_limits(high=0)  # `pause_writing` is called whenever something is unread
+        if (connection := transport.get_extra_info("socket")) is not None:
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BYTES)
         self._time()
+
+    def pause_writing(self) -> None:
+        """Start waiting for the client to read."""
+        super().pause_writing()
+        self._expect_reading()
+
+    def resume_writing(self) -> None:
+        """Stop waiting, because everything was read."""
+        self._stop_expecting()
+        super().resume_writing()
+
+    def _expect_reading(self) -> None:
+        size = self.transport.get_write_buffer_size()
+        self._unread = self.loop.call_later(UNREAD_S, self._check_reading, max(0, size - UNREAD_BYTES))
+
+    def _check_reading(self, most: int) -> None:
+        if self.transport.get_write_buffer_size() > most:
+            if (connection := self.transport.get_extra_info("socket")) is not None:  # drop the kernel's buffer, too
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            self.transport.abort()
+        else:
+            self._expect_reading()
+
+    def _stop_expecting(self) -> None:
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
 
     def data_received(self, data: bytes) -> None:
         """Process a part of a request."""
@@ -204,6 +260,7 @@ class TimedProtocol(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop waiting."""
         self._forget()
+        self._stop_expecting()
         super().connection_lost(exc)
 
     def _time(self) -> None:
