@@ -20,9 +20,12 @@ from starlette.testclient import TestClient
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.dataset import read_journal, validate
+from focalgradient.design import load_design
+from focalgradient.design.given_list import trial_row
 from focalgradient.scales import AnswerColumn, TwoIntervals
-from focalgradient.web import Consent, People, Study
+from focalgradient.web import Consent, Lists, People, Study
 from focalgradient.web import store as stores
+from focalgradient.web import study as studies
 
 
 @pytest.fixture(scope="module")
@@ -399,6 +402,85 @@ def test_what_was_shown_before_the_session_began_is_refused(client: TestClient, 
     assert journal(tmp_path).read_bytes() == before
     message["answer"]["frames"]["shown"][0]["stamps"] = [100.0, 116.7]
     assert someone.ask("answer", **message).status_code == 200
+
+
+HOSTILE: list[str] = [
+    *("NaN", "Infinity", "-Infinity", "1e999", "9" * 5000, "-0.0", "null", "true", '""', '"\\ud800"', '"\\u0000"'),
+    *("[]", "{}", "[[1, 2, 3]]", '{"a": NaN}', "[" * 150 + "]" * 150, '{"a":' * 150 + "1" + "}" * 150),
+]
+"""Values in JSON that no page sends."""
+
+
+def _replaced(value: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+    """Copies of a message with a marker in place of each value."""
+    if isinstance(value, dict):
+        for key in value:
+            yield from ((where, {**value, key: new}) for where, new in _replaced(value[key], f"{place}/{key}"))
+    elif isinstance(value, list) and value:
+        yield from ((where, [new, *value[1:]]) for where, new in _replaced(value[0], f"{place}/0"))
+    yield place, "MARKER"
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
+@pytest.mark.parametrize("design", [NECKER, DEPTH], ids=["necker", "depthrating"])
+def test_no_value_in_any_message_is_a_fault_of_the_server(
+    tmp_path: Path, design: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(studies, "BEGINS", 1e6)
+    monkeypatch.setattr(studies, "MESSAGES", 1e6)
+    with TestClient(client_of(study(tmp_path, design)).app, raise_server_exceptions=False) as client:
+        someone = Participant(client)
+        someone.begin()
+        who = {"token": someone.token, "tab": "tab-1"}
+        practice = [{"round": 1, "right": 1, "of": 2, "passed": False, "again": []}]
+        given = {**who, **someone.message(someone.trials[0], 0), "practice": practice}
+        messages = {"join": {"platform": {"id": "a"}}, "begin": {**who, **participant.SITTING}, "answer": given}
+        messages |= {"next": {**who, "phase": "practice", "trial": 1}}
+        messages |= dict.fromkeys(("state", "here", "leave", "finish", "withdraw"), who)
+        before = journal(tmp_path, "necker" if design == NECKER else "depthrating").read_bytes()
+        for path in ("join", "state", "here", "answer", "next", "leave", "finish", "begin"):
+            for place, changed in _replaced(messages[path]):
+                for value in HOSTILE[:: 1 if path == "answer" else 4]:
+                    body = json.dumps(changed).replace('"MARKER"', value)
+                    status = client.post(f"/api/{path}", content=body.encode()).status_code
+                    assert status < 500, (path, place, value)
+        assert before in journal(tmp_path, "necker" if design == NECKER else "depthrating").read_bytes()
+        for path in ("state", "begin", "here"):
+            assert someone.ask(path, **(participant.SITTING if path == "begin" else {})).status_code == 200, path
+        assert client.get("/experimenter/overview.json", auth=("experimenter", PASSWORD)).status_code == 200
+
+
+def test_one_participant_costs_no_more_than_a_page_sends(client: TestClient, tmp_path: Path) -> None:
+    someone = Participant(client)
+    assert [someone.begin().status_code for _ in range(40)].count(200) <= 21
+    assert someone.begin().headers["retry-after"]
+    message = someone.message(someone.trials[0], 0)
+    before = journal(tmp_path).read_bytes()
+    message["answer"]["frames"]["shown"][0]["stamps"] = [100.0 + 2 * n for n in range(1100)]  # of a cube shown for 2 s
+    refused = someone.ask("answer", **message)
+    assert refused.status_code == 400
+    assert "1100 time stamps, but a trial of 2 s has at most 1010" in refused.json()["error"]
+    message["answer"]["frames"]["shown"][0]["stamps"] = [100.0 + 2 * n for n in range(1001)]
+    presses = [[0.01 * n, "f", n % 2 == 0] for n in range(200)]
+    refused = someone.ask("answer", **message | {"answer": message["answer"] | {"presses": presses}})
+    assert "presses has 200 entries" in refused.json()["error"]
+    assert journal(tmp_path).read_bytes() == before
+    assert someone.ask("answer", **message).status_code == 200
+    large = b'{"token": [' + b"0," * 200_000 + b"0]}"
+    assert client.post("/api/here", content=large).status_code == 413
+
+
+def test_a_list_with_a_number_that_is_not_finite_starts_no_server(tmp_path: Path) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text(NECKER)
+    design = load_design(path)
+    rows = tuple(
+        {key: value for key, value in trial_row(trial).items() if key not in ("trial", "repetition")}
+        | {"trial_s": float("nan")}
+        for trial in design.trials("01")
+    )
+    with pytest.raises(InputError, match=r"trial 1 of participant 001 has a number that is not finite"):
+        Lists(design.model_copy(update={"given_trials": rows}))
 
 
 def test_an_oversized_message_is_cut_off(client: TestClient) -> None:

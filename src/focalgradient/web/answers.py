@@ -20,8 +20,8 @@ from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
-from focalgradient.web.pictures import picture_file, shown_sha256
-from focalgradient.web.possible import check_possible
+from focalgradient.web.pictures import picture_file, shown_pixels
+from focalgradient.web.possible import check_frames, check_possible
 from focalgradient.web.screen import gamma_of, measure
 
 __all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
@@ -88,6 +88,7 @@ def read_answer(
     words = load_words(session.design.language)
     extra = _further(session, trial, words, read.also)
     if isinstance(read, Necker):
+        check_frames(frames["shown"], trial.trial_s)
         watched = Watched(
             onset=read.onset,
             presses=sorted(Press(*press) for press in read.presses),
@@ -100,6 +101,7 @@ def read_answer(
     if not isinstance(trial, DepthTrial):
         task, design = session.task, session.design
         if task.adjusts:
+            check_frames(frames["shown"], read.response_time + 1.0)
             given = task.answered(design, trial, read.rating, start=read.start, **times)
             return replace(given, extra={**extra, **given.extra}), frames
         if task.adapts:
@@ -108,10 +110,12 @@ def read_answer(
         value = 2.0 - read.rating if isinstance(control, Ways) else read.rating
         _check_reached("rating", value, control)
         given = task.answered(design, trial, value, **times)
-        shown = shown_sha256(task, design, trial, Display())
+        shown, seconds = shown_pixels(task, design, trial, Display())
+        check_frames(frames["shown"], seconds)
         extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
+    check_frames(frames["shown"], session.design.least_s(trial))
     rated = Rated(
         rating=_rating(session.design, read.rating, trial.interval),
         **times,

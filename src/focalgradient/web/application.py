@@ -31,6 +31,7 @@ from focalgradient.web.answers import first_problem
 from focalgradient.web.guard import (
     MOST_GUESSES,
     SLOWEST_GUESS_S,
+    SMALL_BYTES,
     Limits,
     Rate,
     SameOrigin,
@@ -98,14 +99,14 @@ def _static(name: str) -> bytes:
     return (files("focalgradient.web") / "static" / name).read_bytes()
 
 
-async def _message(request: Request, kind: type[BaseModel]) -> Any:
-    """Parse a message of the given type; raise `Refused` if it is invalid."""
+async def _message(request: Request, kind: type[BaseModel], most: int = SMALL_BYTES) -> Any:
+    """Parse a message of the given type and of at most `most` bytes; raise `Refused` if it is invalid."""
     try:
-        body = await read_body(request)
+        body = await read_body(request, most)
     except ClientDisconnect as error:
         raise Refused(400, "The message was incomplete.") from error
     try:
-        return kind.model_validate_json(body)
+        return await run_in_threadpool(kind.model_validate_json, body)
     except ValidationError as error:
         raise Refused(400, f"The message is invalid: {first_problem(error)}.") from error
     except RecursionError as error:
@@ -113,12 +114,12 @@ async def _message(request: Request, kind: type[BaseModel]) -> Any:
 
 
 def _answering(
-    kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]
+    kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]], most: int
 ) -> Callable[[Request], Awaitable[Response]]:
     """Return an endpoint that parses a message and handles it in a thread, because files are written."""
 
     async def endpoint(request: Request) -> Response:
-        given = await _message(request, kind)
+        given = await _message(request, kind, most)
         return JSONResponse(dict(await run_in_threadpool(act, given)))
 
     return endpoint
@@ -256,7 +257,8 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
         await run_in_threadpool(study.close)
 
     def post(path: str, kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Route:
-        return Route(path, _answering(kind, act), methods=["POST"])
+        most = study.most_bytes if kind is Given else SMALL_BYTES
+        return Route(path, _answering(kind, act, most), methods=["POST"])
 
     return Starlette(
         routes=[

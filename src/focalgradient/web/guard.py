@@ -24,8 +24,8 @@ from focalgradient.web.store import Refused
 
 __all__ = ["Limits", "Rate", "SameOrigin", "TimedProtocol", "read_body", "too_many"]
 
-MOST_BYTES = 4 << 20
-"""Maximum size of a message in bytes: a response with the time stamps of 10 min of frames at 240 Hz has some 1.5 MB."""
+SMALL_BYTES = 64 << 10
+"""Maximum size in bytes of a message, except responses, whose size depends on the design."""
 
 PAUSE_S = 5.0
 """Maximum pause within a message or its head, in s: lost packets are resent within one or two."""
@@ -191,16 +191,16 @@ def _host(address: str) -> str:
     return (found.hostname or "") + (f":{port}" if port not in (None, 80, 443) else "")
 
 
-async def read_body(request: Request) -> bytes:
-    """Read the body of a message; raise `Refused` and close the connection if it is too large or too slow."""
+async def read_body(request: Request, most: int = SMALL_BYTES) -> bytes:
+    """Read the body of a message; raise `Refused` and close the connection if it exceeds `most` bytes or is slow."""
     body, loop = bytearray(), asyncio.get_running_loop()
     latest = loop.time() + MESSAGE_S
     try:
         async with asyncio.timeout(PAUSE_S) as patience:
             async for part in request.stream():
                 body += part
-                if len(body) > MOST_BYTES:
-                    raise Refused(413, f"The message exceeds {MOST_BYTES >> 20} MB.", headers=CLOSE)
+                if len(body) > most:
+                    raise Refused(413, f"The message exceeds {most >> 10} kB.", headers=CLOSE)
                 patience.reschedule(min(loop.time() + PAUSE_S, latest))
     except TimeoutError as error:
         raise Refused(408, "The message was sent too slowly.", headers=CLOSE) from error

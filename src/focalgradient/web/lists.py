@@ -12,6 +12,7 @@ from typing import Any
 from focalgradient.dataset import Manifest, check_stimuli
 from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
 from focalgradient.design.consent import Consent
+from focalgradient.design.given_list import PARTICIPANT
 from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Pages, Standard, breaks
@@ -91,6 +92,8 @@ class Lists:
                 "it out."
             )
         self._display = self.pictures.display if self.pictures else Display()
+        for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
+            _check_finite(label, design.trials(label))
         check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree)
 
     def opening(self) -> dict[str, Any]:
@@ -195,6 +198,17 @@ def check_completion(completion: str | None) -> None:
     """Raise `InputError` unless `completion`, to which participants are redirected, is None or an address."""
     if completion is not None and not completion.startswith(("https://", "http://")):
         raise InputError(f"completion is {completion!r}, but must be an address that starts with https://.")
+
+
+def _check_finite(participant: str, trials: Sequence[Trial]) -> None:
+    for trial in trials:
+        try:
+            json.dumps(asdict(trial), allow_nan=False)
+        except ValueError as error:
+            raise InputError(
+                f"{trial.phase} trial {trial.trial} of participant {participant} has a number that is not finite: "
+                "correct the list of trials."
+            ) from error
 
 
 def digest_of(trials: Sequence[Trial]) -> str:

@@ -107,23 +107,22 @@ def own_session() -> dict[str, Any]:
     return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
 
 
-HASHES: dict[tuple[str, str, Any], str] = {}
-"""Cache of the SHA-256 of the pixels shown in trials of user-defined tasks, by task, design and trial."""
+HASHES: dict[tuple[str, str, Any], tuple[str, float]] = {}
+"""Cache of `shown_pixels`, by task, design and trial."""
 
 MOST_HASHES = 20_000
 """Maximum size of `HASHES`: ten times the maximum number of trials per participant."""
 
 
-def shown_sha256(task: Task, design: Any, trial: Any, display: Display) -> str:
-    """Return the SHA-256 of the pixels of each picture shown in a trial of a user-defined task, separated by spaces."""
+def shown_pixels(task: Task, design: Any, trial: Any, display: Display) -> tuple[str, float]:
+    """Return the SHA-256 of each picture of a user-defined task's trial, separated by spaces; total duration in s."""
     key = (task.name, design.model_dump_json(), trial)
     if key not in HASHES:
         shown = task.intervals(design, trial, display.pixels_per_degree)
         while len(HASHES) >= MOST_HASHES:
             HASHES.pop(next(iter(HASHES)))
-        HASHES[key] = " ".join(
-            dict.fromkeys(hashlib.sha256(np.ascontiguousarray(one).tobytes()).hexdigest() for one, _ in shown)
-        )
+        digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels, _ in shown]
+        HASHES[key] = " ".join(dict.fromkeys(digests)), sum(seconds for _, seconds in shown)
     return HASHES[key]
 
 

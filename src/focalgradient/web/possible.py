@@ -7,13 +7,20 @@ received it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from focalgradient.dataset import Rated, Response, Watched
 from focalgradient.design import Trial
 from focalgradient.errors import InputError
 
-__all__ = ["check_possible"]
+__all__ = ["FRAMES_HZ", "check_frames", "check_possible"]
+
+FRAMES_HZ = 500
+"""Maximum rate of frame time stamps, in Hz: the fastest displays on sale."""
+
+KEYS_HZ = 50
+"""Maximum rate of key presses and releases, in Hz: keyboards repeat a held key at 30 Hz."""
 
 SLACK_S = 1.0
 """Tolerance in s by which a response may seem longer than the available time: coarse browser clocks (0.1 s), with
@@ -25,6 +32,9 @@ DRIFT = 0.01
 
 FRAMES_S = 0.25
 """Tolerance in s by which a cube may be shown too briefly: half a frame at 2 Hz, the slowest display accepted."""
+
+EVENT_STAMPS = 10
+"""Tolerance in time stamps per event: marks and questions have two, and a duration ends with the next frame."""
 
 LATE_KEY_S = 1.0
 """Time in s after a cube's offset within which the page may still register a key."""
@@ -57,6 +67,23 @@ def check_possible(design: Any, trial: Trial, answer: Rated | Watched | Response
         )
 
 
+def check_frames(shown: Sequence[Mapping[str, Any]], seconds: float) -> None:
+    """Raise `InputError` if a trial of the given duration has more frame time stamps than a display shows.
+
+    >>> check_frames([{"event": "picture", "stamps": [0.0] * 600}], 1.0)
+    Traceback (most recent call last):
+        ...
+    focalgradient.errors.InputError: frames has 600 time stamps, but a trial of 1 s has at most 510 ...
+    """
+    count = sum(len(event["stamps"]) for event in shown)
+    most = int(FRAMES_HZ * seconds) + EVENT_STAMPS * len(shown)
+    if count > most:
+        raise InputError(
+            f"frames has {count} time stamps, but a trial of {seconds:.6g} s has at most {most} ({FRAMES_HZ} Hz): "
+            "send one for each frame."
+        )
+
+
 def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
     shown: float = design.least_s(trial)
     if not isinstance(answer, Rated):
@@ -72,6 +99,12 @@ def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
 
 
 def _watched(design: Any, trial: Any, answer: Watched) -> float:
+    most = int(KEYS_HZ * (trial.trial_s + LATE_KEY_S))
+    if len(answer.presses) > most:
+        raise InputError(
+            f"presses has {len(answer.presses)} entries, but a trial of {trial.trial_s:g} s has at most {most}: send "
+            "one for each key press or release."
+        )
     keys = set(design.keys)
     for time, key, _ in answer.presses:
         if key not in keys:

@@ -26,9 +26,11 @@ from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
+from focalgradient.web.guard import SMALL_BYTES, Rate, too_many
 from focalgradient.web.lists import Lists, check_completion
 from focalgradient.web.messages import Begin, Given, Join, Next, Who
 from focalgradient.web.people import Roster
+from focalgradient.web.possible import FRAMES_HZ
 from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
 
 __all__ = ["Refused", "Study"]
@@ -37,6 +39,22 @@ OPEN_ELSEWHERE = "The session is open in another window."
 
 WITHDRAWN_S = 60.0
 """Interval in s between checks for participants who have withdrawn on another server."""
+
+BEGINS = 10
+"""Maximum number of begins and resumptions of one session per minute; twice as many may arrive at once."""
+
+MESSAGES = 1200
+"""Maximum number of other messages of one session per minute: pages send about 100; twice as many may arrive at once.
+"""
+
+STAMP_BYTES = 12
+"""Size in bytes of a frame time stamp in a message."""
+
+LONGEST_S = 300.0
+"""Duration in s that is assumed for trials of user-defined tasks, to bound their messages."""
+
+MOST_BYTES = 4 << 20
+"""Maximum size in bytes of a response to any design."""
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
@@ -105,13 +123,30 @@ class Study:
         self.clock = Clock()
         self._places: dict[str, Place] = {}
         self._handed: dict[str, float] = {}
+        self._begins = Rate(BEGINS, in_all=False)
+        self._messages = Rate(MESSAGES, in_all=False)
         self._guard = threading.Lock()
         self._looked = time.monotonic()
 
-    def _place(self, token: str) -> Place:
+    @property
+    def most_bytes(self) -> int:
+        """Maximum size in bytes of a response, with the responses of repeated practice.
+
+        It has the frame time stamps of a trial at `FRAMES_HZ`, and `SMALL_BYTES` besides.
+        """
+        trials = self.design.trials("001") if not self.design.given_trials else ()
+        seconds = max((self.design.least_s(trial) for trial in trials), default=0.0) or LONGEST_S
+        practised = sum(trial.phase == "practice" for trial in trials) * getattr(self.design, "practice_rounds", 1)
+        return min(MOST_BYTES, (1 + practised) * int(FRAMES_HZ * seconds * STAMP_BYTES) + SMALL_BYTES)
+
+    def _place(self, token: str, rate: Rate | None = None) -> Place:
         person = self.people.of(token)
         if person is None:
             raise Refused(404, UNKNOWN)
+        rate = rate or self._messages
+        if wait := rate.wait(person.participant):
+            raise too_many(wait, "This session sends too many messages: wait a little.")
+        rate.count(person.participant)
         return self._place_of(person.participant)
 
     def _place_of(self, participant: str) -> Place:
@@ -122,9 +157,9 @@ class Study:
             return self._places[participant]
 
     @contextmanager
-    def _held(self, who: Who) -> Iterator[Place]:
+    def _held(self, who: Who, rate: Rate | None = None) -> Iterator[Place]:
         """Own a participant's place for this tab, unless another tab has sent a recent heartbeat."""
-        place = self._place(who.token)
+        place = self._place(who.token, rate)
         with self.store.held(place):
             if place.stopped:
                 raise Refused(410, "The session was stopped.")
@@ -180,7 +215,7 @@ class Study:
             raise Refused(
                 403, "The session begins once the participant agrees to the present version of the consent text."
             )
-        with self._held(given) as place:
+        with self._held(given, self._begins) as place:
             status, _ = self._progress(place)
             if status == "complete":
                 raise Refused(409, "The session is complete.", complete=True)
