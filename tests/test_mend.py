@@ -1,5 +1,6 @@
 """Damaged sessions made readable, and participants removed: what is kept, what is left out, and that it is said."""
 
+import errno
 import json
 import os
 import re
@@ -27,6 +28,8 @@ from focalgradient.dataset import (
     validate,
     withdraw,
 )
+from focalgradient.dataset import withdrawal as withdrawal_module
+from focalgradient.dataset.checks import VALIDATOR
 from focalgradient.design import Pinhole
 from focalgradient.errors import InputError
 from focalgradient.files import staged
@@ -312,3 +315,41 @@ def test_a_repair_that_was_cut_off_ends_as_one_that_was_not(data, tmp_path, monk
     assert alike
     for name in alike:
         assert files[0][name].read_bytes() == files[1][name].read_bytes(), name
+
+
+def test_a_byte_order_mark_is_removed_from_a_journal(data):
+    path = journal(data)
+    whole = path.read_bytes()
+    path.write_bytes(b"\xef\xbb\xbf" + whole)
+    assert any("byte order mark" in problem for problem in validate(data).problems)
+    (done,) = repair(data)
+    assert not done.problem
+    assert path.read_bytes().startswith(b"{")
+    assert len(read_journal(path).of("trial")) == len(whole.split(b'"event": "trial"')) - 1
+    assert not any("byte order mark" in problem for problem in validate(data).problems)
+    assert repair(data) == []
+
+
+def test_a_withdrawal_on_a_full_disk_is_completed_by_the_next(data, monkeypatch):
+    with monkeypatch.context() as full:
+        full.setattr(withdrawal_module, "create_whole", _refuse)
+        result = run("withdraw", data, "sub-07", "--yes")
+    assert result.exit_code == 2
+    assert "make room on the disk" in str(result.output)
+    assert "withdraw the participant again" in str(result.output)
+    assert "resumed" not in str(result.output)
+    assert run("withdraw", data, "sub-07", "--yes").exit_code == 0
+    assert not journal(data).exists()
+
+
+def _refuse(path, *_args, **_options):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux only")
+def test_the_standard_is_checked_under_a_path_that_is_not_utf_8(data, tmp_path):
+    if shutil.which(VALIDATOR, path=str(Path(sys.executable).parent)) is None:
+        pytest.skip("bids-validator-deno is not installed")
+    place = Path(os.fsdecode(os.fsencode(tmp_path) + b"/d\xff"))
+    data.rename(place)
+    assert bids_problems(place) == []

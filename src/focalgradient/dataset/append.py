@@ -15,7 +15,13 @@ from pathlib import Path
 from focalgradient.errors import InputError
 from focalgradient.files import flush
 
-__all__ = ["append", "writing"]
+__all__ = ["UNDONE", "append", "writing"]
+
+SAFE = "trials recorded so far are safe, and the session can be resumed."
+"""What holds after a failed write of a session."""
+
+UNDONE = "the removal is not complete: withdraw the participant again to complete it."
+"""What holds after a failed write of a removal."""
 
 
 def append(file: int, path: Path, lines: bytes, *, durable: bool = True) -> None:
@@ -70,8 +76,8 @@ def append(file: int, path: Path, lines: bytes, *, durable: bool = True) -> None
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn an `OSError` of a failed write, such as that of a full disk, into an `InputError`."""
+def writing(path: Path, then: str = SAFE) -> Iterator[None]:
+    """Turn an `OSError` of a failed write, such as that of a full disk, into an `InputError` that ends with `then`."""
     try:
         yield
     except FileExistsError:
@@ -79,5 +85,5 @@ def writing(path: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(
             f"{error.filename or path} cannot be written ({error.strerror or error}): make room on the disk or choose "
-            "a folder that you may write in; trials recorded so far are safe, and the session can be resumed."
+            f"a folder that you may write in; {then}"
         ) from error

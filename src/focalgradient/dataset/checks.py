@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
@@ -34,6 +35,7 @@ from focalgradient.dataset.read import NAME, SessionTable, checked_design, parti
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.dataset.withdrawal import withdrawals
 from focalgradient.errors import InputError
+from focalgradient.files import printable
 from focalgradient.parallel import in_order
 from focalgradient.tasks import is_task, unknown_task
 
@@ -453,14 +455,32 @@ def checking_bids(root: Path) -> Iterator[Callable[[], list[str] | None]]:
     if program is None:
         yield lambda: None
         return
-    command = [program, str(root), "--ignoreWarnings", "--max-rows", "-1", "--format", "json"]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
-    ) as running:
+    with (
+        _utf8_path(root) as folder,
+        subprocess.Popen(
+            [program, folder, "--ignoreWarnings", "--max-rows", "-1", "--format", "json"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+        ) as running,
+    ):
         try:
             yield partial(_bids_answer, program, running)
         finally:
             running.kill()  # no effect if it has ended
+
+
+@contextmanager
+def _utf8_path(root: Path) -> Iterator[str]:
+    """Yield a path of a folder in UTF-8, which the validator requires: if the path is not, that of a link to it."""
+    if printable(root.absolute()) == str(root.absolute()):
+        yield str(root)
+        return
+    with tempfile.TemporaryDirectory(prefix="focalgradient-") as folder:
+        link = Path(folder, "dataset")
+        link.symlink_to(root.absolute(), target_is_directory=True)
+        yield str(link)
 
 
 def _bids_answer(program: str, running: subprocess.Popen[str]) -> list[str]:

@@ -11,6 +11,7 @@ appended to them chain everything above.
 
 from __future__ import annotations
 
+import codecs
 import errno
 import hashlib
 import json
@@ -332,6 +333,9 @@ def scan_journal(path: Path) -> Log:
     """
     scan = _Scan(path)
     content = read_bytes(path, "a journal", MOST_BYTES)
+    if content.startswith(codecs.BOM_UTF8):
+        content = content.removeprefix(codecs.BOM_UTF8)
+        scan._change("line 1 begins with a byte order mark, which another program has added")
     for number, line in enumerate(content.split(b"\n"), start=1):
         if line.strip():
             scan.add(number, line)

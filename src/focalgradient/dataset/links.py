@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from focalgradient.dataset.append import writing
+from focalgradient.dataset.append import UNDONE, writing
 from focalgradient.dataset.lock import try_lock
 from focalgradient.errors import InputError
 from focalgradient.files import flush, read_bytes
@@ -153,7 +153,7 @@ def forget_links(path: Path, participant: str | None = None, *, owned: bool = Fa
     InputError
         If the file cannot be read or written, or is not a file of links.
     """
-    with writing(path), path.open("r+b") as file:
+    with writing(path, UNDONE), path.open("r+b") as file:
         alone = owned or try_lock(file.fileno(), path)  # otherwise a server may be writing the last line
         found, end = read_links(path), file.seek(0, os.SEEK_END)
         gone = [(offset, size) for label, offset, size in found.lines if label == participant]

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset.append import writing
+from focalgradient.dataset.append import UNDONE, writing
 from focalgradient.dataset.bids import Files, journals, json_text, read_description
 from focalgradient.dataset.journal import Journal, Log, create_whole, scan_journal
 from focalgradient.dataset.links import forget_links, links_beside
@@ -102,7 +102,7 @@ def remove_participant(root: Path, participant: str) -> list[Path]:
         for path in own:
             owned.enter_context(Journal.take(path))  # locked against recording
         records = [digest_of_record(record) for path in own if (record := record_of(scan_journal(path)))]
-        with writing(root):
+        with writing(root, UNDONE):
             entries = withdrawals(root)
             begun = next((one for one in entries if isinstance(one, dict) and one.get("participant") == name), None)
             if begun is None or "records" not in begun:
@@ -147,7 +147,7 @@ def withdrawals(root: Path) -> list[Any]:
 
 def record_of(log: Log) -> str | None:
     """Return the record of a browser session; None for any other session."""
-    found = [note.get("record") for note in log.of("note") if note.get("kind") == "sitting"]
+    found = [note["record"] for note in log.of("note") if note.get("kind") == "sitting" and "record" in note]
     return found[0] if found and isinstance(found[0], str) else None
 
 
