@@ -49,7 +49,9 @@ class _Script:
         """Answer a trial after its usual duration; return the status."""
         seconds = trial["cube"]["seconds"]
         told = {"onset": 11.0 * number, "presses": [], "trial_duration": seconds, "frames": FRAMES} | changed
-        key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"a-{number}"}
+        key = {"phase": trial["phase"], "trial": trial["trial"]}
+        given = self.client.post("/api/next", json={**self.who, **key}).json()
+        key |= {"attempt": f"a-{number}", "trial_token": given.get("trial_tokens", ["none"])[0]}
         return self.client.post("/api/answer", json={**self.who, **key, "answer": told}).status_code
 
 

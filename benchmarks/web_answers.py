@@ -55,7 +55,9 @@ async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -
             "trial_duration": 2.0,
             "frames": {"shown": [{"event": "cube", "stamps": FRAMES}]},
         }
-        key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"a{index}"}
+        key = {"phase": trial["phase"], "trial": trial["trial"]}
+        given = (await client.post("/api/next", json={**who, **key})).json()
+        key |= {"attempt": f"a{index}", "trial_token": given["trial_tokens"][0]}
         start = time.perf_counter()
         reply = await client.post("/api/answer", json={**who, **key, "answer": answer})
         waits.append(time.perf_counter() - start)

@@ -100,12 +100,25 @@ class Participant:
         self.client, self.tab = client, tab
         self.token = token or client.post("/api/join", json={"platform": {}}).json()["token"]
         self.trials: list[dict[str, Any]] = []
+        self.trial_tokens: dict[str, str] = {}
 
     def ask(self, path: str, **message: Any) -> Any:
         """Ask for something; gives the answer, whatever its status."""
         if path == "answer":
             Hurried.ahead += SECONDS_EACH
+            if "trial_token" not in message:
+                message["trial_token"] = self.trial_token(message)
         return self.client.post(f"/api/{path}", json={"token": self.token, "tab": self.tab, **message})
+
+    def trial_token(self, message: dict[str, Any]) -> str:
+        """What the server gives with a trial."""
+        key = (message.get("phase"), message.get("trial"))
+        if str(key) not in self.trial_tokens:
+            found = self.ask("next", phase=key[0], trial=key[1])
+            if found.status_code != 200:
+                return "none"
+            self.trial_tokens[str(key)] = found.json()["trial_tokens"][0]
+        return self.trial_tokens[str(key)]
 
     def begin(self, **changed: Any) -> Any:
         """Begin, or go on."""

@@ -293,7 +293,7 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     assert not page.is_visible("#stop")  # not beside a picture
     page.wait_for_selector("input[type=range]")
     page.click("#stop")
-    page.click("#stopping button:text-is('Go on')")
+    page.click("#stopping button:text-is('Continue')")
     assert page.is_visible("input[type=range]")
     assert len(read_journal(journal(tmp_path)).of("trial")) == 1
     page.click("#stop")

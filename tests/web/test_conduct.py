@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import LOOK, chromium, step, take_part
+from chromium import LOOK, Server, chromium, step, take_part
 from participant import DEPTH, NECKER
 from playwright.sync_api import Browser, Error
 from test_browser import SCALES, journal, served
@@ -95,7 +95,7 @@ def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path
     page.goto(f"http://127.0.0.1:{server.port}/")
     page.wait_for_selector("h1:text-is('What we do')")
     keep(page, "consent-1")
-    page.click("button:text-is('Go on')")
+    page.click("button:text-is('Continue')")
     page.wait_for_selector("h1:text-is('Your rights')")
     keep(page, "consent-2")
     page.click("button:text-is('I agree')")
@@ -135,6 +135,35 @@ def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: 
     context.close()
     server.end()
     assert "pid-of-a-phone" not in "".join(path.read_text() for path in tmp_path.glob("data-links*"))
+    assert not (tmp_path / "data").exists()
+
+
+BLOCKED = """for (const name of ["sessionStorage", "localStorage", "indexedDB"]) {
+    Object.defineProperty(window, name, { get() { throw new DOMException("blocked", "SecurityError"); } });
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("language", "sentence"), [("en", "allow cookies and"), ("de", "Erlauben Sie Cookies")])
+def test_blocked_storage_and_no_javascript_are_said(
+    browser: Browser, tmp_path: Path, language: str, sentence: str
+) -> None:
+    (tmp_path / "design.toml").write_text(f'task = "necker"\nlanguage = "{language}"\n')
+    server = Server(tmp_path)
+    server.start("--invite", 1)
+    try:
+        blocked = browser.new_context()
+        blocked.add_init_script(BLOCKED)
+        page = blocked.new_page()
+        page.goto(server.address)
+        page.wait_for_selector(f"text={sentence}")
+        page = browser.new_context(java_script_enabled=False).new_page()
+        page.goto(server.address)
+        said = page.inner_text("body")
+        assert "needs JavaScript" in said
+        assert "braucht JavaScript" in said
+    finally:
+        server.end()
     assert not (tmp_path / "data").exists()
 
 

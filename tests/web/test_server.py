@@ -470,6 +470,31 @@ def test_one_participant_costs_no_more_than_a_page_sends(client: TestClient, tmp
     assert client.post("/api/here", content=large).status_code == 413
 
 
+def test_an_answer_needs_the_token_of_its_trial(tmp_path: Path) -> None:
+    made = study(tmp_path)
+    with client_of(made) as client:
+        someone, other = Participant(client), Participant(client)
+        someone.begin()
+        other.begin()
+        message = someone.message(someone.trials[0], 0)
+        first = {key: message[key] for key in ("phase", "trial")}
+        before = journal(tmp_path).read_bytes()
+        tokens = someone.ask("next", **first).json()["trial_tokens"]
+        assert len(tokens) == len(set(tokens)) == min(len(someone.trials), studies.AHEAD)
+        for wrong in ("none", tokens[1], other.ask("next", **first).json()["trial_tokens"][0]):
+            refused = someone.ask("answer", **message, trial_token=wrong)
+            assert refused.status_code == 403
+            assert "was not shown" in refused.json()["error"]
+        assert client.post("/api/answer", json={"token": someone.token, "tab": "tab-1", **message}).status_code == 400
+        assert journal(tmp_path).read_bytes() == before
+        assert someone.ask("answer", **message, trial_token=tokens[0]).json()["recorded"]
+        assert someone.ask("next", **first).status_code == 409  # recorded
+    with client_of(study(tmp_path)) as client:  # of a page that had its tokens before the server was started again
+        same = Participant(client, someone.token)
+        later = same.message(someone.trials[1], 1)
+        assert same.ask("answer", **later, trial_token=tokens[1]).json() == {"recorded": True, "done": 2}
+
+
 def test_a_list_with_a_number_that_is_not_finite_starts_no_server(tmp_path: Path) -> None:
     path = tmp_path / "design.toml"
     path.write_text(NECKER)

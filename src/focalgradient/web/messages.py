@@ -164,11 +164,13 @@ class Answer(Message):
 
 
 class Given(Answer, Who):
-    """Response sent by a session's page."""
+    """Response sent by a session's page; `trial_token` proves that the server gave this trial to it."""
+
+    trial_token: Label
 
 
 class Next(Who):
-    """Request for the stimuli of a trial."""
+    """Request for a trial: its token, and those of the following ones; its stimuli if they depend on responses."""
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
     trial: Annotated[int, Field(ge=1, le=100_000)]

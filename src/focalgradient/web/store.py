@@ -59,6 +59,8 @@ class Place:
         Number of times that the page was hidden, left full screen or zoomed during a trial.
     stored
         Size in bytes of the journal in a shared store.
+    key
+        Secret of the session, from its journal, by which the tokens of its trials are made.
     """
 
     participant: str
@@ -71,6 +73,7 @@ class Place:
     done: int = 0
     lost: int = 0
     stored: int = 0
+    key: str | None = None
 
     def held_by_another(self, tab: str) -> bool:
         """Return whether another tab has sent a heartbeat within `SILENT_S`."""

@@ -6,6 +6,7 @@ is acknowledged but not recorded twice, so that the page may resend it as often 
 
 from __future__ import annotations
 
+import hmac
 import secrets
 import threading
 import time
@@ -20,7 +21,7 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from focalgradient.dataset import Apparatus, Files, Journal, Session, read_journal
-from focalgradient.dataset.withdrawal import remove_participant
+from focalgradient.dataset.withdrawal import record_of, remove_participant
 from focalgradient.design import Design, recorded_design
 from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
@@ -46,6 +47,12 @@ BEGINS = 10
 MESSAGES = 1200
 """Maximum number of other messages of one session per minute: pages send about 100; twice as many may arrive at once.
 """
+
+AHEAD = 10
+"""Maximum number of trials that a page may be ahead of the recorded responses: some 20 s of short trials."""
+
+TOKEN_DIGITS = 32
+"""Number of hexadecimal digits of a trial's token (128 bits)."""
 
 STAMP_BYTES = 12
 """Size in bytes of a frame time stamp in a message."""
@@ -236,8 +243,9 @@ class Study:
             place.session = session
             self._handed[place.participant] = self.clock.since() - given.waited_ms / 1000
             agreed = self.lists.consent and self.lists.consent.stated(self.clock.now().isoformat(timespec="seconds"))
-            # A random number that identifies copies of the session after its removal.
-            record = {"record": secrets.token_hex(16)} if status == "new" else {}
+            # A random number that makes the tokens of trials, and identifies copies of the session after its removal.
+            known = status != "new" and record_of(read_journal(place.journal)) is not None
+            record = {} if known else {"record": secrets.token_hex(16)}
             session.note("sitting", **about_sitting(given), consent=agreed, **record)
             if status == "new" and place.participant in self.people.sharing_identifiers():
                 session.note("same identifier")
@@ -259,15 +267,31 @@ class Study:
         return None if handed is None else self.clock.since() - handed
 
     def next(self, given: Next) -> dict[str, Any]:
-        """Return the stimuli of the next trial of an adaptive task."""
+        """Return the tokens of a trial and of the following ones; in an adaptive task the next trial's, with stimuli.
+
+        The page may be `AHEAD` trials ahead of the recorded responses, which the network may hold back.
+        """
         with self._held(given) as place:
             session = place.session or self._rejoined(place)
             if session is None:
                 raise Refused(425, "The session must be resumed before a trial is requested.")
             left = session.remaining()
-            if not left or (left[0].phase, left[0].trial) != (given.phase, given.trial):
+            ahead = 1 if session.task.adapts else AHEAD
+            keys = [(trial.phase, trial.trial) for trial in left[:ahead]]
+            if (given.phase, given.trial) not in keys:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
-            return self.lists.adapted(left[0], session.recorded)
+            first = keys.index((given.phase, given.trial))
+            tokens = [self._trial_token(place, *key) for key in keys[first:]]
+            stimuli = self.lists.adapted(left[0], session.recorded) if session.task.adapts else {}
+            return {"trial_tokens": tokens, **stimuli}
+
+    def _trial_token(self, place: Place, phase: str, trial: int) -> str:
+        """Return the token of a trial, the same from every server and after every restart."""
+        if place.key is None:
+            place.key = record_of(read_journal(place.journal))
+        if place.key is None:  # a server was killed before it had recorded the sitting
+            raise Refused(425, "The session must be resumed before a trial is requested.")
+        return hmac.digest(place.key.encode(), f"{phase} {trial}".encode(), "sha256").hex()[:TOKEN_DIGITS]
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record a response, and acknowledge it once it is on disk."""
@@ -284,6 +308,8 @@ class Study:
                 return {"recorded": True, "again": True, "done": done}
             if numbers[key] > done:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.", done=done)
+            if not hmac.compare_digest(given.trial_token.encode(), self._trial_token(place, *key).encode()):
+                raise Refused(403, f"Trial {given.trial} ({given.phase}) was not shown: request it first.", done=done)
             try:
                 elapsed = self._elapsed(place)
                 frames = record(session, self.lists.pictures, given, self.clock.now(), elapsed)

@@ -102,3 +102,18 @@ export class Outbox {
     }
   }
 }
+
+// Whether the browser lets the page store responses until they are sent.
+export async function canStore() {
+  try {
+    for (const storage of [sessionStorage, localStorage]) {
+      storage.setItem("focalgradient test", "");
+      storage.removeItem("focalgradient test");
+    }
+    (await asked(indexedDB.open("focalgradient test"))).close();
+    indexedDB.deleteDatabase("focalgradient test");
+    return true;
+  } catch {
+    return false;
+  }
+}

@@ -16,7 +16,7 @@ import FormPlugin from "./form.js";
 import { ends, measureFrame } from "./frames.js";
 import { gammaMatches } from "./gamma.js";
 import { significant } from "./numbers.js";
-import { Outbox, Refused } from "./outbox.js";
+import { canStore, Outbox, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
 import { question } from "./question.js";
@@ -27,15 +27,13 @@ import { escaped, filled, html, turned } from "./texts.js";
 import { touching } from "./touch.js";
 
 const BEAT_MS = 5000; // between two heartbeats, which tell the server that this tab still shows the session
+const SOON = 5; // trials before the last known token at which further ones are requested
 const AWAY_MS = 1000; // between two attempts to reach an unavailable server
 
 class Page {
   constructor(study) {
     this.study = study;
     this.shown = []; // events and texts shown, in order
-    // The tab's identifier persists across reloads only.
-    this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
-    sessionStorage.setItem("tab", this.tab);
     // Outside the body, which jsPsych fills and listens to.
     this.note = Object.assign(document.createElement("p"), { id: "waiting", hidden: true });
     this.note.setAttribute("role", "status");
@@ -52,6 +50,13 @@ class Page {
       this.say(this.words(...lacks));
       return false;
     }
+    if (!(await canStore())) {
+      this.say(this.words("web.needs_storage"));
+      return false;
+    }
+    // The tab's identifier persists across reloads only.
+    this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
+    sessionStorage.setItem("tab", this.tab);
     if (mayLackKeys(this.state)) {
       this.say(this.words("web.needs_keyboard"));
       await spacePressed();
@@ -134,7 +139,7 @@ class Page {
       this.note.hidden = true;
       return;
     }
-    this.note.textContent = this.words("web.waiting", { count });
+    this.note.textContent = count === 1 ? this.words("web.waiting_one") : this.words("web.waiting", { count });
     this.late ??= setTimeout(() => (this.note.hidden = false), 3000);
   }
 
@@ -337,23 +342,37 @@ class Page {
     return { ...this.picture([interval]), blank_seconds: 0, pause_seconds: 0, on_start };
   }
 
-  // Stimuli of a trial are fetched in advance; in an adaptive task the server now chooses them.
+  // A trial's token, without which its response is refused, and those of the following trials, so that the session
+  // goes on while the network does not answer. In an adaptive task the server now chooses the trial's stimuli.
+  async given(trial) {
+    if (!trial.phase) return;
+    const place = this.left.indexOf(trial);
+    const keep = ({ trial_tokens = [], ...stimuli }) => {
+      trial_tokens.forEach((token, n) => (this.left[place + n].token = token));
+      Object.assign(trial, stimuli);
+    };
+    const message = { phase: trial.phase, trial: trial.trial };
+    if (!trial.token) {
+      await this.outbox.send();
+      keep(await this.insist("/api/next", () => message));
+    } else if (!trial.adapts && this.left[place + SOON]?.token === undefined && place + SOON < this.left.length) {
+      this.ask("/api/next", message).then(keep, () => {}); // when the tokens run out, it is asked again and waited for
+    }
+  }
+
+  // Stimuli of a trial are fetched in advance.
   fetching(trial) {
     const fetched = async () => {
-      if (trial.adapts) {
-        await this.outbox.send();
-        Object.assign(trial, await this.insist("/api/next", () => ({ phase: trial.phase, trial: trial.trial })));
-      }
-      await this.fetched(trial.knob?.views ?? trial.intervals, trial.knob ? loadSeries : load);
+      await this.given(trial);
+      await this.fetched(trial.knob?.views ?? trial.intervals ?? [], trial.knob ? loadSeries : load);
     };
     return { type: Call, async: true, func: (done) => fetched().then(done, (error) => this.lost(error)) };
   }
 
   // A trial with its pages, also in repeated practice.
   turn(trial) {
-    const fetched = trial.cube ? [] : [this.fetching(trial)];
     const nodes = trial.cube ? this.cubeNodes(trial) : trial.knob ? this.knobNodes(trial) : this.depthNodes(trial);
-    return [...fetched, ...this.steps(trial.lead, trial), ...nodes];
+    return [this.fetching(trial), ...this.steps(trial.lead, trial), ...nodes];
   }
 
   // Estimated minutes left from this trial on at the pace so far; at 10 s per trial if there is none yet.
@@ -422,7 +441,8 @@ class Page {
     const keep = async () => {
       if (trial.phase === "practice" && this.practice.note(trial, answer)) return; // sent with the first response of the main trials
       const practice = trial.phase === "main" ? this.practice.taken() : [];
-      const message = { attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
+      const shown = trial.token ? { trial_token: trial.token } : {};
+      const message = { ...shown, attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
       await this.outbox.put({ phase: trial.phase, trial: trial.trial }, message);
     };
     return { type: Call, async: true, func: (done) => keep().then(done) };
@@ -494,7 +514,9 @@ class Page {
 }
 
 async function start() {
-  const study = document.body.dataset.platform ? await Exported.open(document.body.dataset) : new Server();
+  const { platform } = document.body.dataset;
+  if (platform && !(await canStore())) throw new Error("The study needs storage in this browser: allow cookies and site data for this page.");
+  const study = platform ? await Exported.open(document.body.dataset) : new Server();
   const page = new Page(study);
   study.waiting = (count) => page.showWaiting(count);
   globalThis.focalgradient = { page, Cube, load }; // for tests and debugging
