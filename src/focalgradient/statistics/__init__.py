@@ -89,7 +89,7 @@ from focalgradient.statistics.ratings import (
     depth_rating,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
-from focalgradient.statistics.response_times import EzDiffusion, ResponseTimes, response_times
+from focalgradient.statistics.response_times import ResponseTimes, response_times
 from focalgradient.statistics.thresholds import (
     SubjectThreshold,
     ThresholdFit,
@@ -123,7 +123,6 @@ __all__ = [
     "Effect",
     "Equivalence",
     "Exclusion",
-    "EzDiffusion",
     "FactorEffect",
     "FixationResult",
     "GradientEffect",
