@@ -37,12 +37,11 @@ from focalgradient.statistics.cue_combination import (
 from focalgradient.statistics.detection import (
     Detection,
     DetectionGroup,
-    MetaSensitivity,
     RatingRoc,
     detection_by_person,
-    meta_sensitivity,
     rating_roc,
     sensitivity,
+    type2_area,
 )
 from focalgradient.statistics.difference_scaling import (
     DifferenceScale,
@@ -128,7 +127,6 @@ __all__ = [
     "GradientEffect",
     "GroupFunction",
     "Interval",
-    "MetaSensitivity",
     "NeckerResult",
     "NotComputed",
     "OrdinalResult",
@@ -177,7 +175,6 @@ __all__ = [
     "fit_psychometric_groups",
     "fit_threshold",
     "log_likelihood_of_people",
-    "meta_sensitivity",
     "necker",
     "planned_tests",
     "predict_combined",
@@ -190,4 +187,5 @@ __all__ = [
     "response_times",
     "sensitivity",
     "simulate_cue_judgements",
+    "type2_area",
 ]
