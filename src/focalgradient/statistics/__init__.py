@@ -23,17 +23,6 @@ from focalgradient.statistics.cube import (
     SubjectShare,
     necker,
 )
-from focalgradient.statistics.cue_combination import (
-    CUE_RULES,
-    CueCombination,
-    CueModel,
-    CuePerson,
-    CuePrediction,
-    CueThreshold,
-    fit_cue_combination,
-    predict_combined,
-    simulate_cue_judgements,
-)
 from focalgradient.statistics.detection import (
     Detection,
     DetectionGroup,
@@ -42,12 +31,6 @@ from focalgradient.statistics.detection import (
     rating_roc,
     sensitivity,
     type2_area,
-)
-from focalgradient.statistics.difference_scaling import (
-    DifferenceScale,
-    draw_quadruples,
-    draw_triads,
-    fit_difference_scale,
 )
 from focalgradient.statistics.dominance import (
     DominanceModel,
@@ -98,22 +81,15 @@ from focalgradient.statistics.thresholds import (
 )
 
 __all__ = [
-    "CUE_RULES",
     "SHAPES",
     "ComparisonMean",
     "ComparisonResult",
     "ComparisonTests",
     "Components",
     "ConditionTest",
-    "CueCombination",
-    "CueModel",
-    "CuePerson",
-    "CuePrediction",
-    "CueThreshold",
     "DepthRatingResult",
     "Detection",
     "DetectionGroup",
-    "DifferenceScale",
     "Dominance",
     "DominanceModel",
     "DurationFit",
@@ -165,11 +141,7 @@ __all__ = [
     "condition_tests",
     "depth_rating",
     "detection_by_person",
-    "draw_quadruples",
-    "draw_triads",
     "factor_effects",
-    "fit_cue_combination",
-    "fit_difference_scale",
     "fit_dominance",
     "fit_durations_of_people",
     "fit_psychometric_groups",
@@ -177,7 +149,6 @@ __all__ = [
     "log_likelihood_of_people",
     "necker",
     "planned_tests",
-    "predict_combined",
     "quality",
     "rating_roc",
     "read_detection",
@@ -186,6 +157,5 @@ __all__ = [
     "read_thresholds",
     "response_times",
     "sensitivity",
-    "simulate_cue_judgements",
     "type2_area",
 ]
