@@ -119,7 +119,7 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
     Reader().feed(text)
     assert not open_tags
     pictures = [source for source in sources if not source.startswith("#")]
-    assert len(pictures) == 5
+    assert len(pictures) == 4
     assert all(source.startswith("data:image/png;base64,") for source in pictures)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
