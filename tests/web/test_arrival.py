@@ -142,4 +142,7 @@ def test_what_is_shown_before_joining_takes_no_label(tmp_path: Path) -> None:
     with client_of(served) as client:
         opening = client.get("/api/opening").json()
         assert "web.needs_screen" in opening["words"]
+        told = "".join(opening["words"])
+        for hidden in ("depth.", "necker.feedback", "pinhole.", "blur.", "consent."):
+            assert hidden not in told
         assert served.people.everybody() == {}

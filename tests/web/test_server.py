@@ -61,6 +61,7 @@ def test_a_session_from_link_to_completion_is_a_valid_data_set(tmp_path: Path, d
         assert someone.ask("state").json()["status"] == "new"
         assert someone.begin().status_code == 200
         assert someone.ask("finish").status_code == 409  # no completion before all is on the disk
+        assert "closing" not in someone.ask("begin", **participant.SITTING).json()  # no debriefing before the end
         for number in range(len(someone.trials)):
             assert someone.answer(number).json() == {"recorded": True, "done": number + 1}
         assert someone.ask("state").json()["status"] == "complete"

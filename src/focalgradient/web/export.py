@@ -132,7 +132,11 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
             name = interval["url"].removeprefix("/pictures/")
             shown.add(name)
             interval["url"] = f"pictures/{quote(name)}"
-        content = {"sha256": digest_of(trials), "session": lists.session(label), "trials": entries}
+        content = {
+            "sha256": digest_of(trials),
+            "session": lists.session(label) | {"closing": lists.closing(label)},
+            "trials": entries,
+        }
         (bundle / "lists" / f"{label}.json").write_text(json.dumps(content), encoding="utf-8")
     return shown
 

@@ -101,7 +101,7 @@ class Lists:
         consent = self.consent and {"pages": list(self.consent.texts), "sha256": self.consent.sha256}
         return {
             "language": self.words.language if len(self.words.language) == 2 else "en",
-            "words": {name: entry for name, entry in self.words.entries.items() if isinstance(entry, str)},
+            "words": {name: entry for name, entry in self.words.entries.items() if self._is_told(name)},
             "consent": consent,
             "ask": list(self.design.ask),
             "gamma": self.gamma,
@@ -109,6 +109,11 @@ class Lists:
             "smallest_screen": sorted(self.design.smallest_screen, reverse=True),
             "refocuses": self._task.adjusts,
         }
+
+    def _is_told(self, name: str) -> bool:
+        """Return whether a text is needed by every page; texts of tasks and debriefings come with their pages."""
+        labels = [f"necker.{key}" for key in ("rigid", "nonrigid")] if isinstance(self.design, NeckerDesign) else []
+        return name.startswith("web.") or name in ("common.decimal", "session.rest_wait", "session.thanks", *labels)
 
     def session(self, participant: str) -> dict[str, Any]:
         """Return the content that all trials of a participant share: first and last pages, scale or keys, sizes."""
@@ -125,7 +130,6 @@ class Lists:
         judged = (getattr(design, "practice_right", 0.0), getattr(design, "practice_rounds", 1))
         return content | {
             "opening": [self._step(page) for page in pages.opening()],
-            "closing": self.closing(participant),
             "practice": dict(zip(("share", "rounds"), judged, strict=True)) | {"again": again and self._step(again)},
         }
 

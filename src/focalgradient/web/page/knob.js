@@ -19,6 +19,7 @@ export class Knob {
     place.append(this.slider, " ", this.button);
     this.move(0);
     this.turned = !turn_first;
+    if (turn_first) this.slider.setAttribute("aria-valuetext", "\u2013");
     this.button.disabled = turn_first;
     this.listeners = [
       [this.slider, "input", () => this.move(this.slid(Number(this.slider.value)) - this.share)],
@@ -42,7 +43,7 @@ export class Knob {
   move(by) {
     this.share = Math.min(Math.max(this.share + by, 0), 1);
     this.slider.value = this.range.ratios ? this.share : this.value;
-    this.slider.setAttribute("aria-valuetext", this.value.toPrecision(3));
+    this.slider.setAttribute("aria-valuetext", `${Math.round(100 * this.share)} %`); // not the quantity
     this.turned = true;
     this.button.disabled = false;
   }

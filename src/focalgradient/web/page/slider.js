@@ -29,6 +29,7 @@ export function sliderQuestion(scale, { number, escaped, done, keep }) {
       const shown = document.querySelector("output");
       slider.classList.add("unset");
       slider.setAttribute("aria-label", scale.question);
+      slider.setAttribute("aria-valuetext", "\u2013"); // a screen reader does not read the hidden start
       slider.focus();
       slider.addEventListener("input", () => {
         slider.classList.remove("unset");
