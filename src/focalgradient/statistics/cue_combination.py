@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.hessian import covariance_at
+from focalgradient.statistics.hessian import covariance_at, polished
 from focalgradient.statistics.records import NotComputed
 
 __all__ = [
@@ -285,7 +285,9 @@ class _Person:
         if rule.start or not found.success:  # mixtures have several maxima; "best" is not smooth
             options: Any = {"xatol": 1e-4, "fatol": 1e-5, "maxiter": 4000}
             found = optimize.minimize(cost, found.x, method="Nelder-Mead", options=options)
-        return np.asarray(found.x), -float(found.fun)
+        end = polished(cost, found.x)
+        end = np.asarray(found.x) if end is None else end
+        return end, -cost(end)
 
     def thresholds(self, free: FloatArray, covariance: FloatArray) -> tuple[CueThreshold, CueThreshold]:
         errors = np.sqrt(np.diag(covariance))

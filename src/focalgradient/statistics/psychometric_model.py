@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
 
+from focalgradient.statistics.hessian import polished
 from focalgradient.statistics.psychometric_shapes import Shape
 
 __all__ = ["Counts", "Layout", "ModelFit", "fit_model"]
@@ -218,6 +219,8 @@ def fit_model(
             if found.fun < best:
                 free, best = at, float(found.fun)
     model.anchor_at(free)
+    end = polished(cost, free, low=low, high=high) if len(free) else None
+    free = free if end is None else end
     best = cost(free)
     if not math.isfinite(best) or best >= IMPOSSIBLE:
         return None
@@ -446,6 +449,7 @@ class _Model:
             else:
                 return False
             if gain < NEWTON_END:
+                self.b, self.v = self.b + step_b, self.v + step_v
                 return True
             scale = min(1.0, 2.0 / max(1e-12, float(np.abs(step_b).max()), float(np.abs(step_v).max(initial=0.0))))
             for _ in range(30):
@@ -478,7 +482,8 @@ class _Model:
 
         reach = [(-MARGINAL_REACH, MARGINAL_REACH)] * len(unit)
         found = optimize.minimize(lost, 0 * unit, method="L-BFGS-B", bounds=reach, options={"eps": 1e-3, "ftol": 1e-8})
-        lost(found.x)
+        end = polished(lost, found.x, low=-MARGINAL_REACH, high=MARGINAL_REACH)
+        lost(end if end is not None else found.x)
 
     def covariances(self) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of the fixed effects, and the joint covariance with each person's v."""
