@@ -159,3 +159,13 @@ def test_meta_d_without_curvature_at_its_maximum_has_no_interval() -> None:
     found = meta_sensitivity([0, 31, 0, 5], [20, 13, 3, 0])
     assert isinstance(found, MetaSensitivity)
     assert (found.meta_d.low, found.meta_d.high) == (None, None)
+
+
+def test_rounding_does_not_change_the_curve_of_ratings():
+    signal, noise = [5.0, 11.0, 19.0, 31.0, 34.0], [36.0, 29.0, 21.0, 9.0, 5.0]
+    found, again = (rating_roc(np.array(signal) * factor, np.array(noise) * factor) for factor in (1, 1 + 1e-13))
+    for name in ("d_a", "sd_ratio"):
+        ends = getattr(found, name)
+        assert getattr(again, name).estimate == pytest.approx(ends.estimate, rel=1e-9)
+        assert getattr(again, name).low == pytest.approx(ends.low, rel=1e-8)
+    assert again.equal_p == pytest.approx(found.equal_p, rel=1e-7)

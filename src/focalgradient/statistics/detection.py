@@ -310,8 +310,8 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
         return cost(whole)
 
     covariance = covariance_at(of_inner, found[inner])
-    equal = optimize.minimize(cost, found, args=(1.0,), method="L-BFGS-B", bounds=bounds).x
-    equal = polished(lambda free: cost(free, 1.0), equal, low=low, high=high)
+    search = optimize.minimize(cost, found, args=(1.0,), method="L-BFGS-B", bounds=bounds)
+    equal = polished(lambda free: cost(free, 1.0), search.x, low=low, high=high)
     if covariance is None or equal is None:
         return NO_MAXIMUM
     mean, log_sd = found[:2]
