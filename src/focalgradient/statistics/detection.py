@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.hessian import covariance_at, hessian, polished
+from focalgradient.statistics.hessian import covariance_at, polished
 from focalgradient.statistics.means import paired_effect, t_interval
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
@@ -360,8 +360,3 @@ def type2_area(signal: ArrayLike, noise: ArrayLike) -> float:
     right, wrong = s[k:] + n[:k][::-1], n[k:] + s[:k][::-1]  # by confidence, in ascending order
     below = np.concatenate([[0], np.cumsum(wrong)[:-1]])
     return float((right * (below + wrong / 2)).sum() / right.sum() / wrong.sum())
-
-
-def _inverse(matrix: FloatArray) -> FloatArray:
-    """Invert an information matrix, without the criteria that are at their limit."""
-    return np.asarray(np.linalg.pinv(matrix, rcond=1e-8, hermitian=True))

@@ -246,9 +246,8 @@ IMPOSSIBLE = 1e10
 """Cost if the joint mode does not exist."""
 
 STARTS = (0.3, 1.0)
-"""Start values of the standard deviations: the joint density can have two modes of similar height (for functions that
-rise between two levels), each with its own maximum of the integral.
-"""
+"""Start values of the standard deviations: the joint density can have two modes (for functions that rise between two
+levels), each with its own maximum of the integral."""
 
 MARGINAL_REACH = 2.0
 """Maximum distance of the fixed effects from the joint mode, in standard errors."""
@@ -466,8 +465,7 @@ class _Model:
     def move_to_marginal_mode(self, sd: FloatArray, free: FloatArray) -> None:
         """Move fixed effects to the maximum of the integral over deviations, and deviations to their mode there.
 
-        The integral is Laplace's, around the mode of the deviations for given fixed effects, with observed second
-        derivatives. The search is limited to `MARGINAL_REACH` standard errors around the joint mode.
+        The integral is Laplace's, with observed second derivatives; the search is limited to `MARGINAL_REACH`.
         """
         assert self._curvature is not None
         joint = self.b, self.v
