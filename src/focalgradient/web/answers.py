@@ -85,10 +85,11 @@ def read_answer(
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
     _check_begun(read.onset, frames)
-    words = load_words(session.design.language)
+    design: Any = session.design
+    words = load_words(design.language)
     extra = _further(session, trial, words, read.also)
     if isinstance(read, Necker):
-        check_frames(frames["shown"], trial.trial_s)
+        check_frames(frames["shown"], design.least_s(trial))
         watched = Watched(
             onset=read.onset,
             presses=sorted(Press(*press) for press in read.presses),
@@ -99,7 +100,7 @@ def read_answer(
         return watched, frames
     times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
     if not isinstance(trial, DepthTrial):
-        task, design = session.task, session.design
+        task = session.task
         if task.adjusts:
             check_frames(frames["shown"], read.response_time + 1.0)
             given = task.answered(design, trial, read.rating, start=read.start, **times)
@@ -115,9 +116,9 @@ def read_answer(
         extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
-    check_frames(frames["shown"], session.design.least_s(trial))
+    check_frames(frames["shown"], design.least_s(trial))
     rated = Rated(
-        rating=_rating(session.design, read.rating, trial.interval),
+        rating=_rating(design, read.rating, trial.interval),
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,

@@ -141,9 +141,10 @@ class Study:
 
         It has the frame time stamps of a trial at `FRAMES_HZ`, and `SMALL_BYTES` besides.
         """
-        trials = self.design.trials("001") if not self.design.given_trials else ()
-        seconds = max((self.design.least_s(trial) for trial in trials), default=0.0) or LONGEST_S
-        practised = sum(trial.phase == "practice" for trial in trials) * getattr(self.design, "practice_rounds", 1)
+        design: Any = self.design
+        trials = () if design.given_trials else design.trials("001")
+        seconds = max((design.least_s(trial) for trial in trials), default=0.0) or LONGEST_S
+        practised = sum(trial.phase == "practice" for trial in trials) * getattr(design, "practice_rounds", 1)
         return min(MOST_BYTES, (1 + practised) * int(FRAMES_HZ * seconds * STAMP_BYTES) + SMALL_BYTES)
 
     def _place(self, token: str, rate: Rate | None = None) -> Place:
@@ -277,7 +278,7 @@ class Study:
                 raise Refused(425, "The session must be resumed before a trial is requested.")
             left = session.remaining()
             ahead = 1 if session.task.adapts else AHEAD
-            keys = [(trial.phase, trial.trial) for trial in left[:ahead]]
+            keys: list[tuple[str, int]] = [(trial.phase, trial.trial) for trial in left[:ahead]]
             if (given.phase, given.trial) not in keys:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
             first = keys.index((given.phase, given.trial))
