@@ -155,7 +155,12 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
                 run(
                     "observers",
                     taking_part,
-                    lambda progress: simulated.take_part(answering, full=full, progress=progress),
+                    lambda progress: simulated.take_part(
+                        answering,
+                        full=full,
+                        progress=progress,
+                        name=lambda what: bar.set_description(what.ljust(15)),
+                    ),
                 )
                 answering.replace(dataset)
             try:
