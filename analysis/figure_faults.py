@@ -118,7 +118,7 @@ def _outline(text: Text) -> NDArray[np.float64]:
     elif abs(along) > 0.5:
         size = size[::-1]
     assert text.figure is not None
-    em = text.get_fontsize() * text.figure.dpi / 72
+    em = float(text.get_fontsize()) * text.figure.dpi / 72
     half = np.maximum(size / 2 + [TEXT_GAP / 2 * em, -TEXT_LEADING * em], 0.1)
     corners = half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
     return corners @ np.array([[across, along], [-along, across]]) + [box.x0 + box.width / 2, box.y0 + box.height / 2]
@@ -161,19 +161,20 @@ def _data(ax: Axes) -> Iterator[tuple[Artist, NDArray[np.float64], tuple[bool, b
         elif isinstance(artist, PathCollection):
             transform, paths = artist.get_offset_transform(), [Path(np.asarray(artist.get_offsets(), float))]
         elif isinstance(artist, Collection):
-            transform, paths = artist.get_transform(), artist.get_paths()
+            transform, paths = artist.get_transform(), [*artist.get_paths()]
         elif isinstance(artist, Patch):
             transform, paths = artist.get_transform(), [artist.get_path()]
         else:
             continue
-        places = [transform.transform(path.vertices) for path in paths if len(path.vertices)]
-        if places:
-            yield artist, np.concatenate(places), transform.contains_branch_seperately(ax.transData)
+        points = [transform.transform(path.vertices) for path in paths]
+        across, along = transform.contains_branch_seperately(ax.transData)
+        if sum(map(len, points)):
+            yield artist, np.concatenate([one for one in points if len(one)]), (across, along)
 
 
 def _beyond(ax: Axes) -> list[Artist]:
     """Return the artists whose data leave the axes."""
-    low, high = ax.bbox.min - SLACK, ax.bbox.max + SLACK
+    low, high = np.array(ax.bbox.min) - SLACK, np.array(ax.bbox.max) + SLACK
     found = []
     for artist, points, of_data in _data(ax):
         clips = artist.get_clip_on()
@@ -206,8 +207,9 @@ def _covers(box: BboxBase, artist: Artist, points: NDArray[np.float64]) -> bool:
     if not len(points):
         return False
     if isinstance(artist, PathCollection) or (isinstance(artist, Line2D) and artist.get_linestyle() == "None"):
-        return bool(((points > box.min + SLACK) & (points < box.max - SLACK)).all(axis=1).any())
-    return Path(points).intersects_bbox(box, filled=isinstance(artist, Patch))
+        low, high = np.array(box.min) + SLACK, np.array(box.max) - SLACK
+        return bool(((points > low) & (points < high)).all(axis=1).any())
+    return Path(points).intersects_bbox(Bbox(box.get_points()), filled=isinstance(artist, Patch))
 
 
 def _look(handle: Artist | None) -> Any:

@@ -75,4 +75,6 @@ if __name__ == "__main__":
     try:
         bundle()
     except (ImportError, FileNotFoundError) as error:
-        sys.exit(f"The plugins cannot be bundled ({error}): run 'make' in the checkout, whose .venv has what this needs.")
+        sys.exit(
+            f"The plugins cannot be bundled ({error}): run 'make' in the checkout, which makes .venv with all of it."
+        )

@@ -123,8 +123,8 @@ class OwnTask(Part):
             caption = f"Answers by {factor}: each subject thin, mean and its 95 % interval over subjects bold."
             yield output.figure(name, figure, caption)
         for level in self.task.adapted_fields:
-            factor, ratio = factors[0] if factors else None, level in self.task.ratios
-            traced = trace_figure(self.rows, level, factor, self.units, ratio=ratio, simulated=self.simulated)
+            by, ratio = factors[0] if factors else None, level in self.task.ratios
+            traced = trace_figure(self.rows, level, by, self.units, ratio=ratio, simulated=self.simulated)
             yield output.figure(f"{self.name}_{level}_trace", traced, TRACE)
         sheets = [_means(self)]
         if self.tests:
