@@ -24,20 +24,17 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
-from focalgradient.report import robustness_part as robustness_module
 from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.exclusions import sensitivity
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
-from focalgradient.report.parts import Output
 from focalgradient.report.provenance import listed
 from focalgradient.report.scales import comparison_sheets
 from focalgradient.report.tables import Sheet, interval, probability, rating_sheets
 from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, Effect, compare_pictures, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
-from focalgradient.statistics.robustness import Variant
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +119,7 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
     Reader().feed(text)
     assert not open_tags
     pictures = [source for source in sources if not source.startswith("#")]
-    assert len(pictures) == 5
+    assert len(pictures) == 4
     assert all(source.startswith("data:image/png;base64,") for source in pictures)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
@@ -134,7 +131,6 @@ def test_markdown_names_its_figures_and_says_what_html_says(made):
         "depth_rating.png",
         "depth_rating_scenes.png",
         "depth_rating_residuals.png",
-        "robustness.png",
         "necker.png",
     ]
     assert all(made.files[name].startswith(b"\x89PNG") for name in named)
@@ -245,11 +241,11 @@ def test_equal_answers_are_said_to_be_so(tmp_path):
     depth_rating_figure(result, simulated=True)
 
 
-def rated(near: float, far: float, power: float) -> DepthRatingResult:
-    """Twelve people whose log rating grows to `near` or `far` by a power of the aperture, alike to a few per cent."""
+def rated(near: float, far: float) -> DepthRatingResult:
+    """Twelve people whose log rating grows to `near` or `far` with the aperture, alike to a few per cent."""
     rng = np.random.default_rng(4)
     rows = [
-        (f"sub-{who:02}", fixation, f"f/{16 / mm:g}" if mm else "pinhole", mm, scene, own * (mm / 8) ** power)
+        (f"sub-{who:02}", fixation, f"f/{16 / mm:g}" if mm else "pinhole", mm, scene, own * mm / 8)
         for who in range(12)
         for fixation, rise in (("nearest", near), ("farthest", far))
         for own in [rise + 0.02 * rng.standard_normal()]
@@ -262,34 +258,21 @@ def rated(near: float, far: float, power: float) -> DepthRatingResult:
 
 
 @pytest.mark.parametrize(
-    ("near", "power", "said"),
+    ("near", "said"),
     [
-        (0.7, 1.0, "ratings rose from the pinhole"),
-        (-0.7, 1.0, "ratings fell from the pinhole"),
-        (0.0, 1.0, "ratings did not change reliably from the pinhole"),
-        (0.7, 1.0, "The change is not shown to be equivalent to zero within a factor of 1.20"),
-        (0.0, 1.0, "The change is equivalent to zero within a factor of 1.20"),
-        (0.08, 1.0, "Ratings rose, and the change is equivalent to zero within a factor of 1.20: it is reliable, but"),
-        (0.7, 0.5, "it flattens towards the largest aperture"),
-        (-0.7, 0.5, "it flattens towards the largest aperture"),
-        (0.7, 2.0, "it steepens towards the largest aperture"),
-        (-0.7, 2.0, "it steepens towards the largest aperture"),
+        (0.7, "ratings rose from the pinhole"),
+        (-0.7, "ratings fell from the pinhole"),
+        (0.0, "ratings did not change reliably from the pinhole"),
+        (0.7, "The change is not shown to be equivalent to zero within a factor of 1.20"),
+        (0.0, "The change is equivalent to zero within a factor of 1.20"),
+        (0.08, "Ratings rose, and the change is equivalent to zero within a factor of 1.20: it is reliable, but"),
     ],
 )
-def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float, said: str) -> None:
-    first, second, difference = rating_findings(rated(near, 0.0, power))
+def test_a_finding_says_direction_and_equivalence(near: float, said: str) -> None:
+    first, second, difference = rating_findings(rated(near, 0.0))
     assert said in first
-    assert ("not straight" in first) == (power != 1)
     assert "did not change reliably" in second
     assert ("did not differ reliably" in difference) == (near == 0)
-
-
-@pytest.mark.parametrize(("power", "said"), [(0.5, "is higher in the middle"), (2.0, "is lower in the middle")])
-def test_a_curve_without_a_rise_neither_flattens_nor_steepens(power: float, said: str) -> None:
-    level, bent = rated(0.0, 0.0, 1.0), rated(0.7, 0.0, power).fixations[0].curvature
-    first = dataclasses.replace(level.fixations[0], curvature=bent)
-    found = rating_findings(dataclasses.replace(level, fixations=(first, level.fixations[1])))[0]
-    assert f"The curve is not straight: it {said} than at its ends (t(" in found
 
 
 def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings(data: Path) -> None:
@@ -316,7 +299,7 @@ def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_find
 
 
 def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
-    result = rated(0.7, 0.0, 1.0)
+    result = rated(0.7, 0.0)
     low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
     sentence = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
     assert sentence.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
@@ -324,7 +307,7 @@ def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
 
 
 def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
-    result = rated(0.7, 0.0, 1.0)
+    result = rated(0.7, 0.0)
     table = next(sheet.table for sheet in rating_sheets(result) if sheet.file == "depth_rating_rises.csv")
     assert table is not None
     tests = [each.rise_these_scenes for each in result.fixations] + [result.interaction_these_scenes]
@@ -471,15 +454,6 @@ def test_differences_of_slopes_are_tabled_by_pair(fixations: tuple[str, ...], di
     named = tests[tests["holds for other"].str.startswith("subjects;")]["what"].tolist()
     assert [name for name in named if name.startswith("difference")] == differences
     assert [name for name in named if name.startswith("slope")] == [f"slope, {name} in focus" for name in fixations]
-
-
-def test_robustness_is_drawn_of_the_first_fixation(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[list[Variant]] = []
-    monkeypatch.setattr(robustness_module, "robustness_figure", lambda own, *_, **__: drawn.append(own))
-    monkeypatch.setattr(Output, "figure", lambda self, name, figure, caption: Paragraph(caption))
-    *_, caption = robustness_module.robustness_part(analyse_ratings(data), Output())
-    assert {each.fixation for each in drawn[0]} == {"nearest"}
-    assert caption.text.startswith("Robustness, the nearest object in focus:")
 
 
 def test_a_table_of_ones_own_is_described_without_its_catch_trials(data: Path) -> None:
