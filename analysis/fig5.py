@@ -221,10 +221,15 @@ def _distance(read: Read) -> NDArray[np.float64]:
 def _scatter(ax: Axes, read: Read, seen: NDArray[np.float64]) -> None:
     """Draw estimated against traced vergence for every 25th pixel."""
     ax.plot([1 / FAR, 1 / FOCUS], [1 / FAR, 1 / FOCUS], color=GREY, linewidth=0.6, zorder=3)
+    low, high, beyond = 0.2, 1.1, 0
     for chosen, colour, name in ((read.direct, BLUE, "seen directly"), (read.mirrored, ORANGE, "reflections")):
         some = np.flatnonzero(chosen)[::25]
-        ax.plot(seen.flat[some], read.depth.vergence.flat[some], ".", color=colour, markersize=2, label=name)
-    ax.set(xlabel="traced (D)", ylabel="estimated (D)")
+        points = np.array([seen.flat[some], read.depth.vergence.flat[some]])
+        shown = ((points >= low) & (points <= high)).all(axis=0)
+        beyond += int((~shown).sum())
+        ax.plot(*points[:, shown], ".", color=colour, markersize=2, label=name)
+    ax.set(xlim=(low, high), ylim=(low, high), xlabel="traced (D)", ylabel="estimated (D)")
+    ax.text(0.98, 0.04, f"{beyond} points lie beyond", transform=ax.transAxes, ha="right", color=GREY)
     ax.set_title("(i) default method against traced", loc="left", pad=17)
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0, ncols=2, handlelength=1, markerscale=3)
 

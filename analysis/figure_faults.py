@@ -18,6 +18,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.path import Path
+from matplotlib.spines import Spine
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox, BboxBase
 from numpy.typing import NDArray
@@ -154,7 +155,7 @@ def _inside(box: BboxBase, outer: BboxBase) -> bool:
 def _data(ax: Axes) -> Iterator[tuple[Artist, NDArray[np.float64], tuple[bool, bool]]]:
     """Yield each artist with data, its points in pixels, and which of their coordinates are data."""
     for artist in ax.get_children():
-        if not artist.get_visible() or artist is ax.patch or artist.get_gid() == "clipped":
+        if not artist.get_visible() or artist is ax.patch or isinstance(artist, Spine) or artist.get_gid() == "clipped":
             continue
         if isinstance(artist, Line2D):
             transform, paths = artist.get_transform(), [artist.get_path()]
