@@ -20,6 +20,7 @@ import numpy as np
 from focalgradient.dataset.alike import REMEDY, same_content
 from focalgradient.dataset.arrival import late_arrivals
 from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, source_files, table_text
+from focalgradient.dataset.conduct import asked_for_removal, conduct, wrong_exposures
 from focalgradient.dataset.consistency import (
     is_age,
     pictures_of,
@@ -258,7 +259,8 @@ class _Checked:
             return None
         if (head["kind"] == "simulated") != self.simulated:
             self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json states the other.")
-        if any(note.get("kind") == "keep" and note.get("kept") is False for note in log.of("note")):
+        self.notes += [f"{path}: {sentence}" for sentence in conduct(log)]
+        if asked_for_removal(log.events):
             self.problems.append(
                 f"{path}: the participant asked for removal of the answers: run 'focalgradient withdraw {self.root} "
                 f"sub-{files.participant}'."
@@ -297,6 +299,7 @@ class _Checked:
         self.stated[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
         if log is not None:
             self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
+            self.problems += [f"{log.path}: {sentence}" for sentence in wrong_exposures(log)]
             if (waited := late_arrivals(log, design, trials)) is not None:
                 self.notes.append(f"{log.path}: {waited}")
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:

@@ -33,7 +33,7 @@ from focalgradient.lab.questions import ask, explain
 from focalgradient.lab.stereoscope import align
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
-from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, SHOWN, SHOWN_ABOUT
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -336,7 +336,7 @@ class _Walk:
             _uninterrupted(partial(self._page, repeat.again))
             repeated = []
             for turn in repeat.turns:
-                answer = _timed(experiment, sitting, session, turn.trial)
+                answer = _timed(experiment, sitting, session, turn.trial, number + 1)
                 session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=answer_event(answer))
                 _note_events(sitting, session)
                 sitting.shown = None
@@ -347,33 +347,26 @@ class _Walk:
 
 def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
     """Call a function; repeat it from its start if Escape interrupted it and the session continues."""
-    return _counted(shown)[0]
-
-
-def _counted(shown: Callable[[], Shown]) -> tuple[Shown, int]:
-    """Call a function until it is not interrupted by Escape; return its result and the number of interruptions."""
-    interrupted = 0
     while True:
-        try:
-            return shown(), interrupted
-        except Again:
-            interrupted += 1
+        with suppress(Again):
+            return shown()
 
 
-def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
+def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial, round: int = 1) -> Answer:
     """Run a trial; repeat it if the wall clock drifted from the monotonic clock meanwhile."""
     sitting.begin(trial)
     noted = dict(sitting.noted)  # before the trial
-    interrupted = 0
-    for number in range(MOST_REPEATS):
+
+    def shown() -> Answer:
+        session.expose(trial, round)
+        return _one(experiment, sitting, trial, noted)
+
+    for _ in range(MOST_REPEATS):
         before = time.monotonic(), time.time()
-        answer, more = _counted(partial(_one, experiment, sitting, trial, noted))
+        answer = _uninterrupted(shown)
         by = parted(before, (time.monotonic(), time.time()))
-        interrupted += more
         if not by:
-            if not (begun_again := interrupted + number):
-                return answer
-            return replace(answer, extra={**answer.extra, AGAIN: Noted(begun_again, description=AGAIN_ABOUT)})
+            return answer
         session.note("void", clocks_parted_s=by, **_happened(sitting))
         sitting.events, sitting.first = [], 0
     raise InputError(
