@@ -128,7 +128,7 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     place = root if executor is None else root.absolute()  # workers may have another working folder
     there = [replace(files, root=place) for files in ordered]
     jobs = [(place, checked.simulated, there[first : first + BATCH]) for first in range(0, len(there), BATCH)]
-    return partial(_ended, checked, in_order(executor, _check_sessions, jobs), stimuli, len(of_files))
+    return partial(_ended, checked, in_order(executor, _check_sessions, jobs), stimuli, len(of_files) + len(of_focus))
 
 
 def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, sessions: int) -> Findings:
@@ -137,7 +137,8 @@ def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, s
     checked.alike()
     checked.people()
     if stimuli is not None:
-        checked.problems += _other_stimuli(stimuli, set(checked.manifests))
+        shown = {stated["StimuliSHA256"] for _, stated in checked.stated.values()}
+        checked.problems += _other_stimuli(stimuli, shown)
     if gone := len(withdrawals(checked.root)):
         checked.notes.append(
             f"{gone} {'participant' if gone == 1 else 'participants'} withdrew; the data were removed."
@@ -424,7 +425,7 @@ def _differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str
     yield from sorted(key for key in {*own, *usual} - {"given_trials"} if own.get(key) != usual.get(key))
 
 
-def _other_stimuli(stimuli: Path, manifests: set[str]) -> Iterator[str]:
+def _other_stimuli(stimuli: Path, manifests: set[Any]) -> Iterator[str]:
     try:
         sha256 = check_stimuli(stimuli).sha256
     except InputError as error:

@@ -369,6 +369,13 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
     if len(done) == len(trials):
         make_table(files.journal)  # a crash may have come between the last trial and the table
         raise InputError(f"{files.journal} is finished, all {len(trials)} trials: give a new session label.")
+    practised = [note for note in log.of("note") if note.get("kind") == "practice"]
+    ended = getattr(design, "practice_required", False) and done and trials[len(done)].phase == "main"
+    if ended and not any(note.get("passed") for note in practised) and all(phase == "practice" for phase, _ in done):
+        raise InputError(
+            f"{files.journal} ended with its practice, which was not passed and which the design requires: begin a new "
+            "session."
+        )
     began_with = log.head["stimuli"]
     manifest = check_stimuli(stimuli) if isinstance(stimuli, Path) else stimuli
     if (None if manifest is None else manifest.sha256) != began_with:
