@@ -285,7 +285,6 @@ def _slopes(result: DepthRatingResult) -> Sheet:
     tests: list[tuple[str, str, Effect | NotComputed]] = []
     for each in result.fixations:
         tests.append((each.fixation, "slope (log ratio / mm)", each.slope))
-        tests.append((each.fixation, "lack of fit (log ratio at half the largest aperture)", each.curvature))
     rows = [
         [fixation, what, *cells.effect(test), *cells.robust(test), *cells.size(test)] for fixation, what, test in tests
     ]
@@ -293,9 +292,7 @@ def _slopes(result: DepthRatingResult) -> Sheet:
         {"fixation": fixation, "what": what} | as_table([test]).iloc[0].to_dict() for fixation, what, test in tests
     ]
     header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", *ROBUST]
-    caption = (
-        "Trend: straight line through the apertures, and how far a parabola leaves it; Holm’s correction is over each"
-    )
+    caption = "Trend: straight line through the apertures; Holm’s correction is over the slopes"
     return sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
 
 
@@ -406,8 +403,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
         ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
         change = [*cells.effect(effect.share, 100), *cells.size(effect.share), *ranks]
         rows.append([*first, "change of share of time (points)", *change])
-        for name, odds in (("time", effect.odds_of_time), ("reports", effect.odds_of_reports)):
-            rows.append([*first, f"odds ratio, {name}", *cells.effect(odds, ratio=True), *[NONE] * 4])
+        rows.append([*first, "odds ratio, time", *cells.effect(effect.odds_of_time, ratio=True), *[NONE] * 4])
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
     header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
