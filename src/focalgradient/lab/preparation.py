@@ -7,6 +7,7 @@ that is slow.
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import os
 import platform
@@ -351,7 +352,7 @@ def import_screen() -> ModuleType:
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         raise InputError("there is no display (DISPLAY is not set): run this on a machine with a screen.")
     try:
-        import psychtoolbox  # noqa: F401  PsychoPy would go on without it, and without a keyboard
+        importlib.import_module("psychtoolbox")  # PsychoPy would go on without it, and without a keyboard
     except (ImportError, OSError) as error:
         raise InputError(_without_keyboard(str(error))) from error
     try:
