@@ -238,7 +238,7 @@ def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, fl
         test = study.primary(table[table["participant_id"].isin(people[:count])])
         if isinstance(test, Effect):
             sign = math.copysign(1, test.estimate * study.expected_sign) if study.expected_sign else 1.0
-            found.append((sign, test.deciding.p, test.statistic, test.df))
+            found.append((sign, test.p, test.statistic, test.df))
         else:
             found.append((math.nan,) * 4)
     return found

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
+from statsmodels.stats.multitest import multipletests
 
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
 __all__ = [
+    "by_role",
     "family",
     "holm",
     "only_difference",
@@ -158,7 +160,7 @@ def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
 
 
 def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
-    """Correct the p values of one family by Holm's (1979) step-down method, along the last axis.
+    """Correct the p values of one family by Holm's (1979) step-down method (statsmodels), along the last axis.
 
     NaN (a test that was not done) stays NaN and is not counted.
 
@@ -168,12 +170,11 @@ def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
     array([0.03, 0.06, 0.06])
     """
     p = np.asarray(probabilities, dtype=float)
-    order = np.argsort(p, axis=-1)  # NaN last
-    tests = np.isfinite(p).sum(axis=-1, keepdims=True)
-    factor = tests - np.arange(p.shape[-1])
-    stepped = np.minimum(np.maximum.accumulate(np.take_along_axis(p, order, -1) * factor, axis=-1), 1.0)
-    corrected = np.empty_like(p)
-    np.put_along_axis(corrected, order, stepped, -1)
+    corrected = np.full_like(p, np.nan)
+    for index in np.ndindex(p.shape[:-1]):
+        done = np.isfinite(p[index])
+        if done.any():
+            corrected[index][done] = multipletests(p[index][done], method="holm")[1]
     return corrected
 
 
@@ -199,10 +200,38 @@ def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
     """
     tests = list(tests)
     corrected = holm([test.p if isinstance(test, Effect) else math.nan for test in tests])
-    deciding = holm([(test.robust or test).p if isinstance(test, Effect) else math.nan for test in tests])
     return [
-        replace(test, p_holm=float(p), robust=test.robust and replace(test.robust, p_holm=float(robust)))
-        if isinstance(test, Effect)
-        else test
-        for test, p, robust in zip(tests, corrected, deciding, strict=True)
+        replace(test, p_holm=float(p)) if isinstance(test, Effect) else test
+        for test, p in zip(tests, corrected, strict=True)
     ]
+
+
+Tests = list[Effect | NotComputed]
+
+
+def by_role(
+    effects: Sequence[Effect | NotComputed],
+    differences: Sequence[Effect | NotComputed],
+    others: Iterable[Effect | NotComputed] = (),
+) -> tuple[Tests, Tests, Tests]:
+    """Correct tests by their role: the first effect is primary and not corrected, nor is a single difference.
+
+    Parameters
+    ----------
+    effects
+        Effects, the primary one first; the others are secondary.
+    differences
+        Differences of pairs of effects; several are a family by Holm.
+    others
+        Further secondary comparisons, one family by Holm with the secondary effects.
+
+    Examples
+    --------
+    >>> tests = [student_effect(t, 1.0, 10, "an example") for t in (2.0, 4.0, 3.0)]
+    >>> [[test.p_holm and round(test.p_holm, 4) for test in group] for group in by_role(tests[:2], [], tests[2:])]
+    [[None, 0.0062], [], [0.015]]
+    """
+    secondary = family([*effects[1:], *others])
+    size = max(len(effects) - 1, 0)
+    apart = family(differences) if len(differences) > 1 else list(differences)
+    return [*effects[:1], *secondary[:size]], apart, secondary[size:]

@@ -22,7 +22,6 @@ from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.crossed import crossed_effect, own_means
 from focalgradient.statistics.exclusions import kept_rows, quality
-from focalgradient.statistics.hypotheses import robust_decides
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of, rating_table
 
@@ -31,10 +30,10 @@ __all__ = ["ALL_RULES", "LOGARITHM", "NO_RULES", "TESTS", "Variant", "most_influ
 FloatArray = NDArray[np.float64]
 
 ALL_RULES, NO_RULES = "all", "none"
-STUDENT, ROBUST, FLIPS = "Student's t", "robust", "sign flips"
-TESTS = (STUDENT, ROBUST, FLIPS)
+STUDENT, FLIPS = "Student's t", "sign flips"
+TESTS = (STUDENT, FLIPS)
 
-JUDGING = ("catch_factor", "lapse_factor", "deciding_test")
+JUDGING = ("catch_factor", "lapse_factor")
 """Fields of `Rules` that exclude nobody by themselves."""
 
 EXACT = 12
@@ -57,7 +56,7 @@ class Variant:
     transformation
         Transformation of the answers, one of `Analysis.transformations`.
     test
-        One of `TESTS`. The sign-flip test is over subjects, for these scenes; the others are over subjects and scenes.
+        One of `TESTS`. The sign-flip test is over subjects, for these scenes; Student's t over subjects and scenes.
     without
         Participant excluded from this variant; empty with everybody.
     estimate, low, high, p
@@ -140,7 +139,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     >>> found = robustness(pd.DataFrame(rows))
     >>> [main] = [each for each in found if each.main]
     >>> round(main.estimate, 3), round(main.p, 4), main.subjects, len({each.without for each in found}) - 1
-    (0.289, 0.0005, 6, 6)
+    (0.289, 0.0001, 6, 6)
     """
     analysis = analysis_named(scale)
     rules = rules or Rules()
@@ -153,7 +152,6 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     sets = {ALL_RULES: rules, **{name: _off(rules, [name]) for name in stated}, NO_RULES: _off(rules, stated)}
     answers = ~table["catch"].to_numpy(bool)
     kept = {name: kept_rows(table, judged.subjects, each) & answers for name, each in sets.items()}
-    deciding = ROBUST if analysis.ratios and robust_decides(rules.deciding_test) else STUDENT
     found: list[Variant] = []
     for fixation in fixations_of(table[answers]):
         own = (table["fixation"] == fixation).to_numpy()
@@ -162,7 +160,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
             key, whole = keep.tobytes(), name == ALL_RULES
             distinct = key not in done
             if distinct:
-                done[key] = list(_analysed(table[keep], own[keep], fixation, analysis, deciding if whole else None))
+                done[key] = list(_analysed(table[keep], own[keep], fixation, analysis, whole=whole))
             found += [
                 replace(each, rules=name, distinct=distinct, main=each.main and whole)
                 for each in done[key]
@@ -178,11 +176,9 @@ def _off(rules: Rules, names: Iterable[str]) -> Rules:
 
 
 def _analysed(
-    rows: pd.DataFrame, own: NDArray[np.bool_], fixation: str, analysis: Analysis, main_test: str | None
+    rows: pd.DataFrame, own: NDArray[np.bool_], fixation: str, analysis: Analysis, *, whole: bool
 ) -> Iterator[Variant]:
     """Yield all transformations and tests of the rows; with `whole`, also the main one without each person."""
-    whole = main_test is not None
-    deciding = main_test or ""
     used = rows[own]
     for transformation in analysis.transformations:
         label = Variant(fixation, ALL_RULES, transformation, "", "", None, None, None, None, 0, len(used), False, True)
@@ -194,14 +190,14 @@ def _analysed(
         effects = cells(used.assign(answer=TRANSFORMED[transformation](rows)[own]))
         table = _contrast(effects, analysis)
         for each in _tested(label, table, TESTS, exact=first and whole):
-            yield replace(each, main=first and each.test == deciding and not analysis.latent)
+            yield replace(each, main=first and each.test == STUDENT and not analysis.latent)
         if not (first and whole) or isinstance(table, NotComputed):
             continue
         trials = used["participant_id"].astype(str).value_counts()
         for place, who in enumerate(effects.subjects):
             if np.isfinite(table[place]).any():
                 left = replace(label, without=who, trials=len(used) - int(trials[who]))
-                yield from _tested(left, np.delete(table, place, axis=0), [deciding])
+                yield from _tested(left, np.delete(table, place, axis=0), [STUDENT])
 
 
 def _contrast(own: Cells, analysis: Analysis) -> FloatArray | NotComputed:
@@ -233,8 +229,7 @@ def _ends(effect: Effect, table: FloatArray, test: str) -> tuple[float, float, f
     if test == FLIPS:
         people = table[np.isfinite(table).any(axis=1)]
         return sign_flips(own_means(people[:, np.isfinite(people).any(axis=0)]))
-    chosen = effect.robust if test == ROBUST and effect.robust else effect
-    return chosen.low, chosen.high, chosen.p
+    return effect.low, effect.high, effect.p
 
 
 def sign_flips(values: ArrayLike) -> tuple[float, float, float]:
@@ -281,7 +276,7 @@ def most_influential(variants: Sequence[Variant], fixation: str) -> Variant | No
 
     Examples
     --------
-    >>> one = Variant("nearest", "all", "logarithm", "robust", "", 0.3, 0.1, 0.5, 0.02, 8, 96, True, True)
+    >>> one = Variant("nearest", "all", "logarithm", "Student's t", "", 0.3, 0.1, 0.5, 0.02, 8, 96, True, True)
     >>> without = [replace(one, without=who, estimate=end, main=False) for who, end in (("a", 0.31), ("b", 0.2))]
     >>> most_influential([one, *without], "nearest").without
     'b'
