@@ -189,7 +189,7 @@ def _analysed(
             continue
         effects = cells(used.assign(answer=TRANSFORMED[transformation](rows)[own]))
         table = _contrast(effects, analysis)
-        for each in _tested(label, table, TESTS, exact=first and whole):
+        for each in _tested(label, table, TESTS):
             yield replace(each, main=first and each.test == STUDENT and not analysis.latent)
         if not (first and whole) or isinstance(table, NotComputed):
             continue
@@ -209,11 +209,9 @@ def _contrast(own: Cells, analysis: Analysis) -> FloatArray | NotComputed:
     return own.against_smallest(-1)
 
 
-def _tested(
-    label: Variant, table: FloatArray | NotComputed, tests: Sequence[str], exact: bool = False
-) -> Iterator[Variant]:
-    """Apply each test to a table of subjects x scenes; with `exact`, in the same way as the main analysis."""
-    effect = table if isinstance(table, NotComputed) else crossed_effect(table, quick=not exact)
+def _tested(label: Variant, table: FloatArray | NotComputed, tests: Sequence[str]) -> Iterator[Variant]:
+    """Apply each test to a table of subjects x scenes."""
+    effect = table if isinstance(table, NotComputed) else crossed_effect(table)
     for test in tests:
         if isinstance(effect, NotComputed) or isinstance(table, NotComputed):
             reason = effect.reason if isinstance(effect, NotComputed) else ""
