@@ -156,7 +156,7 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
         "once with the nearest and once with the farthest object in focus and fixated, twice in random order",
         "Each condition was shown for 20.0 s, twice",
         "2 catch trials checked attention",
-        "b = 9 / N − 1 and n = 3.2 − 13 / N",
+        "bootstrap-t over subjects, for these scenes (Hall, 1988",
         "Blur that agrees with the rigid reading (4 mm) lowered the nonrigid share of the time (−",
         "Blur that agrees with the nonrigid reading (4 mm) raised the nonrigid share of the time (",
     ):

@@ -1,6 +1,7 @@
 """A small form of benchmarks/statistics_error_rates.py: no test finds far too often what is not there."""
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,7 @@ def test_rates_and_coverage_of_normal_subjects_and_scenes_that_differ(subjects: 
 def test_very_skewed_subjects_are_found_too_often() -> None:
     """The limit that the documents state: Student's t is not corrected for skewness."""
     rates = study.cell((5, 2000, 10, "very skewed", 0.0, "linear"))["rates"]
-    assert 0.085 < rates["rise"] < 0.13
+    assert 0.1 < rates["rise"] < 0.16
 
 
 @pytest.mark.slow
@@ -118,4 +119,4 @@ def test_with_four_scenes_comparisons_hold_for_these_only(kind: str) -> None:
     assert "Satterthwaite" in compare_pictures(rows, kind).slopes[0].method
     few = compare_pictures(rows[rows["scene"] < "s4"], kind)
     assert few.slopes == few.these_scenes.slopes
-    assert few.against_reference == few.these_scenes.against_reference
+    assert few.these_scenes.against_reference == (replace(few.against_reference[0], p_holm=None),)

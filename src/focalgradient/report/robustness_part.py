@@ -39,8 +39,8 @@ def robustness_plan(analysis: Analysis) -> str:
     taken = ", ".join(map(_as, analysis.transformations))
     other = " The model of steps is not fitted again: mean steps are compared." if analysis.latent else ""
     return (
-        "Robustness. The analysis is repeated with each exclusion rule left out and with none of them, by Student’s t, "
-        f"its form robust to skewed subjects and sign flips over subjects, and without each subject. Answers are taken "
+        "Robustness. The analysis is repeated with each exclusion rule left out and with none of them, by Student’s t "
+        f"and sign flips over subjects, and without each subject. Answers are taken "
         f"{taken}.{other} These variants are described, each with its own uncorrected p; they decide nothing."
     )
 

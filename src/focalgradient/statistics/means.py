@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
-from statsmodels.stats.multitest import multipletests
 
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
@@ -160,9 +159,10 @@ def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
 
 
 def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
-    """Correct the p values of one family by Holm's (1979) step-down method (statsmodels), along the last axis.
+    """Correct the p values of one family by Holm's (1979) step-down method, along the last axis.
 
-    NaN (a test that was not done) stays NaN and is not counted.
+    NaN (a test that was not done) stays NaN and is not counted. It equals `multipletests` of statsmodels, which takes
+    one family at a time and collects garbage in each call (0.1 s): too slow for simulated experiments.
 
     Examples
     --------
@@ -170,11 +170,12 @@ def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
     array([0.03, 0.06, 0.06])
     """
     p = np.asarray(probabilities, dtype=float)
-    corrected = np.full_like(p, np.nan)
-    for index in np.ndindex(p.shape[:-1]):
-        done = np.isfinite(p[index])
-        if done.any():
-            corrected[index][done] = multipletests(p[index][done], method="holm")[1]
+    order = np.argsort(p, axis=-1)  # NaN last
+    tests = np.isfinite(p).sum(axis=-1, keepdims=True)
+    factor = tests - np.arange(p.shape[-1])
+    stepped = np.minimum(np.maximum.accumulate(np.take_along_axis(p, order, -1) * factor, axis=-1), 1.0)
+    corrected = np.empty_like(p)
+    np.put_along_axis(corrected, order, stepped, -1)
     return corrected
 
 
