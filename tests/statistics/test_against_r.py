@@ -17,7 +17,6 @@ REFERENCE = Path(__file__).parent / "reference"
 BY_R = pd.read_csv(REFERENCE / "reference.csv").groupby("name")["value"].apply(np.array)
 CROSSED = pd.read_csv(REFERENCE / "crossed_reference.csv").groupby("name")["value"].apply(np.array)
 COMPARED = pd.read_csv(REFERENCE / "comparisons_reference.csv").groupby("name")["value"].apply(np.array)
-CUBE_ODDS = pd.read_csv(REFERENCE / "cube_odds_reference.csv").groupby("name")["value"].apply(np.array)
 NUMBER = {"nearest": 0, "farthest": 1}
 
 
@@ -221,8 +220,6 @@ def test_effect_of_a_gradient(cube: NeckerResult, number: int, gradient: str) ->
     assert (effect.gradient, found.df) == (gradient, 7)
     assert (found.estimate, found.low, found.high, found.p) == pytest.approx((mean, low, high, p), rel=1e-7)
     assert effect.wilcoxon_p == pytest.approx(wilcoxon, rel=1e-8)
-    odds = effect.odds_of_reports  # bias-reduced logistic regressions of brglm2
-    assert (odds.estimate, odds.low, odds.high, odds.p) == pytest.approx(CUBE_ODDS[gradient], rel=1e-5)
 
 
 def test_durations(cube: NeckerResult) -> None:
