@@ -30,7 +30,7 @@ from scipy import stats
 
 from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, Equivalence, depth_rating, necker
-from focalgradient.statistics.cells import curvature_weights, slope_weights
+from focalgradient.statistics.cells import slope_weights
 from focalgradient.statistics.crossed import crossed_effect, moments
 from focalgradient.statistics.hypotheses import one_sided
 
@@ -114,7 +114,6 @@ def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_s
 
     tests = {"near": rated(rise(near)), "interaction": rated(rise(near) - rise(far))}
     tests["slope"] = rated(near @ _weights(slope_weights(MM)))
-    tests["curvature"] = rated(near @ _weights(curvature_weights(MM)))
     covered = rated(rise(raised), math.log(RISE))
     equal = rated(rise(at_bound))
     middle = rated(raised[..., 2] - raised[..., 0], math.log(RISE) * float(CURVES[curve](MM)[2]))
@@ -122,7 +121,6 @@ def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_s
         "rise": tests["near"]["p"] < 0.05,
         "interaction": tests["interaction"]["p"] < 0.05,
         "slope": tests["slope"]["p"] < 0.05,
-        "lack of fit": tests["curvature"]["p"] < 0.05,
         "equivalence, true rise at the bound": equal["outside"] < 0.05,
         "rise, for these scenes": tests["near"]["p these"] < 0.05,
         "coverage: rise": covered["covers"],
@@ -245,11 +243,8 @@ def compare(seed: int) -> None:
     mine = rated(logs[..., -1] - logs[..., 0])
     assert isinstance(result.rise, Effect)
     np.testing.assert_allclose(result.rise.p, mine["p"][0], rtol=1e-9)
-    bend = rated(logs @ _weights(curvature_weights(MM)))
     assert isinstance(result.equivalence, Equivalence)
     np.testing.assert_allclose(result.equivalence.p, mine["outside"][0], rtol=1e-9)
-    assert isinstance(result.curvature, Effect)
-    np.testing.assert_allclose(result.curvature.p, bend["p"][0], rtol=1e-9)
 
 
 TRIALS, LASTS = 3, 30.0  # trials per gradient of the cube, and their duration in seconds

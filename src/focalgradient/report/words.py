@@ -72,7 +72,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
 
 
 def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
-    """Describe a depth effect: test, test for these scenes if different, bootstrap-t, equivalence, and lack of fit."""
+    """Describe a depth effect: test, test for these scenes if different, bootstrap-t, and equivalence."""
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
@@ -98,13 +98,6 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
             said = f"The change is {within}"
         sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)})."
     sentence += _assumption(each)
-    if isinstance(each.curvature, Effect) and each.curvature.significant:
-        above = each.curvature.estimate > 0
-        bend = "flattens" if above == (rise.estimate > 0) else "steepens"
-        where = f"{bend} towards the largest aperture"
-        if not rise.significant:
-            where = f"is {'higher' if above else 'lower'} in the middle than at its ends"
-        sentence += f" The curve is not straight: it {where} ({_test(each.curvature)})."
     return sentence
 
 

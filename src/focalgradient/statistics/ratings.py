@@ -20,10 +20,10 @@ from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
-from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
+from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects, own_means
 from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence
-from focalgradient.statistics.means import by_role, family, t_interval, within_half_widths
+from focalgradient.statistics.means import by_role, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import FIXATIONS, check_steps, fixations_of, rating_table
@@ -118,8 +118,6 @@ class FixationResult:
         The same effect over subjects only, for these scenes.
     slope
         Linear trend of the log rating per millimetre of aperture, by least squares within subject and scene.
-    curvature
-        Lack of fit of the linear trend: departure of a parabola from the line at half the largest aperture.
     equivalence
         Equivalence test of the depth effect, with the bound stated in advance.
     components
@@ -133,7 +131,6 @@ class FixationResult:
     rise: Effect | NotComputed
     rise_these_scenes: Effect | NotComputed
     slope: Effect | NotComputed
-    curvature: Effect | NotComputed
     equivalence: Equivalence | NotComputed
     components: Components | NotComputed
     bootstrap: BootstrapT | NotComputed
@@ -179,8 +176,8 @@ class DepthRatingResult:
     -----
     The depth effect at the first fixation is primary: its p is not corrected, nor are those of the equivalence tests
     and of a single difference of two depth effects (several are corrected by Holm). The other depth effects, the
-    comparisons of the other apertures with the pinhole, and the slopes are secondary and one family by Holm; the tests
-    of lack of fit are another. Tests for these scenes repeat a test over subjects only, and are not corrected.
+    comparisons of the other apertures with the pinhole, and the slopes are secondary and one family by Holm. Tests for
+    these scenes repeat a test over subjects only, and are not corrected.
     """
 
     participants: tuple[str, ...]
@@ -296,7 +293,6 @@ def depth_rating(
     tests |= {(name, float(of[name].amounts[-1])): rise for name, rise in zip(present, rises, strict=True)}
     differences = {pair: (test, here) for pair, test, (_, here) in zip(pairs, apart, against, strict=True)}
     interaction = differences.get(FIXATIONS, (MORE, MORE)) if len(pairs) == 1 else (MORE, MORE)
-    curves = family(each.curvature for each in found)
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
@@ -307,8 +303,7 @@ def depth_rating(
         scene_means=_scene_means(table, of) if analysis.ratios else (),
         means=tuple(replace(mean, against_pinhole=tests[mean.fixation, mean.aperture_mm]) for mean in means),
         fixations=tuple(
-            replace(each, rise=rise, slope=slope, curvature=curve)
-            for each, rise, slope, curve in zip(found, rises, slopes, curves, strict=True)
+            replace(each, rise=rise, slope=slope) for each, rise, slope in zip(found, rises, slopes, strict=True)
         ),
         interaction=interaction[0],
         interaction_these_scenes=interaction[1],
@@ -330,7 +325,7 @@ def _fixation(
     fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str], primary: bool
 ) -> FixationResult:
     if not analysis.ratios:
-        return FixationResult(fixation, *[ORDINAL] * 7)
+        return FixationResult(fixation, *[ORDINAL] * 6)
     if not own.scenes:
         remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
     missing = _no_ratio(own, fixation)
@@ -351,11 +346,9 @@ def _fixation(
             remarks.append(
                 f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
             )
-    trends = [
-        weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
-        for weights in (slope_weights(own.amounts), curvature_weights(own.amounts))
-    ]
-    return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts, bootstrap)
+    weights = slope_weights(own.amounts)
+    slope = weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
+    return FixationResult(fixation, rise, fixed, slope, equal, parts, bootstrap)
 
 
 def _no_ratio(own: Cells, fixation: str) -> NotComputed:
