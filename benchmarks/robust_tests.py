@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
-from focalgradient.statistics.bootstrap import bootstrap_t
+from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
 
 FloatArray = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], FloatArray]
@@ -67,7 +67,8 @@ def student(values: FloatArray) -> FloatArray:
 
 
 def bootstrapped(values: FloatArray) -> FloatArray:
-    return np.array([bootstrap_t(row, DRAWS).p for row in values])
+    tests = [bootstrap_t(row, DRAWS) for row in values]
+    return np.array([test.p if isinstance(test, BootstrapT) else 1.0 for test in tests])
 
 
 def sign_flips(values: FloatArray) -> FloatArray:

@@ -43,7 +43,7 @@ SCENES = 12
 BOUND = 1.2
 RISE = 1.3  # effect at near fixation for which coverage is computed
 NOISE = 0.3  # standard deviation of the log of one answer
-SUBJECTS = (6, 12, 20)
+SUBJECTS = (4, 6, 10, 20)
 SCENE_SD = (0.0, 0.1)
 CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "linear": lambda mm: mm / MM[-1],

@@ -85,7 +85,7 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     (-0.65, 1.13)
     """
     from scipy import stats
-    from statsmodels.stats.meta_analysis import combine_effects
+    from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
     y, se = np.asarray(estimates, float), np.asarray(standard_errors, float)
     if y.ndim != 1 or y.shape != se.shape or y.size < 2:
