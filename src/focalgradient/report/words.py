@@ -111,7 +111,7 @@ def _bootstrapped(each: FixationResult, rise: Effect) -> str:
     if found.significant == rise.significant:
         return f"{said}; it agrees."
     if isinstance(fixed, Effect) and fixed.significant == found.significant:
-        return f"{said}. It disagrees because it does not generalise over scenes, as the test for these scenes."
+        return f"{said}. It disagrees because, as the test for these scenes, it does not generalise to other scenes."
     return (
         f"{said}. It disagrees, and the test above decides: the result depends on the assumption that subjects’ "
         "effects are normally distributed. Look at each subject’s effect (Q-Q plot), and do not rely on the result "
