@@ -527,10 +527,10 @@ def test_the_primary_effect_is_not_corrected_and_secondary_comparisons_are_one_f
     assert isinstance(far.bootstrap, NotComputed)
 
 
-@given(st.lists(st.floats(0, 1), min_size=1, max_size=8))
-def test_holms_method_is_that_of_statsmodels(p: list[float]) -> None:
-    assert holm(p) == pytest.approx(multipletests(p, method="holm")[1])
-    assert holm([*p, math.nan])[:-1] == pytest.approx(holm(p))
+def test_holms_method_is_that_of_statsmodels() -> None:
+    for p in ([0.03], [0.01, 0.04, 0.03, 0.02], [0.6, 0.5, 0.001]):
+        assert holm(p) == pytest.approx(multipletests(p, method="holm")[1])
+        assert holm([*p, math.nan])[:-1] == pytest.approx(holm(p))
 
 
 def test_several_differences_are_a_family() -> None:
