@@ -3,6 +3,7 @@
 # make test        style, types and tests, but the slow ones; with coverage: make test COVERAGE=--cov
 # make test-slow   the slow tests
 # make test-all    both
+# make test-kernels   the numbers of reports and depth maps under several processor kernels and numbers of threads (slow)
 # make docs        the documents as pages, in docs/_build/html; makes the figures first where there are none
 # make links       asks every address on the web that the documents name, which needs the network
 #
@@ -19,7 +20,7 @@ run := .venv/bin/python
 # the examples of docstrings last.
 pytest := $(run) -m pytest --numprocesses $$($(run) -c "import os; print(1 + os.cpu_count())") --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup reproduce test test-slow test-all docs links clean
+.PHONY: setup reproduce test test-slow test-all test-kernels docs links clean
 
 setup:
 	@requirements/setup.sh setup
@@ -41,6 +42,10 @@ test-slow:
 	$(pytest) -m slow
 
 test-all: test test-slow
+
+test-kernels:
+	@requirements/setup.sh test
+	$(run) -m pytest tests/test_kernels.py
 
 docs:
 	@requirements/setup.sh reproduce
