@@ -303,7 +303,7 @@ def _share(
     estimates = mean + np.column_stack([normal, *apart]) if apart else mean + normal
     errors = np.sqrt(error * rng.chisquare(df, size=(DRAWS, len(mean))) / df)
     t = estimates / errors
-    p = 2 * stats.t.sf(np.abs(t), df)
+    p = np.asarray(2 * stats.t.sf(np.abs(t), df))
     found = (np.column_stack([p[:, :singles], holm(p[:, singles:])]) < ALPHA) & (t > 0)
     shares = {"near_rise": float(found[:, 0].mean())}
     first = [singles + at for at, (one, _) in enumerate(pairs) if one == 0]

@@ -22,7 +22,7 @@ from focalgradient.report.tables import Sheet
 
 __all__ = ["listed", "provenance"]
 
-PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "psignifit", "matplotlib")
+PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
 """Packages whose versions are listed if they were imported."""
 
 
