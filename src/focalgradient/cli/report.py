@@ -32,6 +32,27 @@ def _pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
     return pairs
 
 
+def _where(given: tuple[str, ...]) -> dict[str, list[str]]:
+    """Parse conditions on rows such as "trial_type=slider" as values by column."""
+    chosen: dict[str, list[str]] = {}
+    for pair in given:
+        name, equals, value = (text.strip() for text in pair.partition("="))
+        if not (name and equals):
+            raise InputError(f"--where is {pair}, but must be a column and its value, such as trial_type=slider.")
+        chosen.setdefault(name, []).append(value)
+    return chosen
+
+
+def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[tuple[Path, ...]]:
+    """Return the data sets: tables of one participant each are one."""
+    if len(folders) > 1 and all(path.is_file() for path in folders):
+        from focalgradient.statistics.own_tables import of_one_data_set
+
+        if of_one_data_set(folders, columns.get("participant")):
+            return [folders]
+    return [(folder,) for folder in folders]
+
+
 def _tables(_: str, given: tuple[Path, ...]) -> tuple[Path, ...]:
     """Raise `InputError` for files that are neither tables nor designs."""
     from focalgradient.statistics.own_tables import TABLES, read_table
@@ -47,7 +68,7 @@ def report(
     folders: Annotated[tuple[Path, ...], _tables, "DATASET..."],
     /,
     *,
-    out: Folder,
+    out: Folder | None = None,
     bound: Annotated[float | None, POSITIVE, "RATIO"] = None,
     ordinal: bool = False,
     bayes: bool = False,
@@ -55,6 +76,8 @@ def report(
     rules: File | None = None,
     columns: Annotated[tuple[str, ...], "OURS=YOURS,..."] = (),
     conditions: Annotated[tuple[str, ...], "YOURS=OURS,..."] = (),
+    where: Annotated[tuple[str, ...], "NAME=VALUE"] = (),
+    explain: bool = False,
     guess_rate: Annotated[float | None, "RATE"] = None,
     focal_length: Annotated[float | None, MILLIMETRES] = None,
     preregister: bool = False,
@@ -62,7 +85,7 @@ def report(
     far_effect: Annotated[float | None, POSITIVE] = None,
     workers: Workers,
 ) -> None:
-    """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX).
+    """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX, JSON).
 
     Writes report.html (one page, with all pictures), report.md, the figures (PNG, PDF), every table (CSV), all trials
     as one table, and R scripts of the headline test to the folder --out. Analyses that cannot be computed are listed in
@@ -82,8 +105,9 @@ def report(
     test's difference from the standard by each cue; empty where it was not offered) and larger (1 or 0); one of
     judgements of differences the columns participant, s1, s2, s3 and for quadruples s4, and larger.
 
-    Several data sets with one design are pooled: a random-effects meta-analysis of their main results, with a forest
-    plot of each result. The report of each data set is written by a separate command.
+    Tables of one participant each are read as one. Several data sets with one design are pooled: a random-effects
+    meta-analysis of their main results, with a forest plot of each result. The report of each data set is written
+    by a separate command.
 
     The workers check the sessions of a data set; those of a --scheduler must see it under the same path.
 
@@ -93,6 +117,7 @@ def report(
     \b
     Examples:
       focalgradient report demo/ratings.csv --columns participant=subject,fixation=focus --out report --bound 1.2
+      focalgradient report data/*.csv --where trial_type=slider --explain --out report
       focalgradient report data --out report --bound 1.2
       focalgradient report reports.csv --columns participant=subject,percept=seen --out report
       focalgradient report answers.csv --columns level=blur_D --out report
@@ -102,7 +127,7 @@ def report(
     Parameters
     ----------
     out
-        Folder for the report.
+        Folder for the report; required, except with --explain.
     bound
         Equivalence bound: smallest relevant ratio of ratings at the largest aperture, set in advance.  [default: 1.2]
     ordinal
@@ -117,6 +142,11 @@ def report(
         Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports on
         the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds:
         level=blur,correct=hit.
+    where
+        Only rows of a table whose column NAME has the value VALUE: trial_type=slider. Repeatable: several values of one
+        column add rows, several columns narrow them down.
+    explain
+        Print how each column of a table is read, and compute nothing.
     conditions
         Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.
     guess_rate
@@ -137,6 +167,7 @@ def report(
 
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)
+    chosen = _where(where)
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
     if preregister and len(folders) > 1:
@@ -165,11 +196,21 @@ def report(
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")
         return
+    if out is None and not explain:
+        raise InputError("--out is missing: give the folder for the report.")
+    if explain or out is None:
+        from focalgradient.report.explained import explained_table
+
+        for group in _data_sets(folders, pairs):
+            for line in explained_table(group, pairs, meanings, chosen):
+                click.echo(line)
+        return
     if effect is not None or far_effect is not None:
         raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
+    sets = _data_sets(folders, pairs)
     for one in folders:
         if given and one.is_file() and (other := other_than_ratings(one, pairs)):
             raise InputError(
@@ -191,26 +232,27 @@ def report(
     ):
         reports = [
             make_report(
-                one,
+                one if len(one) > 1 else one[0],
                 bound=bound,
                 scale="ordinal" if ordinal else None,
                 stated=stated,
                 columns=pairs,
                 conditions=meanings,
                 guess_rate=guess_rate,
+                where=chosen,
                 focal_length_mm=focal_length,
                 bayes=bayes,
                 observers=observers,
                 executor=executor,
                 progress=say,
             )
-            for one in folders
+            for one in sets
         ]
     made = reports[0]
-    if len(folders) > 1:
+    if len(reports) > 1:
         from focalgradient.report.meta import combined_report, file_names
 
-        made = combined_report(dict(zip(file_names([str(one) for one in folders]), reports, strict=True)))
+        made = combined_report(dict(zip(file_names([str(one[0]) for one in sets]), reports, strict=True)))
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):

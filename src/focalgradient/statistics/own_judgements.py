@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
+    Paths,
+    Source,
+    Where,
     answered,
-    by_role,
     found_columns,
-    numbers,
     place,
     read_table,
     truths,
@@ -73,61 +71,65 @@ class OwnJudgements:
 
 
 def _holds(
-    path: str | os.PathLike[str],
+    path: Paths,
     columns: Mapping[str, str] | None,
     roles: Mapping[str, tuple[str, ...]],
     needed: set[str],
 ) -> bool:
-    path = Path(path)
-    ours = {role: name for role, name in (columns or {}).items() if role in (*roles, "participant")}
+    ours = {role: column for role, column in (columns or {}).items() if role in (*roles, "participant")}
     if set(columns or {}) - set(ours):
         return False
-    return needed <= set(found_columns(path, read_table(path), roles, ours))
+    name, table, _ = read_table(path)
+    return needed <= set(found_columns(name, table, roles, ours))
 
 
-def holds_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+def holds_cue_judgements(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
     """Return whether a table has columns of two cues and of an answer."""
     return _holds(path, columns, CUES, {"first", "second", "larger"})
 
 
-def holds_difference_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+def holds_difference_judgements(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
     """Return whether a table has columns of three or four stimuli and of an answer."""
     return _holds(path, columns, DIFFERENCES, {"s1", "s2", "s3", "larger"})
 
 
 def _read(
-    path: str | os.PathLike[str],
+    path: Paths,
     columns: Mapping[str, str] | None,
+    where: Where | None,
     roles: Mapping[str, tuple[str, ...]],
     shown: tuple[str, ...],
     *,
     empty: bool,
 ) -> OwnJudgements:
-    path = Path(path)
-    notes: list[str] = []
-    notices: list[str] = []
-    table = read_table(path)
-    theirs = found_columns(path, table, roles, columns or {})
-    table = by_role(path, table, theirs, notes, notices, one="one")
-    table = answered(path, table, "larger", "answer", notes)
+    own = Source.read(path, roles, columns, where)
+    table = own.rows(shown, [], one="one")
+    table = answered(own, table, "larger", "answer")
     table["larger"] = truths(table, "larger")
     present = [name for name in shown if name in table]
     for name in present:
-        table[name] = numbers(table, name, table[name], empty=empty)
+        table[name] = own.numbers(table, name, empty=empty)
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    return OwnJudgements(table[["participant_id", *present, "larger", "kind"]].copy(), tuple(notes), tuple(notices))
+    return OwnJudgements(
+        table[["participant_id", *present, "larger", "kind"]].copy(), tuple(own.notes), tuple(own.notices)
+    )
 
 
-def read_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> OwnJudgements:
+def read_cue_judgements(
+    path: Paths, columns: Mapping[str, str] | None = None, where: Where | None = None
+) -> OwnJudgements:
     r"""Read judgements by two cues from a CSV, TSV or XLSX file with one row per trial.
 
     Parameters
     ----------
     path
-        File with comma-, semicolon- or tab-separated cells, or XLSX.
+        CSV, TSV, XLSX or JSON file, or several of one data set.
     columns
         Name in the file of each column: participant; first and second (difference between test and standard by each
         cue, in a common unit; empty if the cue was absent); larger (1 if the test was judged larger or deeper, else 0).
+
+    where
+        Values by column: only rows that have one of them are read.
 
     Raises
     ------
@@ -144,23 +146,28 @@ def read_cue_judgements(path: str | os.PathLike[str], columns: Mapping[str, str]
     >>> own.table[["first", "larger"]].values.tolist()
     [[0.5, True], [0.5, False]]
     """
-    own = _read(path, columns, CUES, ("first", "second"), empty=True)
+    own = _read(path, columns, where, CUES, ("first", "second"), empty=True)
     neither = own.table["first"].isna() & own.table["second"].isna()
     if neither.any():
         raise InputError(f"{place(own.table, neither)}: neither cue was offered: leave the trial out.")
     return own
 
 
-def read_difference_judgements(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> OwnJudgements:
+def read_difference_judgements(
+    path: Paths, columns: Mapping[str, str] | None = None, where: Where | None = None
+) -> OwnJudgements:
     r"""Read comparisons of differences from a CSV, TSV or XLSX file with one row per trial.
 
     Parameters
     ----------
     path
-        File with comma-, semicolon- or tab-separated cells, or XLSX.
+        CSV, TSV, XLSX or JSON file, or several of one data set.
     columns
         Name in the file of each column: participant; s1, s2, s3 and for quadruples s4 (magnitude or number of each
         stimulus); larger (1 if s3 and s4, or for triads s2 and s3, were judged to differ more than s1 and s2).
+
+    where
+        Values by column: only rows that have one of them are read.
 
     Raises
     ------
@@ -177,14 +184,14 @@ def read_difference_judgements(path: str | os.PathLike[str], columns: Mapping[st
     >>> own.table[["s1", "s3", "larger"]].values.tolist()
     [[0.1, 0.9, True]]
     """
-    own = _read(path, columns, DIFFERENCES, STIMULI, empty=False)
+    own = _read(path, columns, where, DIFFERENCES, STIMULI, empty=False)
     shown = own.table.filter(items=STIMULI).to_numpy()
     names = STIMULI[: shown.shape[1]]
     for one, other in ((0, 1), (-2, -1)):
         alike = pd.Series(np.isclose(shown[:, one], shown[:, other]), index=own.table.index)
         if alike.any():
             raise InputError(
-                f"{place(own.table, alike)}: {names[one]} and {names[other]} are the same stimulus in "
-                f"{printable(Path(path))}, so that they do not differ: leave the trial out."
+                f"{place(own.table, alike)}: {names[one]} and {names[other]} are the same stimulus, so that they do "
+                "not differ: leave the trial out."
             )
     return own
