@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from focalgradient.statistics import own_detection, own_judgements, own_ratings, own_reports, own_thresholds
+from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
 from focalgradient.statistics.own_tables import Paths, Source, Where, factor_of, few
 
 __all__ = ["explained_table"]
@@ -34,10 +34,6 @@ def explained_table(
     InputError
         If the table cannot be read.
     """
-    of_judgements = own_judgements.holds_cue_judgements, own_judgements.holds_difference_judgements
-    if any(holds(paths, columns) for holds in of_judgements):
-        own = Source.read(paths, {**own_judgements.CUES, **own_judgements.DIFFERENCES}, columns, where)
-        return [f"{own.name}: {len(own.cells):,} rows of judgements", *_columns(own, None)]
     what, _, roles, read = next(kind for kind in KINDS if kind[1](paths, columns))
     wide = what == "depth ratings"
     given = own_ratings.long_columns(columns) if wide else columns

@@ -131,7 +131,7 @@ class Source:
             f"{self.name} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
         )
 
-    def rows(self, numeric: Sequence[str], shown: Sequence[str], one: str = "") -> pd.DataFrame:
+    def rows(self, numeric: Sequence[str], shown: Sequence[str]) -> pd.DataFrame:
         """Return the columns in use, named by role and cleaned.
 
         Parameters
@@ -140,15 +140,9 @@ class Source:
             Roles of numbers, whose decimal mark is decided together.
         shown
             Roles that say what was shown; rows with none of them are no trials, and are left out.
-        one
-            Name of the participant where there is no such column; "" if there must be one.
         """
         self.notes.extend(unused([str(name) for name in self.cells if name not in self.columns.values()]))
-        table = renamed(self.cells, self.columns)
-        if one and "participant_id" not in table:
-            table["participant_id"] = one
-            self.notes.append("There is no column of participants: all trials are one person's.")
-        return self.cleaned(table, numeric, shown)
+        return self.cleaned(renamed(self.cells, self.columns), numeric, shown)
 
     def cleaned(self, table: pd.DataFrame, numeric: Sequence[str], shown: Sequence[str]) -> pd.DataFrame:
         """Return the rows of trials with decimal points, clean cells and merged spellings."""
