@@ -19,7 +19,7 @@ from focalgradient.eye import read_zernike
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.files.tables import TextTable, parse_table, read_cells
 from focalgradient.luminance import parse_luminance
-from focalgradient.report.explained import explained_table
+from focalgradient.report.reading import explained_table
 from focalgradient.statistics import read_ratings, read_thresholds
 from focalgradient.statistics.own_tables import of_one_data_set
 
@@ -170,7 +170,7 @@ def test_levels_in_decibels_or_an_unknown_logarithm_are_refused(tmp_path: Path, 
 def test_rows_are_chosen_by_where(tmp_path: Path) -> None:
     rows = [f"{row},slider" for row in BODY] + [row.rpartition(",")[0] + ",f,key" for row in BODY]
     path = saved(tmp_path, "\n".join([f"{HEAD},trial_type", *rows]))
-    with pytest.raises(InputError, match=r"rating is 'f', but must be a number.*--where trial_type=slider"):
+    with pytest.raises(InputError, match=r"rating is 'f', but must be a number.*where={.trial_type.: .slider.}"):
         read_ratings(path)
     assert len(read_ratings(path, where={"trial_type": ["slider"]}).table) == len(BODY)
     with pytest.raises(InputError, match="no row whose trial_type is sliders: it has slider, key"):
@@ -181,9 +181,9 @@ def test_start_and_end_of_each_trial_are_not_two_ratings(tmp_path: Path) -> None
     rows = [f"{row},{kind}" for row in BODY for kind in ("start", "end")]
     rows = [row.replace(row.split(",")[4], "1.0") if row.endswith("start") else row for row in rows]
     text = "\n".join([f"{HEAD},event", *rows])
-    assert "choose with where, as in --where 'event=end'" in " ".join(read_ratings(saved(tmp_path, text)).notices)
+    assert 'choose with where={"event": "end"}' in " ".join(read_ratings(saved(tmp_path, text)).notices)
     numbered = "\n".join([f"trial,{HEAD},event", *(f"{number // 2 + 1},{row}" for number, row in enumerate(rows))])
-    with pytest.raises(InputError, match=r"stands in a row above with another answer.*--where 'event=end'"):
+    with pytest.raises(InputError, match=r"stands in a row above with another answer.*where={.event.: .end.}"):
         read_ratings(saved(tmp_path, numbered))
 
 

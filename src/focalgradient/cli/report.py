@@ -168,6 +168,10 @@ def report(
     stated = Stated(Rules()) if rules is None else load_rules(rules)
     if preregister and len(folders) > 1:
         raise InputError("--preregister takes one design: give one file.")
+    if out is None:
+        if not explain:
+            raise InputError("--out is missing: give the folder for the report.")
+        out = Path()
     if preregister:
         from focalgradient.report.preregister import preregistration
 
@@ -192,14 +196,13 @@ def report(
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")
         return
-    if out is None and not explain:
-        raise InputError("--out is missing: give the folder for the report.")
-    if explain or out is None:
-        from focalgradient.report.explained import explained_table
+    if explain:
+        from focalgradient.report.reading import explained_table
 
-        for group in _data_sets(folders, pairs):
-            for line in explained_table(group, pairs, meanings, chosen):
-                click.echo(line)
+        with options_named({}):
+            for group in _data_sets(folders, pairs):
+                for line in explained_table(group, pairs, meanings, chosen):
+                    click.echo(line)
         return
     if effect is not None or far_effect is not None:
         raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")

@@ -134,18 +134,18 @@ class TextTable:
                     if not MAYBE_GROUPED.fullmatch(cell):
                         clear.add(mark)
         if len(first) == 2:
-            (row, column, comma), (_, _, point) = first[","], first["."]
+            (number, column, comma), (_, _, point) = first[","], first["."]
             raise InputError(
-                f"{self._place(row, column)} is {comma!r}, but other cells have a decimal point, like {point!r}: it is "
-                f"{' or '.join(_readings(comma))}; write all numbers with one decimal mark."
+                f"{self._place(number, column)} is {comma!r}, but other cells have a decimal point, like {point!r}: it "
+                f"is {' or '.join(_readings(comma))}; write all numbers with one decimal mark."
             )
         decimal: Literal[".", ","] = "," if "," in first else "."
         usual = "." if self.delimiter != ";" else ","
         if first and decimal not in clear and decimal != usual:
-            row, column, cell = first[decimal]
+            number, column, cell = first[decimal]
             raise InputError(
-                f"{self._place(row, column)} is {cell!r}, which is {' or '.join(_readings(cell))}: write all numbers "
-                "with a decimal point, and without thousands separators."
+                f"{self._place(number, column)} is {cell!r}, which is {' or '.join(_readings(cell))}: write all "
+                "numbers with a decimal point, and without thousands separators."
             )
         return decimal
 
@@ -392,7 +392,7 @@ def _split(text: str, name: str, *, spaces: bool, columns: int | None) -> tuple[
         return [(number, line.split()) for number, line in enumerate(lines[start:], start=start + 1)], delimiter
     try:
         reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-        rows = []
+        rows: list[tuple[int, list[str]]] = []
         for cells in reader:
             rows.append((start + len(rows) + 1, cells))
             if len(rows) > MOST_ROWS + 1:

@@ -26,6 +26,7 @@ from focalgradient.statistics.own_tables import (
     place,
     renamed,
     unused,
+    where_like,
 )
 from focalgradient.statistics.own_words import FIXED, SHARP, Words, given_words, meant, whole_steps, with_diameters
 from focalgradient.statistics.tables import PINHOLE, rating_table
@@ -253,8 +254,7 @@ def _one_measure(own: Source, wide: list[str], conditions: Mapping[str, str], me
         if len(named) == 1 or unlike:
             raise InputError(
                 f"{own.name} has {len(groups)} columns for each condition, which begin or end with {few([*groups])}: "
-                f'say which measure is the rating with columns={{"rating": "{(named or [*groups])[0]}_*"}} '
-                f"(--columns rating={(named or [*groups])[0]}_*)."
+                f'say which measure is the rating with columns={{"rating": "{(named or [*groups])[0]}_*"}}.'
             )
     return wide
 
@@ -414,6 +414,5 @@ def _told_apart(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
             and values.nunique() == size // count
             and not pd.DataFrame({"group": group, "value": values.to_numpy()}).duplicated().any()
         ):
-            last = printable(values.iloc[-1])
-            return f"; {printable(str(name))} tells them apart: choose with where, as in --where '{name}={last}'"
+            return f"; {printable(str(name))} tells them apart: choose with {where_like(str(name), values.iloc[-1])}"
     return ""

@@ -38,6 +38,7 @@ __all__ = [
     "rows_of",
     "truths",
     "unused",
+    "where_like",
 ]
 
 ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"})
@@ -58,8 +59,8 @@ LISTED = 12
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 """One file, or the files of one data set."""
 
-Where = Mapping[str, Sequence[str]]
-"""Values by column: the rows that are analysed."""
+Where = Mapping[str, str | Sequence[str]]
+"""Value or values by column: the rows that are analysed."""
 
 TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
 """Extensions of tables; a file with another extension is a table only if its text has the form of one."""
@@ -71,6 +72,11 @@ TABLE_OR_DATA_SET = "a CSV, TSV, XLSX or JSON file, or the folder of a data set 
 def columns_like(role: str) -> str:
     """Return the remedy that names the column of a role, in terms of `read_ratings` and `read_reports`."""
     return f'name it with columns={{"{role}": "NAME"}}'
+
+
+def where_like(column: str, value: str) -> str:
+    """Return the remedy that chooses the rows of a value."""
+    return f'where={{"{printable(column)}": "{printable(value)}"}}'
 
 
 def conditions_like(meaning: str) -> str:
@@ -165,7 +171,7 @@ class Source:
         if nothing.any():
             self.notes.append(
                 f"{rows_of(nothing)} left out, which show nothing ({', '.join(shown)} empty)"
-                f"{self.apart(table.index, nothing, '; the others have {}')}."
+                f"{self.apart(table.index, nothing, '; the others can be chosen with {}')}."
             )
         return table[~nothing]
 
@@ -181,7 +187,7 @@ class Source:
             if name not in self.columns.values() and len(others) == 1 and others.isdisjoint(values[wrong_rows]):
                 (value,) = others
                 if value.strip():
-                    return text.format(f"{printable(str(name))}={printable(value)}")
+                    return text.format(where_like(str(name), value))
         return ""
 
     def numbers(self, table: pd.DataFrame, role: str, *, empty: bool = False) -> pd.Series[float]:
@@ -271,7 +277,8 @@ def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | 
 def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) -> pd.DataFrame:
     """Return the rows whose columns have one of the values of `where`."""
     by_name = {clean(str(column)).casefold(): column for column in cells}
-    for column, values in where.items():
+    for column, given in where.items():
+        values = [given] if isinstance(given, str) else [*given]
         theirs = by_name.get(clean(column).casefold())
         if theirs is None:
             raise InputError(f"where: {name} has no column {column}: it has {few([*map(str, cells)])}.")
@@ -448,7 +455,7 @@ def factor_of(role: str, header: str) -> float:
     known, (_, unit) = UNITS.get(role, {}), name_and_unit(header)
     first = re.split(r"[^a-z0-9]+", clean(header).casefold())[0]
     stated = unit if unit in FOREIGN else first if first in ("log", "log10", "ln", "db") else ""
-    if known and (stated or (unit not in known and any(unit in units for units in UNITS.values()))):
+    if known and (stated or (unit and unit not in known and any(unit in units for units in UNITS.values()))):
         raise InputError(
             f"the heading {printable(header)!r} states the unit {stated or unit}, but {role} must be in "
             f"{' or '.join(name for name in known if name)}: convert the column and its heading."
@@ -473,7 +480,7 @@ def numbers(
             if is_date(text)
             else others(texts[wrong])
         )
-        where = "" if own is None else own.apart(table.index, wrong, ": choose the other rows with where (--where {})")
+        where = "" if own is None else own.apart(table.index, wrong, ": choose the other rows with {}")
         raise InputError(
             f"{place(table, wrong)}: {role} is {printable(text)!r}, but must be a number, like 1.4{damaged}{where}."
         )
