@@ -77,6 +77,7 @@ def report(
     columns: Annotated[tuple[str, ...], "OURS=YOURS,..."] = (),
     conditions: Annotated[tuple[str, ...], "YOURS=OURS,..."] = (),
     where: Annotated[tuple[str, ...], "NAME=VALUE"] = (),
+    by: Annotated[tuple[str, ...], "COLUMN"] = (),
     explain: bool = False,
     guess_rate: Annotated[float | None, "RATE"] = None,
     focal_length: Annotated[float | None, MILLIMETRES] = None,
@@ -141,6 +142,9 @@ def report(
     where
         Only rows of a table whose column NAME has the value VALUE: trial_type=slider. Repeatable: several values of one
         column add rows, several columns narrow them down.
+    by
+        Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
+        blur_D, or the contrasts of a factor. Repeatable.  [default: the apertures of a table without fixations]
     explain
         Print how each column of a table is read, and compute nothing.
     conditions
@@ -201,7 +205,7 @@ def report(
 
         with options_named({}):
             for group in _data_sets(folders, pairs):
-                for line in explained_table(group, pairs, meanings, chosen):
+                for line in explained_table(group, pairs, meanings, chosen, by):
                     click.echo(line)
         return
     if effect is not None or far_effect is not None:
@@ -239,6 +243,7 @@ def report(
                 conditions=meanings,
                 guess_rate=guess_rate,
                 where=chosen,
+                by=by,
                 focal_length_mm=focal_length,
                 bayes=bayes,
                 observers=observers,

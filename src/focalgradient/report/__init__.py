@@ -26,6 +26,7 @@ from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.observers import fitted_observers
+from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
@@ -36,6 +37,7 @@ from focalgradient.report.tidy import tidy_results
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
+from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_detection import holds_detection
 from focalgradient.statistics.own_reports import holds_reports
 from focalgradient.statistics.own_tables import Paths, Where
@@ -89,6 +91,7 @@ def make_report(
     focal_length_mm: float | None = None,
     guess_rate: float | None = None,
     where: Where | None = None,
+    by: Sequence[str] = (),
     bayes: bool = False,
     observers: bool = False,
     executor: Executor | None = None,
@@ -114,6 +117,9 @@ def make_report(
     columns, conditions, focal_length_mm, guess_rate, where
         Settings of the user's own table; `where` gives values by column, of which an analysed row has one; the
         guess rate is for answers at levels, see `focalgradient.statistics.read_thresholds`.
+    by
+        Columns of conditions of a table of ratings, whose effects are tested instead of the depth effect: slopes of
+        numbers, contrasts of others.  [default: the apertures of a table without fixations]
     bayes
         True to add a Bayesian analysis of the ratings: see `focalgradient.statistics.bayes`.
     observers
@@ -135,6 +141,8 @@ def make_report(
     files = paths if len(paths) > 1 else root
     if len(paths) > 1 and not all(path.is_file() for path in paths):
         raise InputError("several data sets are reported by themselves: give the folder of one, or tables of one.")
+    if by and not root.is_file():
+        raise InputError(f"by is for a table, but {printable(root)} is a data set: leave it out.")
     if where and not root.is_file():
         raise InputError(f"where chooses rows of a table, but {printable(root)} is a data set: leave it out.")
     if bayes:
@@ -144,6 +152,14 @@ def make_report(
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
+    elif by or (other_than_ratings(files, columns) is None and holds_conditions(files, columns)):
+        ordinal = scale is not None and analysis_named(scale).whole
+        ratings_by = read_conditions(files, columns, by, where, steps=ordinal)
+        for name, value in {"bound": bound, "bayes": bayes or None, "focal_length_mm": focal_length_mm}.items():
+            if value is not None:
+                raise InputError(f"{name} is for ratings by aperture and fixation, not by condition: leave it out.")
+        part = ConditionPart.of(ratings_by)
+        found = _Analysed(root.stem, [part], [], [*ratings_by.notes], [*ratings_by.notices])
     elif other := other_than_ratings(files, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
+from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_tables import Paths, Source, Where, factor_of, few
 
 __all__ = ["explained_table"]
@@ -26,6 +27,7 @@ def explained_table(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     where: Where | None = None,
+    by: Sequence[str] = (),
 ) -> list[str]:
     """Return lines that say what the table is taken for, and how each column is read.
 
@@ -34,6 +36,16 @@ def explained_table(
     InputError
         If the table cannot be read.
     """
+    if by or (not any(kind[1](paths, columns) for kind in KINDS[:-1]) and holds_conditions(paths, columns)):
+        own = Source.read(paths, own_ratings.ROLES, columns, where)
+        by_condition = read_conditions(paths, columns, by, where)
+        return [
+            f"{own.name}: {len(own.cells):,} rows, taken for {len(by_condition.table):,} ratings by "
+            f"{' and '.join(by_condition.conditions)}",
+            *_columns(own, None),
+            *by_condition.notices,
+            *by_condition.notes,
+        ]
     what, _, roles, read = next(kind for kind in KINDS if kind[1](paths, columns))
     wide = what == "depth ratings"
     given = own_ratings.long_columns(columns) if wide else columns

@@ -63,6 +63,12 @@ MAX_P_OF_TWO_ALTERNATIVES = 0.001
 half is rejected; 1 in 1,000 tables with two alternatives is rejected wrongly (our choice).
 """
 
+LOWEST_SHARE = 0.4
+"""Share of correct answers at the lowest level below which two alternatives are not assumed."""
+
+FEWEST = 20
+"""Minimum number of trials at the lowest level by which its share is judged."""
+
 RATE_TOLERANCE = 0.005
 """Tolerance for rounding in a guess rate of 1 / m, such as 0.33 for a third."""
 
@@ -182,7 +188,7 @@ def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
         return given
     if stated is not None:
         return stated
-    below = _below_half(table)
+    below = _below_half(table) or _below_guess(table)
     if below is not None:
         level, right, shown = below
         raise InputError(
@@ -192,6 +198,13 @@ def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
         )
     own.notes.append("The guess rate was taken to be one half, as of two alternatives.")
     return 0.5
+
+
+def _below_guess(table: pd.DataFrame) -> tuple[float, int, int] | None:
+    """Return level, correct answers and trials if the lowest level has a share below `LOWEST_SHARE`, else None."""
+    counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
+    right, shown = int(counted["sum"].iloc[0]), int(counted["count"].iloc[0])
+    return (float(counted.index[0]), right, shown) if shown >= FEWEST and right / shown < LOWEST_SHARE else None
 
 
 def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
