@@ -187,7 +187,8 @@ def _slope(rows: pd.DataFrame, test: ConditionTest, *, log: bool) -> Effect | No
     values = np.log(rows["rating"]) if log else rows["rating"]
     means = values.groupby([rows["participant_id"], rows["scene"], rows[test.factor]]).mean()
     slopes: dict[tuple[str, str], float] = {}
-    for (person, scene), cell in means.groupby(level=[0, 1]):
+    grouped: Any = means.groupby(level=[0, 1])
+    for (person, scene), cell in grouped:
         x = cell.index.get_level_values(2).to_numpy(float)
         if len(x) > 1:
             centred = x - x.mean()
