@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,10 @@ from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise import estimate, frame
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.psf import blend_transfer, disc_transfer, gaussian_transfer
+
+sys.path.append(str(Path(__file__).parents[2] / "analysis"))
+import outline_scenes
+from outline_scenes import Case, Layer
 
 SHEET = Path(__file__).parents[2].parent / "shared" / "data" / "canon_rf50_flat"
 
@@ -62,6 +67,19 @@ def test_the_model_error_makes_no_pixel_invalid():
     per_dioptre = 0.025 / 4 / 2 / views[0].pixel_angle
     assert np.median(depth.vergence_sd[depth.valid]) * per_dioptre > 0.3
     assert depth.valid.mean() > 0.9
+
+
+def test_boundaries_are_no_error_of_the_blur_model():
+    """Three foci, a half plane before a slanted wall: standard deviations fit the errors, and are not tens of them."""
+    lenses = tuple(outline_scenes.lens(8, focus) for focus in (0.7, 1.0, 1.5))
+    layers = (Layer(1.35, outline_scenes.half(0.3, -20)), Layer(0.8, slope=(4e-4, 0)))
+    views, vergence = outline_scenes.views_and_truth("", Case(lenses, layers, 7, 0.0022, size=(120, 200), rays=512))
+    depth = recover_depth(views)
+    off = (np.abs(depth.vergence - vergence) / depth.vergence_sd)[depth.valid]
+    assert depth.valid.mean() > 0.9
+    assert 0.4 < 1.48 * np.median(off) < 1.1  # 1 for normal errors; 0.03 if boundaries count as model error
+    assert 0.92 < np.mean(off < 2) < 0.99
+    assert depth.details["split_band"]["tau"] < 2e-3
 
 
 def test_the_blend_lies_between_disc_and_gaussian():

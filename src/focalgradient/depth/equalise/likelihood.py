@@ -58,6 +58,10 @@ MIN_NOISE_VARIANCE = 1e-4
 SCATTER_SHARE = 0.5
 """Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
 
+SCATTER_WINDOWS = 2.0
+"""Distance in windows over which a jump scatters depth: 95 % of a window's weight. Planes that grow farther leave out
+what lies on another surface."""
+
 RANGE_SDS = 2.0
 """Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
 one-sided test at 2.5 %."""
@@ -308,9 +312,9 @@ class Equalised:
         trust = 1 / (1 + nodes.sd**2)  # full where depth is known to a level or so
 
         def local(values: FloatArray) -> FloatArray:
-            margin = min(4 * round(sd), *(n - 1 for n in values.shape))
+            margin = min(round(SCATTER_WINDOWS * sd) + 1, *(n - 1 for n in values.shape))
             wide = np.pad(values, margin, mode="reflect")
-            return ndimage.gaussian_filter(wide, sd)[margin:-margin, margin:-margin]
+            return ndimage.gaussian_filter(wide, sd, truncate=SCATTER_WINDOWS)[margin:-margin, margin:-margin]
 
         sd = (self.window + reach) / self.step
         total = local(trust)

@@ -38,7 +38,7 @@ from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.equalise.tiles import Tile, tiles_about
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.model_error import LEAST_BLUR
-from focalgradient.depth.numerics import HELD_APART, block_sum
+from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_sum
 from focalgradient.depth.validity import blur_is_known
 
 __all__ = ["Outlines", "curvature_variance", "find_outlines"]
@@ -100,6 +100,10 @@ MIN_CONTRADICTION = 3
 """Minimum width in grid points of a region of contradicting views in which a boundary is searched: blank paper and
 steep planes have contradictions one or two points wide."""
 
+IMPROBABLE = 0.00135
+"""Probability that a pixel lies on the other side of a boundary, below which that adds nothing to its standard
+deviation: beyond three standard deviations of the boundary's place."""
+
 CARRIED_WINDOWS = 2.0
 """Distance from a boundary, in windows, over which these carry depth of either side across it: 95 % of their weight."""
 
@@ -133,6 +137,13 @@ class Outlines:
         at = part.is_replaced[tile.within]
         for name in ("level", "sd", "side_sd"):
             getattr(self, name)[tile.core][at] = getattr(part, name)[tile.within][at]
+
+    def is_clear(self, equalised: Equalised, nodes: Nodes, radii: FloatArray) -> NDArray[np.bool_]:
+        """Return the nodes (h x w) whose widest window holds one side only, with the blur of `radii` (L x views)."""
+        step, widest = equalised.step, SMOOTH.windows[-1] * equalised.window
+        distance = _at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
+        blur = np.interp(nodes.level, np.arange(equalised.levels), np.max(radii, axis=0))
+        return np.asarray(distance > CARRIED_WINDOWS * widest + blur)
 
     def before(self, other: Outlines) -> Outlines:
         """Return these outlines, and the `other` ones where these replace nothing."""
@@ -348,7 +359,7 @@ def _sides(is_beside: NDArray[np.bool_], is_near: NDArray[np.bool_]) -> NDArray[
 def _side_sd(distance: FloatArray, place_sd: FloatArray | float, rise: FloatArray) -> Image:
     """Return the sd of depth, in levels, due to the position of the outline, known to `place_sd`."""
     wrong = special.ndtr(-distance / place_sd)
-    return np.asarray(np.sqrt(wrong * (1 - wrong)) * rise, np.float32)
+    return np.asarray(np.where(wrong > IMPROBABLE, np.sqrt(wrong * (1 - wrong)) * rise, 0), np.float32)
 
 
 def curvature_variance(

@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes
-from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
+from focalgradient.depth.equalise.split_band import DetailHalves
 from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import Image
@@ -24,7 +24,7 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR
 
-__all__ = ["Inliers", "Likelihood", "Part", "Refined", "model_error", "refine", "refine_without", "reject_outliers"]
+__all__ = ["Inliers", "Likelihood", "Part", "Refined", "detail_halves", "refine", "refine_without", "reject_outliers"]
 
 CHECK_SIDE = 5
 """Side in pixels of the squares in which agreement of the views is tested: much smaller than windows. Chosen by hand.
@@ -161,8 +161,8 @@ def refine(
     return Refined(nodes, inliers, own_texture(equalised, local, weight, scale, part.compressed), images)
 
 
-def model_error(equalised: Equalised, part: Part, refined: Refined) -> SplitBand:
-    """Return the error of the blur model, by the split-band test of a part of the frame.
+def detail_halves(equalised: Equalised, part: Part, refined: Refined) -> DetailHalves:
+    """Return depth from either half of the detail, for the split-band test of a part of the frame.
 
     The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are left
     out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
@@ -171,7 +171,7 @@ def model_error(equalised: Equalised, part: Part, refined: Refined) -> SplitBand
     kept, weight = inliers.is_within.astype(np.float32), inliers.is_inlier.astype(np.float32)
     images = [(kept * value, kept * derivative) for value, derivative in refined.images]
     scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
-    return split_band_test(equalised, nodes, images, weight, part.search, scale, is_informative)
+    return DetailHalves.of(equalised, nodes, images, weight, part.search, scale, is_informative)
 
 
 def refine_without(
