@@ -84,7 +84,7 @@ def test_8_bit_pixels_are_alike_in_each_container(tmp_path: Path) -> None:
 
 
 def test_the_page_of_a_tiff_file_is_named(tmp_path: Path) -> None:
-    pages = [Image.fromarray(np.full((8, 8), level, np.uint8)) for level in (50, 100, 150)]
+    pages = [Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8) + level) for level in (50, 100, 150)]
     pages[0].save(tmp_path / "a.tif", save_all=True, append_images=pages[1:])
     with pytest.warns(FocalGradientWarning, match="has 3 pages, of which page 1 was read"):
         read_photograph(tmp_path / "a.tif")
