@@ -33,6 +33,7 @@ from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.rules import Stated, as_toml, load_rules
+from focalgradient.report.tables import many
 from focalgradient.report.tidy import tidy_results
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
@@ -297,6 +298,10 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
         found.notes.extend(valid.notes)
     except InputError as error:
         problems.append(str(error))
+    if gone := {label for part in parts if part.data for label in part.data.withdrawn}:
+        found.notices.append(
+            f"Left out whatever the rules: {many(len(gone), 'participant')} who asked for removal of the answers."
+        )
     left_out = [one for part in parts if part.data for one in part.data.problems]
     found.problems.extend(
         f"Left out of the analysis: {one}" if one in left_out else one for one in dict.fromkeys(problems)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -22,6 +23,7 @@ from focalgradient.report.tables import Sheet
 __all__ = ["listed", "provenance"]
 
 PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
+"""Packages whose versions are listed if they were imported."""
 
 
 class Analysed(Protocol):
@@ -53,7 +55,7 @@ def provenance(
 ) -> Iterator[Sheet]:
     """Yield tables of the software, of the data set with the rules `applied` to it, and of its files with hashes."""
     root = paths[0]
-    made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
+    made = [[name, version(name)] for name in PACKAGES if name in sys.modules] + [["Python", platform.python_version()]]
     yield listed("versions.csv", "Analysed with", ["what", "version"], made)
     sidecars: dict[Files, Mapping[str, Any]] = {}
     for part in parts:
