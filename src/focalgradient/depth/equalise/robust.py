@@ -161,17 +161,19 @@ def refine(
     return Refined(nodes, inliers, own_texture(equalised, local, weight, scale, part.compressed), images)
 
 
-def model_error(equalised: Equalised, part: Part, refined: Refined) -> SplitBand:
+def model_error(equalised: Equalised, part: Part, refined: Refined, is_clear: NDArray[np.bool_]) -> SplitBand:
     """Return the error of the blur model, by the split-band test of a part of the frame.
 
-    The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are left
-    out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
+    `is_clear` (h x w): nodes whose window no occlusion boundary reaches.
+
+    The test's filters would carry what is saturated, contradicts, or comes from beyond the frame, over the rest. Where
+    all are left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
     """
     inliers, nodes = refined.inliers, refined.nodes
-    kept, weight = inliers.is_within.astype(np.float32), inliers.is_inlier.astype(np.float32)
-    images = [(kept * value, kept * derivative) for value, derivative in refined.images]
+    weight = inliers.is_inlier.astype(np.float32)
+    images = [(weight * value, weight * derivative) for value, derivative in refined.images]
     scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
-    return split_band_test(equalised, nodes, images, weight, part.search, scale, is_informative)
+    return split_band_test(equalised, nodes, images, weight, part.search, scale, is_informative, is_clear)
 
 
 def refine_without(

@@ -40,6 +40,10 @@ UNLIKE = 0.03
 """Difference of depth between directions, relative to the blur radius, above which a warning is issued: up to 0.005 for
 correct models of walls, slants, steps and spheres, 0.04 to 0.05 for 2 pixels of motion in one view."""
 
+MIN_CLEAR = 0.1
+"""Minimum proportion of the nodes with trusted depth that must be clear of boundaries for the test to rest on these
+alone: fewer may not represent the frame, as where a wrong model contradicts the views all over (our choice)."""
+
 LEAST_RADIUS = 0.8
 """Blur radius in pixels below which the split frequencies stay fixed, as higher ones contain aliased detail only."""
 
@@ -96,6 +100,7 @@ def split_band_test(
     search: Search,
     noise: float,
     is_trusted: NDArray[np.bool_],
+    is_clear: NDArray[np.bool_] | None = None,
 ) -> SplitBand:
     """Compare depth from coarse detail with depth from fine detail at the nodes of `is_trusted`.
 
@@ -115,10 +120,16 @@ def split_band_test(
         Noise variance in units of the one assumed.
     is_trusted
         h x w: nodes whose depth is to be claimed.
+    is_clear
+        h x w: nodes whose window no occlusion boundary reaches (None: not known). The test rests on these if they are
+        `MIN_CLEAR` of the trusted ones: a window that carries one surface over another does so differently in coarse
+        and fine detail.
     """
     place = np.arange(equalised.levels)
     blurs = np.interp(nodes.level, place, search.radius(search.vergences))
     use = is_trusted & (nodes.support > 0.5)
+    if is_clear is not None and (use & is_clear).sum() >= max(LEAST_NODES, MIN_CLEAR * use.sum()):
+        use &= is_clear
     if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
         use = nodes.is_textured & (nodes.support > 0.1)
     if use.sum() < LEAST_NODES:
