@@ -318,7 +318,6 @@ def cube(task: tuple[int, int, int, float]) -> dict[str, float]:
     (effect,) = necker(table, durations=False).effects
     tests = {
         "odds, time": effect.odds_of_time,
-        "odds, reports": effect.odds_of_reports,
         "paired t, share": effect.share,
     }
     found = {name: test.p if isinstance(test, Effect) else math.nan for name, test in tests.items()}

@@ -285,7 +285,7 @@ def test_every_scale_has_power_by_the_test_of_its_report(tmp_path, scale):
     (found,) = power.power(run_here(study, [14], 2), logs=study.logs)
     assert found.found["near_rise"] == 1.0
     assert found.joint == min(found.found.values()) == 1.0
-    (nothing,) = power.power(run_here(study.without_effect(), [8], 3), logs=study.logs)
+    (nothing,) = power.power(run_here(study_of_ratings(design, {"effect": 1.0}), [8], 3), logs=study.logs)
     assert nothing.found["near_rise"] < 1
     assert math.isfinite(found.width)
 

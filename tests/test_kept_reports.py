@@ -22,7 +22,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import test_report_own_detection
-import test_report_own_judgements
 import test_report_own_thresholds
 from recorded import record_necker, record_ratings
 from test_report_rules import careful
@@ -122,8 +121,6 @@ CASES = {
     "thresholds": Case(thresholds, WHERE),
     "simulated_thresholds": Case(simulated_thresholds),
     "detection": Case(table_of(functools.partial(test_report_own_detection.answers, 4, 120)), WHERE),
-    "cues": Case(table_of(test_report_own_judgements.cues)),
-    "differences": Case(table_of(lambda: test_report_own_judgements.differences()[0])),
 }
 
 

@@ -10,16 +10,15 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, Study, cube, latent, rise_power, sequential_power, spending_bounds
+from focalgradient.power import AnyStudy, Model, Study, cube, latent, rise_power
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power
 from focalgradient.power.sensitivity import sensitivity
-from focalgradient.power.sequential import Rule, bayes_factor
 from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
-from focalgradient.statistics import Effect
+from focalgradient.statistics import Effect, analyse
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.means import paired_effect
+from focalgradient.statistics.effects import effects
 from focalgradient.statistics.meta_analysis import random_effects
 from focalgradient.statistics.skewness import Scatter, robust_factor
 
@@ -84,64 +83,6 @@ def test_simulated_durations_have_the_stated_correlation_and_first_percept() -> 
 def test_a_study_of_thresholds_takes_the_bound_that_is_stated() -> None:
     assert ThresholdStudy.of(BlurThresholdDesign(), {"bound": 1.5}, 1).bound == 1.5
     assert ThresholdStudy.of(BlurThresholdDesign(), {}, 1).bound == 1.2
-
-
-@pytest.mark.parametrize(
-    ("rule", "published"), [("obrien-fleming", (3.710, 2.511, 1.993)), ("pocock", (2.279, 2.295, 2.296))]
-)
-def test_bounds_are_those_published(rule, published) -> None:
-    """Reboussin, DeMets, Kim and Lan (2000), three equal looks, two-sided .05."""
-    levels = spending_bounds([1 / 3, 2 / 3, 1.0], rule)
-    np.testing.assert_allclose(stats.norm.isf(np.array(levels) / 2), published, atol=0.003)
-
-
-def test_one_look_spends_all_and_wrong_shares_are_refused() -> None:
-    assert spending_bounds([1.0], "pocock") == pytest.approx([0.05], rel=1e-6)
-    with pytest.raises(InputError, match="must increase to 1"):
-        spending_bounds([0.5, 0.4, 1.0], "pocock")
-
-
-class Drawn(AnyStudy):
-    """Normal effects of people, tested by Student's t: error rates are known without the package's analysis."""
-
-    __slots__ = ("effect",)
-    seed, design, tests = 3, None, {"effect": "effect"}
-
-    def __init__(self, effect: float) -> None:
-        self.effect = effect
-
-    def settings(self):
-        return {}
-
-    def table(self, subjects, rng):
-        values = rng.normal(self.effect, 1, subjects)
-        return pd.DataFrame({"participant_id": [f"{n:03}" for n in range(subjects)], "value": values})
-
-    def outcome(self, table):
-        return {}
-
-    def primary(self, table):
-        return paired_effect(table["value"], "t")
-
-    def without_effect(self):
-        return Drawn(0.0)
-
-
-@pytest.mark.parametrize("rule", ["obrien-fleming", "pocock"])
-def test_looks_keep_the_error_rate_and_stop_early(rule) -> None:
-    looks = sequential_power(Drawn(0.8), [10, 20, 30], 300, rule)
-    assert looks[-1].error < 0.05 + 3 * math.sqrt(0.05 * 0.95 / 300)
-    exact = stats.nct.sf(stats.t.isf(0.025, 29), 29, 0.8 * math.sqrt(30))
-    assert looks[-1].power == pytest.approx(exact, abs=0.05)
-    assert looks[-1].mean_subjects_with_effect < 24 < 28 < looks[-1].mean_subjects_without_effect
-
-
-def test_a_bayes_factor_stops_for_either_hypothesis() -> None:
-    looks = sequential_power(Drawn(1.0), [8, 16, 32], 100, "bayes-factor", factor=6.0)
-    assert looks[-1].power > 0.95
-    assert looks[-1].error < 0.1
-    assert looks[-1].stopped_without_effect < 1.0
-    assert looks[-1].missed < 0.05
 
 
 def test_pooling_is_the_t_test_where_data_sets_are_alike_in_error_and_differ() -> None:
@@ -278,7 +219,8 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
     design = DepthRatingDesign(scale="choice")
     latent_study = LatentStudy(LatentModel(effect=20.0, far_effect=1.0), design)
     table = latent_study.table(8, np.random.default_rng(1))
-    primary, outcome = latent_study.primary(table), latent_study.outcome(table)
+    primary = effects(analyse(table, design.response_scale.analysis))[0][0]
+    outcome = latent_study.outcome(table)
     assert isinstance(primary, Effect)
     assert primary.low > 0
     assert outcome["left_out"] == 0
@@ -286,8 +228,8 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
 
     study = Study(Model(effect=2.0, far_effect=1.0), DepthRatingDesign(scenes=("spheres-01", "spheres-02")))
     table = study.table(8, np.random.default_rng(1))
-    near, outcome = study.primary(table), study.outcome(table)
-    far = study.analysed(table).fixations[1].rise
+    near, far = (one.rise for one in study.analysed(table).fixations)
+    outcome = study.outcome(table)
     assert isinstance(near, Effect)
     assert isinstance(far, Effect)
     assert near.estimate == pytest.approx(math.log(2.0), abs=0.35)
@@ -324,60 +266,6 @@ def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) ->
     outcomes = [study.experiment(12, number) for number in range(6)]
     assert least <= sum(one["interaction"] for one in outcomes) <= most
     assert sum(one["near_rise"] for one in outcomes) == 6
-
-
-@pytest.mark.parametrize("rule", ["obrien-fleming", "pocock", "bayes-factor"])
-def test_a_sequential_design_is_what_a_count_of_its_experiments_gives(rule: Rule) -> None:
-    """Each experiment by SciPy's t-test, look by look, until one decides: errors in either direction, power in one."""
-    counts, experiments, factor = (6, 12, 24), 80, 2.0
-    looks = sequential_power(Drawn(0.3), counts, experiments, rule, factor=factor)
-    ends = []
-    for study in (Drawn(0.0), Drawn(0.3)):
-        for number in range(experiments):
-            values = study.table(24, study.stream(24, number))["value"].to_numpy()
-            for at, (count, look) in enumerate(zip(counts, looks, strict=True)):
-                t, p = stats.ttest_1samp(values[:count], 0.0)
-                odds = bayes_factor(float(t), count)
-                found = odds >= factor if rule == "bayes-factor" else p < look.bound
-                null = rule == "bayes-factor" and odds <= 1 / factor
-                if found or null or count == counts[-1]:
-                    ends.append((at, "null" if null else "none" if not found else "up" if t > 0 else "down"))
-                    break
-    blind, real = ends[:experiments], ends[experiments:]
-    for at, look in enumerate(looks):
-        assert look.error == pytest.approx(sum(end <= at and of in ("up", "down") for end, of in blind) / experiments)
-        assert look.power == pytest.approx(sum(end <= at and of == "up" for end, of in real) / experiments)
-        assert look.missed == pytest.approx(sum(end <= at and of == "null" for end, of in real) / experiments)
-        assert look.stopped_without_effect == pytest.approx(sum(end == at for end, _ in blind) / experiments)
-        assert look.stopped_with_effect == pytest.approx(sum(end == at for end, _ in real) / experiments)
-        assert look.mean_subjects_without_effect == pytest.approx(np.mean([counts[end] for end, _ in blind]))
-        assert look.mean_subjects_with_effect == pytest.approx(np.mean([counts[end] for end, _ in real]))
-    assert looks[-1].error > 0
-    assert (looks[-1].missed > 0) == (rule == "bayes-factor")
-
-
-@pytest.mark.parametrize(("effect", "sign", "least", "most"), [(-1.5, -1, 0.9, 1), (-1.5, 0, 0.9, 1), (1.5, -1, 0, 0)])
-def test_power_counts_effects_in_the_direction_of_the_primary_test(
-    effect: float, sign: int, least: float, most: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By the noncentral t, 12 people show an effect of 1.5 standard deviations with a power of .997."""
-    monkeypatch.setattr(Drawn, "expected_sign", sign)
-    assert least <= sequential_power(Drawn(effect), [6, 12], 30, "pocock")[-1].power <= most
-
-
-def test_a_cube_with_a_rigid_gradient_only_has_a_sequential_design_with_power() -> None:
-    """With an odds ratio of 20 in all subjects, each experiment finds less time of the nonrigid percept."""
-    design = NeckerDesign(gradients=("none", "rigid"), strengths_mm=(8.0,), repetitions=2)
-    study = CubeStudy(CubeModel(effect=20.0, between=0.0, nonrigid=0.5), design)
-    assert sequential_power(study, [6, 10], 4, "pocock")[-1].power == 1
-
-
-def test_a_sequential_design_has_two_looks_or_more() -> None:
-    assert [one.subjects for one in sequential_power(Drawn(0.8), [10, 20], 20, "pocock")] == [10, 20]
-    with pytest.raises(InputError, match="looks has one number of subjects"):
-        sequential_power(Drawn(0.8), [10, 10], 20, "pocock")
-    with pytest.raises(InputError, match=r"factor is 1\.0, but must be a Bayes factor above 1"):
-        sequential_power(Drawn(0.8), [10, 20], 20, "bayes-factor", factor=1.0)
 
 
 def test_two_standard_errors_cover_the_share_of_a_few_experiments() -> None:

@@ -24,20 +24,17 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
-from focalgradient.report import robustness_part as robustness_module
 from focalgradient.report.displays import screens, screens_sheet
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.exclusions import sensitivity
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
-from focalgradient.report.parts import Output
 from focalgradient.report.provenance import listed
 from focalgradient.report.scales import comparison_sheets
 from focalgradient.report.tables import Sheet, interval, probability, rating_sheets
 from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, Effect, compare_pictures, depth_rating
 from focalgradient.statistics.residuals import rating_residuals
-from focalgradient.statistics.robustness import Variant
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +119,7 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
     Reader().feed(text)
     assert not open_tags
     pictures = [source for source in sources if not source.startswith("#")]
-    assert len(pictures) == 5
+    assert len(pictures) == 4
     assert all(source.startswith("data:image/png;base64,") for source in pictures)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
@@ -134,7 +131,6 @@ def test_markdown_names_its_figures_and_says_what_html_says(made):
         "depth_rating.png",
         "depth_rating_scenes.png",
         "depth_rating_residuals.png",
-        "robustness.png",
         "necker.png",
     ]
     assert all(made.files[name].startswith(b"\x89PNG") for name in named)
@@ -471,15 +467,6 @@ def test_differences_of_slopes_are_tabled_by_pair(fixations: tuple[str, ...], di
     named = tests[tests["holds for other"].str.startswith("subjects;")]["what"].tolist()
     assert [name for name in named if name.startswith("difference")] == differences
     assert [name for name in named if name.startswith("slope")] == [f"slope, {name} in focus" for name in fixations]
-
-
-def test_robustness_is_drawn_of_the_first_fixation(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[list[Variant]] = []
-    monkeypatch.setattr(robustness_module, "robustness_figure", lambda own, *_, **__: drawn.append(own))
-    monkeypatch.setattr(Output, "figure", lambda self, name, figure, caption: Paragraph(caption))
-    *_, caption = robustness_module.robustness_part(analyse_ratings(data), Output())
-    assert {each.fixation for each in drawn[0]} == {"nearest"}
-    assert caption.text.startswith("Robustness, the nearest object in focus:")
 
 
 def test_a_table_of_ones_own_is_described_without_its_catch_trials(data: Path) -> None:

@@ -45,17 +45,16 @@ def test_the_report_recovers_known_sensitivity(tmp_path: Path) -> None:
     for condition, d in D_PRIME.items():
         assert found[f"mean d′, {condition}"]["estimate"] == pytest.approx(d, abs=0.12)
         assert found[f"mean criterion c, {condition}"]["estimate"] == pytest.approx(0.2, abs=0.08)
-        # an ideal observer of equal variances: the SDs agree, and confidence loses nothing
+        # an observer of equal variances: the SDs agree
         assert found[f"mean SD of signal over noise, {condition}"]["estimate"] == pytest.approx(1, abs=0.12)
-        assert found[f"mean meta-d′, {condition}"]["estimate"] == pytest.approx(d, abs=0.25)
     text = report.files["report.md"].decode()
     less = float(text.split("d′ in 10 deg less that in fovea: ")[1].split()[0].replace("−", "-"))
     assert less == pytest.approx(D_PRIME["10 deg"] - D_PRIME["fovea"], abs=0.15)
     assert {"detection.png", "detection.csv", "detection_trials.csv", "detection.R"} <= set(report.files)
 
 
-def test_a_person_who_guesses_has_no_meta_d_and_all_other_values(tmp_path: Path) -> None:
-    """As many hits as false alarms: d' is 0, and how well confidence goes with being right has no unit."""
+def test_a_person_who_guesses_has_all_values(tmp_path: Path) -> None:
+    """As many hits as false alarms: d' is 0, and confidence tells nothing about being right."""
     guessed = {"signal": [0, 1] * 60, "response": ["yes", "yes", "no", "no"] * 30, "confidence": [1, 2, 3] * 40}
     others = answers(3, 200).query("where == 'fovea'").drop(columns="where")
     report = make_report(write(tmp_path, pd.concat([others, pd.DataFrame({"subject": "P9", **guessed})])))
@@ -65,15 +64,15 @@ def test_a_person_who_guesses_has_no_meta_d_and_all_other_values(tmp_path: Path)
     assert guesser[["hit rate", "false-alarm rate", "area"]].tolist() == pytest.approx([0.5, 0.5, 0.5])
     assert guesser[["d′", "c"]].tolist() == pytest.approx([0, 0], abs=1e-9)
     assert guesser["low"] == pytest.approx(-guesser["high"])
-    assert guesser[["meta-d′", "type-2 area"]].isna().all()
-    assert each.drop("P9")[["meta-d′", "type-2 area"]].notna().all().all()
+    assert guesser["type-2 area"] == pytest.approx(0.5)
+    assert (each.drop("P9")["type-2 area"] > 0.5).all()
 
 
 def test_without_confidence_there_is_no_curve(tmp_path: Path) -> None:
     table = answers(2, 60).drop(columns="confidence").query("where == 'fovea'").drop(columns="where")
     report = make_report(write(tmp_path, table))
     assert [row["what"] for row in report.results] == ["mean d′", "mean criterion c"]
-    assert "meta-d′" not in report.files["report.md"].decode().lower()
+    assert "type-2" not in report.files["report.md"].decode().lower()
     json.loads(report.files["results.json"])
 
 

@@ -16,6 +16,7 @@ from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 from focalgradient.scales import Scale, Steps, Ways
 from focalgradient.tasks import Noted, Response, Task, check_task, register
+from focalgradient.tasks.registry import load_file
 from focalgradient.web import Lists
 
 
@@ -60,6 +61,10 @@ class Sides(Task):
         return SideAnswer(chosen=("left", "right")[int(value) - 1], **times)
 
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
+        return self.sound(trial)
+
+    @staticmethod
+    def sound(trial: Any) -> Any:
         return SideAnswer(onset=0.0, response_time=1.0, chosen=trial.side)
 
 
@@ -94,6 +99,25 @@ def raising(*_: Any) -> Any:
 
 
 BLACK = np.zeros((8, 16, 3), np.uint8)
+
+
+def ending(*_: Any) -> Any:
+    raise SystemExit(0)
+
+
+def at_trial_two(answer: Any) -> Callable[..., Any]:
+    return lambda self, design, trial, *_: Sides.sound(trial) if trial.trial == 1 else answer
+
+
+def unseeded(*_: Any) -> Any:
+    return np.random.default_rng().integers(0, 255, (8, 16, 3), np.uint8), 0.5
+
+
+def undrawn(self: Any, participant: str, session: str | None = None) -> Any:
+    sides = np.random.default_rng().permutation(["left", "right"] * 20)
+    return tuple(SideTrial(side=str(side), trial=number) for number, side in enumerate(sides, start=1))  # type: ignore[arg-type]
+
+
 FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "a brace": (
         {"texts": {"en": {"instructions": "100 % of {it}"}}},
@@ -107,6 +131,11 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
         "the duration of shown is 0, but must be a number of seconds above 0",
     ),
     "an error": ({"shown": raising}, r"fails: shown raises KeyError\('side'\) \(test_task_check.py, line \d+\)"),
+    "an exit": ({"shown": ending}, r"fails: shown raises SystemExit\(0\)"),
+    "an empty picture": ({"shown": picture(BLACK[:0])}, r"the picture of shown is empty \(16 x 0 pixels\)"),
+    "an unseeded picture": ({"shown": unseeded}, "shown draws another picture the second time: draw from a seed"),
+    "no answer": ({"simulated": at_trial_two(None)}, "simulated gives None for trial 2 of participant 01, not SideAns"),
+    "no observer": ({"simulated": raising}, r"fails: simulated raises KeyError\('side'\)"),
     "three ways": ({"control": control(Ways("?", ("a", "b", "c")))}, "control has 3 ways, but must have 2"),  # type: ignore[arg-type]
     "labels": ({"control": control(Steps("?", "", 1, 5, "abcd"))}, "control has 4 labels, which do not fit 5 steps"),
     "no ratios": ({"control": control(Scale("?", "", 0, 9))}, "goes from 0 to 9, which has no ratios: give ratios=Fal"),
@@ -167,3 +196,32 @@ def test_a_design_without_defaults_is_refused() -> None:
         match=r"'bare' cannot be made without settings \(levels: Field required\): give each a valid default",
     ):
         register(type("BareSides", (Sides,), parts))
+
+
+def test_trials_that_differ_when_made_again_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SideDesign, "trials", undrawn)
+    with pytest.raises(InputError, match="trials gives participant 01 another list the second time: draw with self"):
+        check_task(SideDesign())
+
+
+def test_so_many_repetitions_are_refused_at_once() -> None:
+    class Long(SideDesign):
+        repetitions: int = 100_000
+
+    with pytest.raises(InputError, match="repetitions is 100,000, but may be 1,000"):
+        check_task(Long())
+
+
+def test_an_answer_may_not_overwrite_the_condition_that_was_shown(changed: Callable[..., None]) -> None:
+    own = dataclass(frozen=True, kw_only=True)(type("Own", (Response,), {"__annotations__": {"side": str}}))
+    changed(answer=own)
+    with pytest.raises(InputError, match="'side' is a field of the trial and of the answer, which would overwrite"):
+        check_task(SideDesign())
+    with pytest.raises(InputError, match="'side' is a field of the trial and of the answer"):
+        Sides().columns()
+
+
+def test_a_task_file_that_ends_the_program_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "ending_task.py").write_text("import sys\nsys.exit(0)\n")
+    with pytest.raises(InputError, match=r"ending_task.py cannot be run \(SystemExit\(0\)\): correct it"):
+        load_file(tmp_path / "ending_task.py")

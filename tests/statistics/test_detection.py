@@ -6,13 +6,12 @@ from scipy import stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics import (
-    MetaSensitivity,
     NotComputed,
     RatingRoc,
     detection_by_person,
-    meta_sensitivity,
     rating_roc,
     sensitivity,
+    type2_area,
 )
 from focalgradient.statistics.detection import roc_area
 
@@ -70,32 +69,19 @@ def test_standard_errors_of_ratings_are_those_of_repeated_experiments():
     )
 
 
-def test_half_an_answer_of_each_kind_is_shared_among_its_ratings():
-    """With K = 2 a quarter is added to each of the 4 counts: 10.5 of 11 answers are right."""
-    found = meta_sensitivity([0, 0, 4, 6], [6, 4, 0, 0])
-    assert isinstance(found, MetaSensitivity)
-    assert found.d_prime == pytest.approx(2 * stats.norm.ppf(10.5 / 11), rel=1e-12)
-    assert found.criterion == pytest.approx(0, abs=1e-12)
-
-
 @pytest.mark.parametrize("noise", [0.0, 1.0])
-def test_meta_d_is_d_where_confidence_is_of_the_same_evidence_and_less_with_noise(noise):
+def test_the_type_2_area_is_the_share_of_pairs_in_which_the_correct_answer_is_surer(noise):
     rng = np.random.default_rng(2)
-    signal = np.repeat([1, 0], 20_000)
-    evidence = rng.standard_normal(40_000) + 1.5 * (signal - 0.5)
+    signal = np.repeat([1, 0], 2000)
+    evidence = rng.standard_normal(4000) + 1.5 * (signal - 0.5)
     yes = evidence > 0.1
-    felt = np.abs(evidence + noise * rng.standard_normal(40_000) - 0.1)
-    felt = np.where((evidence + 0 > 0.1) == yes, felt, 0)
-    level = np.digitize(felt, [0.4, 0.9, 1.5])
+    level = np.digitize(np.abs(evidence + noise * rng.standard_normal(4000) - 0.1), [0.4, 0.9, 1.5])
     rating = np.where(yes, 4 + level, 3 - level)
-    found = meta_sensitivity(*(np.bincount(rating[signal == one], minlength=8) for one in (1, 0)))
-    assert isinstance(found, MetaSensitivity)
-    assert found.d_prime == pytest.approx(1.5, abs=0.05)
-    if noise:
-        assert found.efficiency < 0.9
-    else:
-        assert found.efficiency == pytest.approx(1, abs=0.06)
-        assert found.meta_d.low < 1.5 < found.meta_d.high
+    area = type2_area(*(np.bincount(rating[signal == one], minlength=8) for one in (1, 0)))
+    correct = yes == (signal == 1)
+    pairs = np.sign(level[correct][:, None] - level[~correct])
+    assert area == pytest.approx(0.5 + pairs.mean() / 2, abs=2e-3)
+    assert (area > 0.65) == (not noise)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +91,7 @@ def test_meta_d_is_d_where_confidence_is_of_the_same_evidence_and_less_with_nois
         (lambda: sensitivity(0, 0, 3, 4), "must each have been shown"),
         (lambda: sensitivity(1, 2, 3, 4, intervals=3), "intervals is 3, but must be 1"),
         (lambda: rating_roc([1, 2], [2, 1]), "3 or more ratings"),
-        (lambda: meta_sensitivity([1, 2, 3], [3, 2, 1]), "2 K ratings"),
+        (lambda: type2_area([1, 2, 3], [3, 2, 1]), "2 K ratings"),
     ],
 )
 def test_wrong_counts_are_named(call, sentence):
@@ -153,9 +139,3 @@ def test_a_single_point_between_0_and_1_with_one_on_either_side_determines_the_c
     found = rating_roc([0, 50, 20, 30], [60, 20, 20, 0])
     assert isinstance(found, RatingRoc)
     assert 0.5 < found.sd_ratio.estimate < 2
-
-
-def test_meta_d_without_curvature_at_its_maximum_has_no_interval() -> None:
-    found = meta_sensitivity([0, 31, 0, 5], [20, 13, 3, 0])
-    assert isinstance(found, MetaSensitivity)
-    assert (found.meta_d.low, found.meta_d.high) == (None, None)

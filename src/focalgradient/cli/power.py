@@ -94,8 +94,6 @@ def power(
     out: Folder,
     subjects: Annotated[Sequence[int], _counts] = (6, 10, 20),
     model: Annotated[Model, Made(Model)],
-    sequential: Literal["obrien-fleming", "pocock", "bayes-factor"] | None = None,
-    factor: Annotated[float, POSITIVE] = 10.0,
     sensitivity: bool = False,
     design: File | None = None,
     experiments: Annotated[int, click.IntRange(1, 1_000_000)] = 1000,
@@ -127,10 +125,6 @@ def power(
         Folder for the results.
     subjects
         Numbers of subjects.
-    sequential
-        Analyse the data at each number of --subjects, and stop by this rule, applied to the primary test.
-    factor
-        With --sequential bayes-factor: Bayes factor for either hypothesis at which to stop.
     sensitivity
         Also compute the power with each assumed SD halved and doubled, from a fifth of the experiments each.
     design
@@ -142,35 +136,25 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
-    from focalgradient.power import TaskStudy, run, sequential_power
+    from focalgradient.power import TaskStudy, run
     from focalgradient.power import power as sum_up
     from focalgradient.power import sensitivity as power_by_assumption
-    from focalgradient.power.sequential import RULES
     from focalgradient.statistics import as_table
 
     study = _study(task, design, seed, model.given())
-    extra = [*(["sequential.csv"] if sequential else []), *(["sensitivity.csv"] if sensitivity else [])]
+    extra = ["sensitivity.csv"] if sensitivity else []
     writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
-    if sequential:
-        study.without_effect()  # raises at once if there is no test to stop for
     total = len(subjects) * experiments
     seconds = study.seconds * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command continues."
     with resumable(left) as say, workers.shared(2 * seconds) as executor:
         table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
-        looks = (
-            sequential_power(study, subjects, experiments, sequential, factor=factor, executor=executor)
-            if sequential
-            else ()
-        )
         few = max(experiments // 5, 1)
         varied = power_by_assumption(study, subjects, few, executor=executor) if sensitivity else None
     found = sum_up(table, logs=study.logs)
     files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
     files["power.csv"] = _csv(as_table(found))
-    if looks:
-        files["sequential.csv"] = _csv(as_table(looks).assign(rule=sequential))
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
@@ -183,18 +167,6 @@ def power(
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")
-    if looks:
-        lines.append(f"Sequential ({sequential}), test: {next(iter(study.tests.values()))}")
-        kind = "factor" if sequential == RULES[-1] else "p below"
-        lines += [
-            f"  N = {one.subjects}: stop at {kind} {one.bound:.4g}; error so far {one.error:.1%}, power {one.power:.1%}"
-            for one in looks
-        ]
-        last = looks[-1]
-        lines.append(
-            f"  mean N {last.mean_subjects_with_effect:.1f} with the effect, "
-            f"{last.mean_subjects_without_effect:.1f} without"
-        )
     if varied is not None:
         lines += [
             f"With {one.assumed} times {one.factor:g}, N = {one.subjects}: all of them {one.power:.1%}"

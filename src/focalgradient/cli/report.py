@@ -78,10 +78,6 @@ def report(
     or interval and response, and may have condition, session, catch and alternatives (their number, for the guess
     rate).
 
-    A table of judgements by two cues has a row for each trial with the columns participant, first, second (the
-    test's difference from the standard by each cue; empty where it was not offered) and larger (1 or 0); one of
-    judgements of differences the columns participant, s1, s2, s3 and for quadruples s4, and larger.
-
     Several data sets with one design are pooled: a random-effects meta-analysis of their main results, with a forest
     plot of each result. The report of each data set is written by a separate command.
 

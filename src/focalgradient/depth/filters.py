@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, sparse
-from scipy.interpolate import BSpline, make_interp_spline
 
 from focalgradient.parallel import share_rows
 
@@ -159,6 +158,8 @@ def _circles(at: Frequencies, directions: int = 48) -> sparse.csr_array:
 @cache
 def _to_coefficients(at: Frequencies) -> tuple[Image, Image]:
     """Matrices that take values along the plane's two axes to the coefficients of cubic splines through them."""
+    from scipy.interpolate import make_interp_spline  # deferred: slow to import
+
     assert at.down is not None
     assert at.right is not None
     down, right = (make_interp_spline(axis, np.eye(axis.size)).c.astype(np.float32) for axis in (at.down, at.right))
@@ -171,6 +172,8 @@ def _splines(at: Frequencies, rows: int, columns: int) -> tuple[sparse.csr_array
 
     Beyond the plane's ends those are the values there.
     """
+    from scipy.interpolate import BSpline, make_interp_spline  # deferred: slow to import
+
     assert at.down is not None
     assert at.right is not None
     both = zip((at.down, at.right), (fft.fftfreq(rows), fft.rfftfreq(columns)), strict=True)

@@ -13,7 +13,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
@@ -177,7 +177,7 @@ def _value(hint: Any, cell: str) -> Any:
         return None
     if typing.get_origin(hint) is Literal:
         cell = next((part for part in typing.get_args(hint) if str(part) == cell), cell)
-    read = TypeAdapter(hint).validate_python
+    read = TypeAdapter(hint, config=ConfigDict(allow_inf_nan=False)).validate_python
     try:
         return read(cell)
     except ValidationError:

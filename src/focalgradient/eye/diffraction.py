@@ -11,7 +11,6 @@ import warnings
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import jv
 
 from focalgradient.errors import FocalGradientWarning, check_finite, check_number
 from focalgradient.eye.quadrature import RADIANS, panels
@@ -209,6 +208,8 @@ def lommel_point_spread(
 
 def _lommel(order: int, ratio: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sum (-1)^s ratio^(2 s) J_(order + 2 s)(x) over s, for ratios up to 1."""
+    from scipy.special import jv  # deferred: slow to import
+
     largest = float(x.max())
     terms = 12 + int((largest + 12 * np.cbrt(largest)) / 2)  # Bessel functions vanish once their order exceeds x
     power, total = np.ones_like(x), np.zeros_like(x)

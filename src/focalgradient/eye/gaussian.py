@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.eye.light import Light
@@ -92,6 +91,8 @@ def best_gaussian(
     >>> round(fit.k, 2), round(fit.residual, 2), round(fit.lowest, 2)
     (0.58, 0.42, -0.12)
     """
+    from scipy.optimize import minimize_scalar  # deferred: slow to import
+
     check_optics(optics)
     check_number("vergence", vergence, "dioptres")
     if not capabilities(optics).isotropic:

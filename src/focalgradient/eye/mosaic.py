@@ -14,7 +14,6 @@ from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_finite, check_number, check_seed
@@ -204,6 +203,8 @@ class ConeMosaic:
         x = (np.arange(width) - (width - 1) / 2) * self.pixel_angle
         y = (np.arange(height) - (height - 1) / 2)[:, None] * self.pixel_angle
         x, y = np.broadcast_arrays(x, y)
+        from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator  # deferred: slow to import
+
         found = np.asarray(LinearNDInterpolator(self.place, values)(x, y))
         outside = np.isnan(found)
         found[outside] = NearestNDInterpolator(self.place, values)(x[outside], y[outside])

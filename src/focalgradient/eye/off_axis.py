@@ -16,7 +16,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from focalgradient.errors import InputError, check_number, described
 from focalgradient.eye.model_eye import Eye
@@ -199,6 +198,8 @@ def _checked(eccentricity_deg: float) -> float:
 
 def _through(height: float, chief: float) -> _Meeting:
     """Return where the ray at `height` (m) in the pupil meets the cornea, if it ends where the ray at `chief` does."""
+    from scipy.optimize import brentq  # deferred: slow to import
+
     place = _end(_path(chief))
     angle = brentq(lambda one: _end(_path(one, height)) - place, chief - 0.5, chief + 0.5, xtol=1e-14)
     return _path(float(angle), height)[0]
@@ -211,6 +212,8 @@ def _end(path: list[_Meeting]) -> float:
 
 def _slope(field: float) -> float:
     """Return the angle (rad) between cornea and pupil of the chief ray from `field` (rad)."""
+    from scipy.optimize import brentq  # deferred: slow to import
+
     return float(brentq(lambda angle: _path(angle)[0].before - field, 0.0, field)) if field else 0.0
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from focalgradient.errors import InputError, check_number, check_one_of, described
 from focalgradient.eye.age import accommodation_amplitude
@@ -160,6 +159,8 @@ class Correction:
         >>> [round(CORRECTIONS[name].response(Refraction(-6.0), 2.5), 2) for name in CORRECTIONS]
         [0.0, 2.18, 2.5]
         """
+        from scipy.optimize import brentq  # deferred: slow to import
+
         check_kind("refraction", refraction, Refraction, PARSE)
         check_number("looking_at", looking_at, "dioptres")
         if age is not None:

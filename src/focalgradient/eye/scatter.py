@@ -16,7 +16,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import j0
 
 from focalgradient.errors import InputError, check_finite, check_number
 
@@ -102,6 +101,8 @@ class Scatter:
 @lru_cache(maxsize=32)
 def _table(age: float, pigment: float) -> tuple[FloatArray, FloatArray]:
     """Return frequencies (cycles per degree) and the Hankel transform of the scattered light: at 0 its share."""
+    from scipy.special import j0  # deferred: slow to import
+
     near = np.geomspace(NEAREST, 1.0, 400)
     theta = np.concatenate([near, np.arange(1.0 + STEP_DEG, FARTHEST, STEP_DEG)])
     light = Scatter(age, pigment).veil(theta) * 2 * np.pi * np.sin(np.radians(theta))

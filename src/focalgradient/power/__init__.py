@@ -17,7 +17,6 @@ from focalgradient.power.own_tasks import TaskStudy
 from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, rise_power, simulated_ratings
 from focalgradient.power.running import Power, power, run, run_here
 from focalgradient.power.sensitivity import sensitivity
-from focalgradient.power.sequential import Look, bayes_factor, sequential_power, spending_bounds
 from focalgradient.power.study import AnyStudy
 from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 
@@ -29,14 +28,12 @@ __all__ = [
     "CubeStudy",
     "LatentModel",
     "LatentStudy",
-    "Look",
     "Model",
     "Power",
     "Study",
     "TaskStudy",
     "ThresholdModel",
     "ThresholdStudy",
-    "bayes_factor",
     "cube_experiment",
     "experiment",
     "latent_power",
@@ -47,10 +44,8 @@ __all__ = [
     "run",
     "run_here",
     "sensitivity",
-    "sequential_power",
     "simulated_answers",
     "simulated_ratings",
     "simulated_reports",
-    "spending_bounds",
     "study_of_ratings",
 ]

@@ -23,7 +23,7 @@ from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy, model_of
-from focalgradient.statistics import Effect, NotComputed, quality
+from focalgradient.statistics import Effect, quality
 from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
@@ -165,14 +165,6 @@ class CubeStudy(AnyStudy):
         return "nonrigid gradient", "rigid gradient"
 
     @property
-    def expected_sign(self) -> int:  # type: ignore[override]
-        return 1 if self._primary_gradient == "nonrigid" else -1
-
-    @property
-    def _primary_gradient(self) -> str:
-        return "nonrigid" if "nonrigid" in self.design.gradients else "rigid"
-
-    @property
     def spreads(self) -> tuple[str, ...]:
         return "between", "between_levels", "between_dominances"
 
@@ -181,13 +173,6 @@ class CubeStudy(AnyStudy):
 
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
         return cube_outcome(self, table)
-
-    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        changes = _changes(table)[self._primary_gradient, max(self.design.strengths_mm)].dropna().to_numpy(dtype=float)
-        return paired_effect(changes, "t")
-
-    def without_effect(self) -> CubeStudy:
-        return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0))
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
         """Simulate and analyse one experiment: see `cube_experiment`."""

@@ -165,12 +165,6 @@ class LatentStudy(AnyStudy):
             outcome["interaction"] = float(all(map(_rises, pairs[: len(slopes) - 1])))
         return outcome
 
-    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        return effects(analyse(table, self.design.response_scale.analysis))[0][0]
-
-    def without_effect(self) -> LatentStudy:
-        return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0, far_effect=1.0))
-
 
 def _rises(test: Effect | NotComputed) -> bool:
     return isinstance(test, Effect) and test.significant and test.estimate > 0

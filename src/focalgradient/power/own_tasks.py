@@ -12,7 +12,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.power.study import AnyStudy
-from focalgradient.statistics import Effect, NotComputed
+from focalgradient.statistics import Effect
 from focalgradient.tasks import Task
 
 __all__ = ["TaskStudy"]
@@ -30,8 +30,6 @@ class TaskStudy(AnyStudy):
         Design of the experiment.
     seed
         Seed of all random draws.
-    blind
-        Whether each observer's answers are shuffled over its trials, so that no condition has an effect.
 
     Raises
     ------
@@ -42,11 +40,9 @@ class TaskStudy(AnyStudy):
     task: Task
     design: Any
     seed: int = 1
-    blind: bool = False
 
     seconds: ClassVar[float] = 0.01
     width_label: ClassVar[str] = "95 % interval of the effect: width"
-    expected_sign: ClassVar[int] = 0
 
     @classmethod
     def of(cls, task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> TaskStudy:
@@ -69,7 +65,7 @@ class TaskStudy(AnyStudy):
 
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "task": self.task.name, "tests": [*self.tests.values()], "blind": self.blind}
+        stated = {"seed": self.seed, "task": self.task.name, "tests": [*self.tests.values()]}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
@@ -87,13 +83,7 @@ class TaskStudy(AnyStudy):
         observer, seed = observer_named("default"), int(rng.integers(2**31))
         names = [f"{number:02}" for number in range(1, subjects + 1)]
         answers = [(name, self.task.observe(self.design, observer, name, seed)) for name in names]
-        table = pd.DataFrame([row for name, given in answers for row in self._rows(name, given)])
-        if self.blind:
-            own = [one.name for one in dataclasses.fields(self.task.answer)]
-            for _, rows in table.groupby("participant_id"):
-                table.loc[rows.index, own] = table.loc[rng.permutation(rows.index), own].to_numpy()
-            table = table.infer_objects()
-        return table
+        return pd.DataFrame([row for name, given in answers for row in self._rows(name, given)])
 
     def _rows(self, name: str, given: Any) -> Iterator[dict[str, Any]]:
         for trial, answer in zip(self.design.trials(name), given, strict=True):
@@ -111,13 +101,6 @@ class TaskStudy(AnyStudy):
             if isinstance(effect, Effect):
                 outcome[name] = effect.high - effect.low
         return outcome
-
-    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        found: Effect | NotComputed = self.task.tested(self.design, table)[0].effect
-        return found
-
-    def without_effect(self) -> TaskStudy:
-        return dataclasses.replace(self, blind=True)
 
 
 def _fields(record: Any) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy
-from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, NotComputed, depth_rating, quality
+from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, moments, noise_shares
 from focalgradient.statistics.hypotheses import check_bound, one_sided, robust_decides
 from focalgradient.statistics.means import holm
@@ -168,15 +168,9 @@ class Study(AnyStudy):
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
         return rated_outcome(self, table)
 
-    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        return self.analysed(table).fixations[0].rise
-
     def analysed(self, table: pd.DataFrame) -> DepthRatingResult:
         """Analyse ratings as the report does."""
         return depth_rating(table, equivalence_bound=self.bound, deciding_test=self.deciding_test)
-
-    def without_effect(self) -> Study:
-        return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0, far_effect=1.0))
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
         """Simulate and analyse one experiment: see `experiment`."""

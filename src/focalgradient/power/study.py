@@ -12,7 +12,6 @@ import pandas as pd
 from numpy.random import SeedSequence, default_rng
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import Effect, NotComputed
 from focalgradient.tasks import task_named
 
 __all__ = ["AnyStudy", "model_of"]
@@ -58,8 +57,6 @@ class AnyStudy(ABC):
     """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
     width_label: ClassVar[str] = "95 % interval: width"
     """Description of the widths of intervals."""
-    expected_sign: ClassVar[int] = 1
-    """Sign of the estimate with which the primary test counts as significant: 1, -1, or 0 for either."""
 
     seed: int
     design: Any
@@ -97,14 +94,6 @@ class AnyStudy(ABC):
             For each of `tests` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of 95 %
             confidence intervals, None if not computed; and `left_out`, the number of subjects excluded.
         """
-
-    @abstractmethod
-    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        """Return the primary test of answers, without exclusion."""
-
-    @abstractmethod
-    def without_effect(self) -> AnyStudy:
-        """Return the same study without effects of conditions."""
 
     def varied(self, spread: str, factor: float) -> Self:
         """Return the same study with one of the assumed standard deviations (`spreads`) multiplied by a factor."""

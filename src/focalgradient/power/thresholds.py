@@ -17,10 +17,10 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.design import BlurThresholdDesign
-from focalgradient.errors import InputError, check_fields
+from focalgradient.errors import check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy, model_of
-from focalgradient.statistics import Effect, NotComputed, ThresholdFit, blur_thresholds
+from focalgradient.statistics import ThresholdFit, blur_thresholds
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.means import t_interval
 
@@ -128,12 +128,6 @@ class ThresholdStudy(AnyStudy):
             outcome["width"] = found.high - found.low
             outcome["precise"] = float(found.high - found.estimate <= math.log(self.bound))
         return outcome
-
-    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        return NotComputed("No hypothesis is tested for thresholds.")
-
-    def without_effect(self) -> AnyStudy:
-        raise InputError("no hypothesis is tested for thresholds, so they have no sequential design: leave it out.")
 
 
 @lru_cache(maxsize=4)

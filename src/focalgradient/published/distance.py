@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.observers import DistanceOfFixated, Observer, RelativeLayout
-from focalgradient.published.record import Finding, Prediction, Published, jackknife, ratio_of
+from focalgradient.published.record import Finding, Prediction, Published, ratio_of
 from focalgradient.stimuli import PAPERS, Stimulus, replica
 
-__all__ = ["RECORDS", "displayed", "distance_question", "effect_ratio", "judged_over"]
+__all__ = ["RECORDS", "displayed", "distance_question", "judged_over"]
 
 SEEDS = range(3)
 """Seeds of the towns and textures whose distance is judged (our choice)."""
@@ -29,7 +29,6 @@ our choice.
 """
 
 OWN_MODEL = "that blur gives a known layout its scale (the model of Held et al.)"
-TOWN = "3 towns; the layout is the scene's own up to its scale, which other cues leave open by a factor of 20."
 PLANES = "3 textures and both gradients; the layout is the plane's own up to its scale, at a metre in all pictures."
 ACROSS = "3 textures; the layout is a plane that is slanted at right angles to the gradient of blur."
 
@@ -84,28 +83,6 @@ def judged_over(
     return ratio_of(logs)
 
 
-def effect_ratio(observer: Observer, paper: str, condition: str, other: str) -> Prediction:
-    """Return the ratio of the effects of blur on log judged distance in two conditions.
-
-    It is a ratio of means over seeds, with the standard error of the jackknife.
-    """
-    effects = np.array(
-        [
-            [
-                _log_distance(observer, paper, one, seed)
-                - _log_distance(observer, paper, _unblurred(paper, one), seed, False)
-                for seed in SEEDS
-            ]
-            for one in (condition, other)
-        ]
-    )
-    sums = effects.sum(1)
-    left_out = (sums[0] - effects[0]) / (sums[1] - effects[1])
-    return jackknife(float(sums[0] / sums[1]), left_out.tolist())
-
-
-CONSISTENT = tuple(f"consistent, {metres:g} m" for metres in (0.36, 0.23, 0.15))
-ALIGNED = tuple(f"aligned, {metres:g} m" for metres in (0.36, 0.23, 0.15))
 GRADIENTS = tuple(PAPERS["vishwanath2010"].conditions)
 
 RECORDS = (
@@ -117,52 +94,7 @@ RECORDS = (
         "distance, a planar gradient along or across it, or none.",
         conditions=tuple(PAPERS["held2010"].conditions),
         settings={"task": "published", "experiment": "held2010"},
-        findings=(
-            Finding(
-                quantity="judged distance, consistent blur over no blur",
-                units="1",
-                printed="blur changes the apparent distance and scale (abstract); nearer with more blur",
-                low=-inf,
-                high=1.0,
-                source="memory",
-                taken=OWN_MODEL,
-                ask=partial(judged_over, paper="held2010", conditions=CONSISTENT),
-                remark=TOWN,
-            ),
-            Finding(
-                quantity="judged distance, consistent blur of 0.15 m over that of 0.36 m",
-                units="1",
-                printed="the pattern of blur indicates the apparent scale (abstract); nearer with more blur",
-                low=-inf,
-                high=1.0,
-                source="memory",
-                taken=OWN_MODEL,
-                ask=partial(judged_over, paper="held2010", conditions=CONSISTENT[-1:], other=CONSISTENT[:1]),
-                remark=TOWN,
-            ),
-            Finding(
-                quantity="judged distance, aligned gradient over no blur",
-                units="1",
-                printed="some approximations should work well (abstract); an aligned gradient does",
-                low=-inf,
-                high=1.0,
-                source="memory",
-                taken=OWN_MODEL,
-                ask=partial(judged_over, paper="held2010", conditions=ALIGNED),
-                remark=TOWN,
-            ),
-            Finding(
-                quantity="logarithm of the effect of the orthogonal gradient over that of consistent blur",
-                units="1",
-                printed="and others should not (abstract); an orthogonal gradient works less",
-                low=-inf,
-                high=1.0,
-                source="memory",
-                taken="that blur at odds with the layout tells less",
-                ask=partial(effect_ratio, paper="held2010", condition="orthogonal, 0.15 m", other="consistent, 0.15 m"),
-                remark=TOWN,
-            ),
-        ),
+        findings=(),
     ),
     Published(
         key="vishwanath2010",

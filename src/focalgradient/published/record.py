@@ -27,8 +27,8 @@ __all__ = [
     "simulate",
 ]
 
-Source = Literal["full text", "abstract", "secondary", "memory"]
-"""Source of a number or direction: the paper, its abstract, another publication, or memory without a source at hand."""
+Source = Literal["full text", "abstract", "secondary"]
+"""Source of a number or direction: the paper, its abstract, or another publication."""
 
 AGREES, DIFFERS, UNDECIDED, CANNOT_BE_ASKED = "agrees", "differs", "undecided", "cannot be asked"
 
@@ -178,7 +178,7 @@ class Published:
     conditions
         Names of the conditions.
     findings
-        Findings.
+        Findings; empty if no text at hand prints a result.
     settings
         Settings of the design for people, including its task; empty if people cannot be tested here.
     needs
@@ -211,7 +211,7 @@ class Published:
         if self.doi and not self.doi.startswith("10."):
             raise InputError(f"doi is {self.doi!r}, but must begin with 10., or be empty where it was not verified.")
         quantities = [finding.quantity for finding in self.findings]
-        if not self.conditions or not quantities or len(set(quantities)) < len(quantities):
+        if not self.conditions or len(set(quantities)) < len(quantities):
             raise InputError(f"{self.key} needs conditions, and findings of different names.")
         if bool(self.settings) == bool(self.needs.strip()):
             raise InputError(f"{self.key} needs the settings of a design, or what is missing to ask people: give one.")

@@ -73,19 +73,7 @@ RECORDS = (
         design="Review of thresholds for an increment of blur of an edge as a function of the reference blur.",
         conditions=tuple(PAPERS["watson2011"].conditions),
         settings={"task": "published", "experiment": "watson2011"},
-        findings=(
-            Finding(
-                quantity="smallest threshold over that without a pedestal",
-                units="1",
-                printed="thresholds fall to a minimum and rise again (a dipper)",
-                low=-inf,
-                high=1.0,
-                source="memory",
-                taken=OWN_BLUR,
-                ask=dip,
-                remark=DIPPER,
-            ),
-        ),
+        findings=(),
     ),
     Published(
         key="wang2005",

@@ -11,7 +11,6 @@ from functools import cache
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from focalgradient.parallel import cores
 from focalgradient.psf import disc_transfer
@@ -111,6 +110,8 @@ def _small(radius: float) -> NDArray[np.float64]:
     Exact interpolation at the fine detail that small discs leave would need negative weights, which produce dark
     rings around bright points.
     """
+    from scipy.optimize import nnls  # deferred: slow to import
+
     reach = math.ceil(radius) + 1
     waves, frequency, octant, count = _waves(reach)
     even = _spread_out(radius, reach)[reach:, reach:]

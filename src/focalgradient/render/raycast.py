@@ -19,7 +19,6 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from focalgradient.errors import InputError, check_number, check_seed, described
 from focalgradient.optics import Optics, check_optics
@@ -214,6 +213,8 @@ def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
     property.
     """
     random = np.random.default_rng(seed)
+    from scipy.stats import qmc  # deferred: slow to import
+
     net = qmc.Sobol(4, bits=30, rng=random).random_base2(math.ceil(math.log2(samples)))[:samples]
     shift = random.integers(2**30, size=(RAY_SETS, 1, 4))
     points = (((net * 2**30).astype(np.int64) ^ shift) + 0.5) / 2**30 - 0.5

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from focalgradient.psf import Psf
 from focalgradient.render.kernels import (
@@ -99,6 +98,8 @@ def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
 
 def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return non-negative weights that fit the shape's transfer by least squares, close to uniform (see `kernels`)."""
+    from scipy.optimize import nnls  # deferred: slow to import
+
     reach = len(even) // 2
     down, right = np.meshgrid(
         np.linspace(-MAX_FITTED_FREQUENCY, MAX_FITTED_FREQUENCY, 2 * FREQUENCY_STEPS + 1),

@@ -26,7 +26,6 @@ from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.observers import fitted_observers
 from focalgradient.report.own_detection import DetectionPart
-from focalgradient.report.own_judgements import CuePart, DifferencePart
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
@@ -37,12 +36,6 @@ from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_detection import holds_detection
-from focalgradient.statistics.own_judgements import (
-    holds_cue_judgements,
-    holds_difference_judgements,
-    read_cue_judgements,
-    read_difference_judgements,
-)
 from focalgradient.statistics.own_reports import holds_reports
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
@@ -105,8 +98,7 @@ def make_report(
     root
         Folder of the data set; or a CSV, TSV or XLSX file, which is read according to its columns by
         `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
-        answers), `read_detection` (signals and answers), or `focalgradient.statistics.own_judgements` (judgements by
-        two cues, or of differences).
+        answers) or `read_detection` (signals and answers).
     bound
         Equivalence bound: see `focalgradient.statistics.depth_rating`. None: that of `stated`, else 1.2, which the
         report states.
@@ -225,10 +217,6 @@ def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> 
         return "reports on the cube"
     if holds_detection(path, columns):
         return "answers to signal and noise"
-    if holds_cue_judgements(path, columns):
-        return "judgements by two cues"
-    if holds_difference_judgements(path, columns):
-        return "judgements of differences"
     return LEVELS if holds_thresholds(path, columns) else None
 
 
@@ -239,7 +227,7 @@ def _of_table(
     conditions: Mapping[str, str] | None,
     guess: float | None,
 ) -> _Analysed:
-    """Analyse reports on the cube, detection data, threshold data or judgements of the user's own table."""
+    """Analyse reports on the cube, detection data or threshold data of the user's own table."""
     if holds_reports(path, columns):
         read = read_reports(path, columns, conditions)
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
@@ -248,13 +236,6 @@ def _of_table(
         found = read_detection(path, columns, conditions)
         detected = DetectionPart.of(found)
         return _Analysed(path.stem, [detected], notes=[*found.notes], notices=[*found.notices])
-    if holds_cue_judgements(path, columns):
-        judged = read_cue_judgements(path, columns)
-        return _Analysed(path.stem, [CuePart.of(judged)], notes=[*judged.notes], notices=[*judged.notices])
-    if holds_difference_judgements(path, columns):
-        judged = read_difference_judgements(path, columns)
-        scaled = DifferencePart.of(judged, asked.progress)
-        return _Analysed(path.stem, [scaled], notes=[*judged.notes], notices=[*judged.notices])
     own = read_thresholds(path, columns, conditions, guess)
     part = OwnThresholdPart.of(own, asked.progress)
     return _Analysed(path.stem, [part], notes=[*own.notes], notices=[*own.notices])

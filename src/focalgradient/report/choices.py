@@ -7,20 +7,9 @@ from collections.abc import Iterator, Sequence
 from focalgradient.report.document import Anchored, Block, Heading, Links
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 
-__all__ = ["CUBE", "CUES", "DETECTION", "DIFFERENCES", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
+__all__ = ["CUBE", "DETECTION", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
 
 CHOICES = {
-    "cues": (
-        "One likelihood of all judgements",
-        "The predictions from single cues are themselves uncertain. All judgements are fitted in one "
-        "likelihood, so that every comparison includes this uncertainty; thresholds fitted first and combined "
-        "afterwards would be treated as known.",
-    ),
-    "differences": (
-        "Scale from judgements of differences",
-        "Which of two differences is larger is enough for a scale on which equal differences look equal: nobody has to "
-        "give numbers. The six-point test shows whether the judgements have such a scale (Maloney and Yang, 2003).",
-    ),
     "exclusions": (
         "Exclusions",
         "Exclusion rules depend on catch trials, repeated answers, response times and dropped frames, never on the "
@@ -107,8 +96,6 @@ CUBE = ("exclusions", "share", "holm")
 THRESHOLDS = ("threshold",)
 DETECTION = ("d-prime", "over-subjects", "holm")
 OWN = ("over-subjects", "holm")
-CUES = ("cues",)
-DIFFERENCES = ("differences",)
 
 
 def of_analysis(analysis: Analysis) -> tuple[str, ...]:

@@ -140,13 +140,13 @@ by_reml <- function(y) {  # the same in base R: deviance in relative SDs, Satter
     c(mean = m, information = sum(one^2), square = sum((w - m * one)^2), logdet = 2 * sum(log(diag(root))))
   }
   full <- function(some) { theta <- c(0, 0); theta[free] <- some; theta }
-  profiled <- function(some) {
-    s <- solved(full(some)); (n - 1) * log(s[["square"]] / (n - 1)) + s[["logdet"]] + log(s[["information"]])
+  profiled <- function(some) {  # by variances: by SDs, its slope at 0 is always 0
+    s <- solved(full(sqrt(abs(some)))); (n - 1) * log(s[["square"]] / (n - 1)) + s[["logdet"]] + log(s[["information"]])
   }
-  starts <- list(c(1, 1), c(.2, 1), c(1, .2), c(.1, .1))
-  minimum <- function(start) nlminb(start[free], profiled, lower = 0, upper = 1e3, control = list(rel.tol = 1e-13))
+  starts <- list(c(1, 1), c(.01, .01), c(.01, 3), c(3, .01), c(100, 10))
+  minimum <- function(start) nlminb(start[free], profiled, lower = 0, upper = 1e6, control = list(rel.tol = 1e-13))
   fits <- lapply(starts, minimum)
-  theta <- full(fits[[which.min(sapply(fits, `[[`, "objective"))]]$par); s <- solved(theta)
+  theta <- sqrt(full(fits[[which.min(sapply(fits, `[[`, "objective"))]]$par)); s <- solved(theta)
   point <- c(theta, sqrt(s[["square"]] / (n - 1)))
   deviance <- function(x) {
     s <- solved(x[1:2]); 2 * (n - 1) * log(x[3]) + s[["square"]] / x[3]^2 + s[["logdet"]] + log(s[["information"]])

@@ -22,12 +22,11 @@ from focalgradient.report.words import p_is
 from focalgradient.statistics import Effect, Interval, NotComputed, as_table
 from focalgradient.statistics.detection import (
     DetectionGroup,
-    MetaSensitivity,
     RatingRoc,
     detection_by_person,
-    meta_sensitivity,
     rating_roc,
     roc_area,
+    type2_area,
 )
 from focalgradient.statistics.means import family, t_interval
 from focalgradient.statistics.own_detection import OwnDetection
@@ -71,10 +70,11 @@ class DetectionPart(Part):
         Imported table.
     group
         d' and criterion of each person and condition, and their means.
-    curves, metas
-        ROC and meta-d' of each person and condition, or the reason why there is none; empty without confidence ratings.
-    areas
-        Area under the points of the ROC of each person and condition; empty without confidence ratings.
+    curves
+        ROC of each person and condition, or the reason why there is none; empty without confidence ratings.
+    areas, type2_areas
+        Area under the points of the ROC, and under the type-2 ROC, of each person and condition; empty without
+        confidence ratings.
     left_out
         Persons and conditions without signal or without noise trials.
     simulated, data
@@ -84,8 +84,8 @@ class DetectionPart(Part):
     own: OwnDetection
     group: DetectionGroup
     curves: Mapping[tuple[str, str], RatingRoc | NotComputed]
-    metas: Mapping[tuple[str, str], MetaSensitivity | NotComputed]
     areas: Mapping[tuple[str, str], float]
+    type2_areas: Mapping[tuple[str, str], float]
     left_out: tuple[tuple[str, str], ...]
     simulated: bool
     data: DataSet | None = None
@@ -108,15 +108,15 @@ class DetectionPart(Part):
                 "Nobody was shown both signal and noise in one condition: give each person trials with signal and "
                 "trials without."
             )
-        curves, metas, areas = {}, {}, {}
+        curves, areas, type2_areas = {}, {}, {}
         for (person, condition), rows in kept.groupby(["participant_id", "condition"]) if own.steps else ():
             signal, noise = (_counts(rows[rows["signal"] == there], own.steps) for there in (True, False))
             curves[str(person), str(condition)] = rating_roc(signal, noise)
-            metas[str(person), str(condition)] = meta_sensitivity(signal, noise)
             areas[str(person), str(condition)] = roc_area(signal, noise)
+            type2_areas[str(person), str(condition)] = type2_area(signal, noise)
         simulated = bool((own.table["kind"] == "simulated").any())
         left_out = tuple(map(tuple, without.astype(str).to_numpy().tolist()))
-        return cls(own, detection_by_person(kept), curves, metas, areas, left_out, simulated)
+        return cls(own, detection_by_person(kept), curves, areas, type2_areas, left_out, simulated)
 
     @property
     def title(self) -> str:
@@ -170,8 +170,7 @@ class DetectionPart(Part):
                 yield Paragraph(f"{where}confidence, means over people: {'; '.join(said)}.")
             reasons = {
                 one.reason
-                for of in (self.curves, self.metas)
-                for (_, place), one in of.items()
+                for (_, place), one in self.curves.items()
                 if place == condition and isinstance(one, NotComputed)
             }
             yield from (Notice(f"{where}of some people there is no estimate: {reason}") for reason in sorted(reasons))
@@ -179,16 +178,15 @@ class DetectionPart(Part):
     def _measures(self, condition: str) -> dict[str, Interval]:
         """Return means over people of the confidence measures."""
         curves = [one for (_, at), one in self.curves.items() if at == condition and isinstance(one, RatingRoc)]
-        metas = [one for (_, at), one in self.metas.items() if at == condition and isinstance(one, MetaSensitivity)]
         areas = [area for (_, at), area in self.areas.items() if at == condition]
         found = {"area under the ROC": t_interval(areas)} if areas else {}
         if curves:
             found["d_a (unequal variances)"] = t_interval([one.d_a.estimate for one in curves])
             ratios = [one.sd_ratio.estimate for one in curves]
             found["SD of signal over noise"] = t_interval(np.log(ratios)).ratio
-        if metas:
-            found["meta-d′"] = t_interval([one.meta_d.estimate for one in metas])
-            found["area under the type-2 curve"] = t_interval([one.area for one in metas])
+        if areas:
+            type2 = [area for (_, at), area in self.type2_areas.items() if at == condition]
+            found["area under the type-2 curve"] = t_interval(type2)
         return found
 
     def _means(self) -> Sheet:
@@ -206,13 +204,13 @@ class DetectionPart(Part):
 
     def _each(self) -> Sheet:
         head = ["participant", "condition", "hit rate", "false-alarm rate", "d′", "low", "high", "c", "low c", "high c"]
-        asked = ["area", "d_a", "SD ratio", "meta-d′", "type-2 area"] if self.own.steps else []
+        asked = ["area", "d_a", "SD ratio", "type-2 area"] if self.own.steps else []
         rows = []
         for (person, condition), one in self.group.people.items():
             values = [one.hit_rate, one.false_alarm_rate, *_three(one.d_prime), *_three(one.criterion)]
-            curve, meta = self.curves.get((person, condition)), self.metas.get((person, condition))
             if asked:
-                values += [self.areas[person, condition], *_of_curve(curve), *_of_meta(meta)]
+                curve = self.curves[person, condition]
+                values += [self.areas[person, condition], *_of_curve(curve), self.type2_areas[person, condition]]
             rows.append([person, condition, *values])
         return listed("detection.csv", "Each person’s d′ and criterion with 95 % intervals", head + asked, rows)
 
@@ -227,8 +225,8 @@ class DetectionPart(Part):
             yield Paragraph(
                 "Answers with their confidence, from the surest “no” to the surest “yes”, give the ROC: the area "
                 "under its points, and the normal model of unequal variances by maximum likelihood (Dorfman and Alf, "
-                "1969) of each person. Meta-d′ (Maniscalco and Lau, 2012) is the d′ with which the confidence of right "
-                "and wrong answers would be as it was. The mean of the ratio of SDs is geometric."
+                "1969) of each person. The area under the type-2 curve is the probability that a right answer is given "
+                "with more confidence than a wrong one. The mean of the ratio of SDs is geometric."
             )
 
     @property
@@ -254,14 +252,10 @@ def _ends(found: Interval) -> str:
     return f"{number(found.estimate)} (95 % interval {number(found.low)} to {number(found.high)})"
 
 
-def _of_curve(curve: RatingRoc | NotComputed | None) -> list[float | None]:
+def _of_curve(curve: RatingRoc | NotComputed) -> list[float | None]:
     if not isinstance(curve, RatingRoc):
         return [None] * 2
     return [curve.d_a.estimate, curve.sd_ratio.estimate]
-
-
-def _of_meta(meta: MetaSensitivity | NotComputed | None) -> list[float | None]:
-    return [meta.meta_d.estimate, meta.area] if isinstance(meta, MetaSensitivity) else [None] * 2
 
 
 def _three(found: Interval) -> list[float | None]:

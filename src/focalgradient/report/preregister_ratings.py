@@ -17,7 +17,7 @@ from focalgradient.report.preregistered import (
     power_table,
     rules_table,
 )
-from focalgradient.report.robustness_part import robustness_plan
+from focalgradient.report.robustness_part import ROBUSTNESS_PLAN
 from focalgradient.report.rules import Stated, as_toml
 from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, OrdinalSteps
@@ -84,7 +84,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         shown,
         [*sentences, *AFTERWARDS],
         table,
-        [plan.outcome, plan.analysis, robustness_plan(analysis)],
+        [plan.outcome, plan.analysis, ROBUSTNESS_PLAN],
         enough(powers, assumed),
         power_table(powers, _named(plan)),
         neutral=_neutral(design, analysis),

@@ -19,7 +19,7 @@ from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.observed import Observed, observed_ratings
 from focalgradient.report.parts import Asked, Output, Part
-from focalgradient.report.robustness_part import robustness_part, robustness_plan
+from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
 from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_findings
@@ -161,9 +161,7 @@ class RatingPart(Part):
             yield output.figure("depth_rating_scenes", scenes_figure(result, simulated=simulated), SCENES_CAPTION)
 
     def methods(self, output: Output) -> Iterator[Block]:
-        yield from map(
-            Paragraph, [*methods_ratings(self.ratings, self.asked.used_bound), robustness_plan(self.ratings.analysis)]
-        )
+        yield from map(Paragraph, [*methods_ratings(self.ratings, self.asked.used_bound), ROBUSTNESS_PLAN])
         if self.posterior is not None:
             yield Paragraph(bayes_methods(self.posterior))
         yield from output.tables(self.design_table())

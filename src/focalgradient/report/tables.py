@@ -406,8 +406,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
         ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
         change = [*cells.effect(effect.share, 100), *cells.size(effect.share), *ranks]
         rows.append([*first, "change of share of time (points)", *change])
-        for name, odds in (("time", effect.odds_of_time), ("reports", effect.odds_of_reports)):
-            rows.append([*first, f"odds ratio, {name}", *cells.effect(odds, ratio=True), *[NONE] * 4])
+        rows.append([*first, "odds ratio, time", *cells.effect(effect.odds_of_time, ratio=True), *[NONE] * 4])
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
     header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"

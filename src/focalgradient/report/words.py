@@ -295,8 +295,8 @@ def analysis_necker(shortest_both: float) -> str:
     return (
         "The nonrigid share of the time with one of the two readings was computed for each subject and gradient. Each "
         "gradient was compared with none by a paired t-test and by Wilcoxon’s signed-rank test, and the within-subject "
-        "log odds of the nonrigid reading, of time and of reports, by paired t-tests; half a report was added to each "
-        "reading, which reduces the bias of log odds (Firth, 1993). Holm’s method corrects each kind of test "
+        "log odds of the time of the nonrigid reading by a paired t-test; half of the mean duration was "
+        "added to each reading, which reduces the bias of log odds. Holm’s method corrects each kind of test "
         "over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
         "intervals over subjects by t, those of shares on their log odds. Both keys held for less than "
         f"{shortest_both:g} s counted as a transition, not as a report. Gamma and log-normal "

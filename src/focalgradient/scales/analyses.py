@@ -10,9 +10,6 @@ from focalgradient.errors import InputError, described
 
 __all__ = [
     "ANALYSES",
-    "AS_GIVEN",
-    "LOGARITHM",
-    "RANKS",
     "Analysis",
     "Choices",
     "OrdinalSteps",
@@ -20,9 +17,6 @@ __all__ = [
     "Slopes",
     "analysis_named",
 ]
-
-LOGARITHM, AS_GIVEN, RANKS = "logarithm", "as given", "ranks"
-"""Transformations of answers; ranks are computed within each subject, as fractions of the highest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,9 +59,6 @@ class Analysis:
     latent: ClassVar[bool] = False
     """True if power analysis simulates answers from this very model, so that the mean estimate equals the input."""
 
-    transformations: ClassVar[tuple[str, ...]] = (AS_GIVEN, RANKS)
-    """Transformations applied when data are re-analysed; the first is that of the main analysis."""
-
     @property
     def no_rises(self) -> str:
         """Reason why answers have no ratio analysis."""
@@ -87,7 +78,6 @@ class Ratios(Analysis):
     middle: float | None = 1.0
     standard_known: bool = True
     ratios: ClassVar[bool] = True
-    transformations: ClassVar[tuple[str, ...]] = (LOGARITHM, AS_GIVEN, RANKS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,7 +135,6 @@ class Choices(Analysis):
     positive: ClassVar[bool] = False
     binary: ClassVar[bool] = True
     experiments: ClassVar[int] = 30
-    transformations: ClassVar[tuple[str, ...]] = (AS_GIVEN,)  # ranks of two answers are the answers
     compares_slopes: ClassVar[bool] = False
 
 

@@ -23,32 +23,14 @@ from focalgradient.statistics.cube import (
     SubjectShare,
     necker,
 )
-from focalgradient.statistics.cue_combination import (
-    CUE_RULES,
-    CueCombination,
-    CueModel,
-    CuePerson,
-    CuePrediction,
-    CueThreshold,
-    fit_cue_combination,
-    predict_combined,
-    simulate_cue_judgements,
-)
 from focalgradient.statistics.detection import (
     Detection,
     DetectionGroup,
-    MetaSensitivity,
     RatingRoc,
     detection_by_person,
-    meta_sensitivity,
     rating_roc,
     sensitivity,
-)
-from focalgradient.statistics.difference_scaling import (
-    DifferenceScale,
-    draw_quadruples,
-    draw_triads,
-    fit_difference_scale,
+    type2_area,
 )
 from focalgradient.statistics.dominance import (
     DominanceModel,
@@ -89,7 +71,7 @@ from focalgradient.statistics.ratings import (
     depth_rating,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
-from focalgradient.statistics.response_times import EzDiffusion, ResponseTimes, response_times
+from focalgradient.statistics.response_times import ResponseTimes, response_times
 from focalgradient.statistics.thresholds import (
     SubjectThreshold,
     ThresholdFit,
@@ -99,22 +81,15 @@ from focalgradient.statistics.thresholds import (
 )
 
 __all__ = [
-    "CUE_RULES",
     "SHAPES",
     "ComparisonMean",
     "ComparisonResult",
     "ComparisonTests",
     "Components",
     "ConditionTest",
-    "CueCombination",
-    "CueModel",
-    "CuePerson",
-    "CuePrediction",
-    "CueThreshold",
     "DepthRatingResult",
     "Detection",
     "DetectionGroup",
-    "DifferenceScale",
     "Dominance",
     "DominanceModel",
     "DurationFit",
@@ -123,13 +98,11 @@ __all__ = [
     "Effect",
     "Equivalence",
     "Exclusion",
-    "EzDiffusion",
     "FactorEffect",
     "FixationResult",
     "GradientEffect",
     "GroupFunction",
     "Interval",
-    "MetaSensitivity",
     "NeckerResult",
     "NotComputed",
     "OrdinalResult",
@@ -168,20 +141,14 @@ __all__ = [
     "condition_tests",
     "depth_rating",
     "detection_by_person",
-    "draw_quadruples",
-    "draw_triads",
     "factor_effects",
-    "fit_cue_combination",
-    "fit_difference_scale",
     "fit_dominance",
     "fit_durations_of_people",
     "fit_psychometric_groups",
     "fit_threshold",
     "log_likelihood_of_people",
-    "meta_sensitivity",
     "necker",
     "planned_tests",
-    "predict_combined",
     "quality",
     "rating_roc",
     "read_detection",
@@ -190,5 +157,5 @@ __all__ = [
     "read_thresholds",
     "response_times",
     "sensitivity",
-    "simulate_cue_judgements",
+    "type2_area",
 ]

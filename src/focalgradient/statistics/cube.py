@@ -146,8 +146,8 @@ class GradientEffect:
         Mean within-subject change in the nonrigid proportion of time, by a t-test.
     wilcoxon_p, wilcoxon_p_holm
         Wilcoxon signed-rank test of the same changes, which does not assume normality; None if all changes are zero.
-    odds_of_time, odds_of_reports
-        Log odds ratios of the nonrigid reading, of time and of reports: mean of the bias-reduced within-subject values
+    odds_of_time
+        Log odds ratio of the time of the nonrigid reading: mean of the bias-reduced within-subject values
         (`_log_odds`), by a paired t-test.
 
     Notes
@@ -161,7 +161,6 @@ class GradientEffect:
     wilcoxon_p: float | None
     wilcoxon_p_holm: float | None
     odds_of_time: Effect | NotComputed
-    odds_of_reports: Effect | NotComputed
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -385,7 +384,7 @@ def _effects(
             continue
         if plain not in conditions:
             missing = NotComputed("There are no trials without a gradient to compare with.")
-            effects.append(GradientEffect(gradient, strength, missing, None, None, missing, missing))
+            effects.append(GradientEffect(gradient, strength, missing, None, None, missing))
             continue
         pairs = own[gradient, strength]["nonrigid"] - own[plain]["nonrigid"]
         change = pairs.dropna().to_numpy()
@@ -395,12 +394,12 @@ def _effects(
                 f"{', '.join(map(str, pairs.index[pairs.isna()]))}: neither reading was reported with it, or with none."
             )
         both, none = own[gradient, strength], own[plain]
-        odds = [_odds_ratio(both, none, kind, weight) for kind, weight in (("time", half_report), ("reports", 0.5))]
         share = paired_effect(change, "the subjects' own changes of share, paired t-test")
-        effects.append(GradientEffect(gradient, strength, share, _signed_ranks(change), None, *odds))
+        effects.append(
+            GradientEffect(gradient, strength, share, _signed_ranks(change), None, _odds_ratio(both, none, half_report))
+        )
     shares = family(effect.share for effect in effects)
     times = family(effect.odds_of_time for effect in effects)
-    reports = family(effect.odds_of_reports for effect in effects)
     ranks = holm([np.nan if effect.wilcoxon_p is None else effect.wilcoxon_p for effect in effects])
     return tuple(
         replace(
@@ -408,24 +407,23 @@ def _effects(
             share=share,
             wilcoxon_p_holm=None if np.isnan(p) else float(p),
             odds_of_time=time,
-            odds_of_reports=report,
         )
-        for effect, share, p, time, report in zip(effects, shares, ranks, times, reports, strict=True)
+        for effect, share, p, time in zip(effects, shares, ranks, times, strict=True)
     )
 
 
-def _odds_ratio(given: pd.DataFrame, plain: pd.DataFrame, kind: str, weight: float) -> Effect | NotComputed:
-    """Test the mean within-subject change in the log odds of the nonrigid reading, with minus without gradient."""
+def _odds_ratio(given: pd.DataFrame, plain: pd.DataFrame, weight: float) -> Effect | NotComputed:
+    """Test the mean within-subject change in the log odds of the nonrigid time, with minus without gradient."""
     pairs = given.join(plain.add_suffix("_without"), how="inner")
     logs = []
     for when, suffix in (("with", ""), ("without", "_without")):
-        nonrigid, rigid = (pairs[f"{reading}_{kind}{suffix}"] for reading in ("nonrigid", "rigid"))
+        nonrigid, rigid = (pairs[f"{reading}_time{suffix}"] for reading in ("nonrigid", "rigid"))
         if not (nonrigid.any() and rigid.any()):
             what = "was never given" if not (nonrigid.any() or rigid.any()) else f"is always {int(nonrigid.any())}"
             return NotComputed(f"The answer {when} the condition {what}: it has no odds ratio.")
         logs.append(np.where(nonrigid + rigid > 0, _log_odds(nonrigid, rigid, weight), np.nan))
     change = logs[0] - logs[1]
-    method = f"the subjects' own bias-reduced log odds of {kind}, paired t-test"
+    method = "the subjects' own bias-reduced log odds of time, paired t-test"
     return paired_effect(change[np.isfinite(change)], method)
 
 

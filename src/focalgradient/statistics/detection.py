@@ -1,7 +1,7 @@
-"""Signal detection theory: d' and criterion from counts, ROC from ratings with unequal variances, and meta-d'.
+"""Signal detection theory: d' and criterion from counts, ROC from ratings with unequal variances.
 
-Sources: Macmillan & Creelman (2005); Hautus (1995) for the log-linear correction; Galvin et al. (2003) for the type-2
-ROC; Maniscalco & Lau (2012) for meta-d'.
+Sources: Macmillan & Creelman (2005); Hautus (1995) for the log-linear correction; Galvin et al. (2003) for the
+type-2 ROC.
 """
 
 from __future__ import annotations
@@ -23,12 +23,11 @@ from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotCo
 __all__ = [
     "Detection",
     "DetectionGroup",
-    "MetaSensitivity",
     "RatingRoc",
     "detection_by_person",
-    "meta_sensitivity",
     "rating_roc",
     "sensitivity",
+    "type2_area",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -106,9 +105,7 @@ def sensitivity(hits: int, misses: int, false_alarms: int, correct_rejections: i
     return Detection(_normal(d, error / unit), _normal(c, error / 2), c * (zh - zf), h, f)
 
 
-def _normal(estimate: float, error: float | None) -> Interval:
-    if error is None:
-        return Interval(estimate, None, None)
+def _normal(estimate: float, error: float) -> Interval:
     half = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * error
     return Interval(estimate, estimate - half, estimate + half)
 
@@ -322,44 +319,17 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class MetaSensitivity:
-    """Metacognitive sensitivity: how well confidence discriminates correct from incorrect answers.
+def type2_area(signal: ArrayLike, noise: ArrayLike) -> float:
+    """Return the area under the type-2 ROC: how well confidence discriminates correct from incorrect answers.
 
-    Parameters
-    ----------
-    d_prime, criterion
-        Type-1 sensitivity and criterion of the answers, equal variances.
-    meta_d
-        d' of an ideal metacognitive observer with the observed confidence, with a 95 % interval; its ends are None if
-        the likelihood has no curvature at its maximum (few answers).
-    efficiency
-        Metacognitive efficiency, meta-d' / d'.
-    area
-        Area under the type-2 ROC: probability that a correct answer is given with more confidence than an incorrect
-        one.
-    """
-
-    d_prime: float
-    criterion: float
-    meta_d: Interval
-    efficiency: float
-    area: float
-
-
-def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | NotComputed:
-    """Fit meta-d' (Maniscalco & Lau 2012) to confidence ratings of yes/no answers.
+    It is the probability that a correct answer is given with more confidence than an incorrect one, ties counted by
+    half.
 
     Parameters
     ----------
     signal, noise
         Number of answers in each of 2 K categories: "no" from the most to the least confident, then "yes" from the
-        least to the most. 1 / (2 K) is added to each, as is customary.
-
-    Returns
-    -------
-    MetaSensitivity
-        `NotComputed` if d' is near 0, so that confidence cannot be informative.
+        least to the most. 1 / (2 K) is added to each.
 
     Raises
     ------
@@ -368,47 +338,17 @@ def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | N
 
     Examples
     --------
-    >>> found = meta_sensitivity([4, 8, 12, 16, 20, 40], [40, 20, 16, 12, 8, 4])
-    >>> round(found.d_prime, 2), 0.5 < found.area < 1
-    (1.4, True)
+    >>> round(type2_area([4, 8, 12, 16, 20, 40], [40, 20, 16, 12, 8, 4]), 3)
+    0.708
     """
     s, n = np.asarray(signal, float), np.asarray(noise, float)
     if s.ndim != 1 or s.shape != n.shape or len(s) < 4 or len(s) % 2:
         raise InputError("signal and noise must each have the counts of 2 K ratings, K 2 or more.")
-    if s.sum() < 1 or n.sum() < 1 or (s < 0).any() or (n < 0).any():
-        raise InputError("Counts must be 0 or more, and signal and noise must each have been shown.")
     k = len(s) // 2
     s, n = s + 1 / (2 * k), n + 1 / (2 * k)
-    zh, zf = special.ndtri(s[k:].sum() / s.sum()), special.ndtri(n[k:].sum() / n.sum())
-    d, c = float(zh - zf), float(-(zh + zf) / 2)
     right, wrong = s[k:] + n[:k][::-1], n[k:] + s[:k][::-1]  # by confidence, in ascending order
     below = np.concatenate([[0], np.cumsum(wrong)[:-1]])
-    area = float((right * (below + wrong / 2)).sum() / right.sum() / wrong.sum())
-    if abs(d) < 0.1:
-        return NotComputed("d' is near 0: meta-d' is undefined if the answers do not depend on the stimulus.")
-
-    def cost(free: FloatArray) -> float:
-        meta = free[0]
-        middle = c * meta / d  # relative criterion c / d' equal to that of the answers
-        lower = middle - np.cumsum(np.exp(free[1:k]))[::-1]
-        upper = middle + np.cumsum(np.exp(free[k:]))
-        value = 0.0
-        for counts, mean in ((s, meta / 2), (n, -meta / 2)):
-            for part, cuts in (
-                (counts[:k], np.concatenate([[-np.inf], lower, [middle]])),
-                (counts[k:], np.concatenate([[middle], upper, [np.inf]])),
-            ):
-                p = np.diff(special.ndtr(cuts - mean))
-                value -= float((part * np.log(np.maximum(p / max(p.sum(), 1e-300), 1e-12))).sum())
-        return value
-
-    start = np.concatenate([[d], np.full(2 * (k - 1), math.log(0.5))])
-    bounds = [(-LARGEST, LARGEST), *[(-6.0, 2.0)] * (2 * (k - 1))]
-    found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
-    variance = float(_inverse(hessian(cost, found.x))[0, 0])
-    meta = float(found.x[0])
-    interval = _normal(meta, math.sqrt(variance) if variance > 0 else None)
-    return MetaSensitivity(d, c, interval, meta / d, area)
+    return float((right * (below + wrong / 2)).sum() / right.sum() / wrong.sum())
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:

@@ -2,9 +2,10 @@
 
 The model of one value per cell is value = mean + subject + scene + residual. Complete tables have a closed form
 (`focalgradient.statistics.crossed.moments`); in incomplete ones the weight of a cell depends on the other cells of its
-subject and scene. The deviance is that of Bates et al. (2015, doi:10.18637/jss.v067.i01), as a function of the relative
-standard deviations of subjects and scenes; the degrees of freedom are Satterthwaite's, from the Hessian of the
-deviance, as in lmerTest (Kuznetsova et al. 2017, doi:10.18637/jss.v082.i13).
+subject and scene. The deviance is that of Bates et al. (2015, doi:10.18637/jss.v067.i01). It is minimised over the
+variances of subjects and scenes relative to that of the residuals, with exact derivatives: over standard deviations its
+slope at 0 is always 0, and a search can stop there. The degrees of freedom are Satterthwaite's, as in lmerTest
+(Kuznetsova et al. 2017, doi:10.18637/jss.v082.i13): a variance estimated as 0 does not reduce them.
 """
 
 from __future__ import annotations
@@ -14,24 +15,28 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize
-
-from focalgradient.statistics.hessian import hessian
 
 __all__ = ["Fit", "fit"]
 
 FloatArray = NDArray[np.float64]
 
-LARGEST = 1e3
-"""Maximum standard deviation of subjects or scenes, relative to the residuals; without residuals the deviance has no
-minimum, and beyond this limit it is flat to rounding.
+MAX_RATIO = 1e6
+"""Maximum variance of subjects or scenes, relative to the residuals; without residuals the deviance has no minimum, and
+its rounding error is about 1e-16 times this ratio.
 """
 
-STEP = 1e-3
-"""Relative step of finite differences: with a deviance accurate to 1e-12, second differences are accurate to 1e-5."""
+STARTS = (0.0, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e4)
+"""Relative variances of subjects and of scenes at which the deviance is evaluated; the search starts from each local
+minimum of this grid, as the deviance may have two.
+"""
 
-STARTS = ((1.0, 1.0), (0.2, 1.0), (1.0, 0.2), (0.1, 0.1))
-"""Start values of the relative standard deviations of subjects and scenes: the deviance may have two minima."""
+MARGIN = 1e-9
+"""Deviance difference that counts as a tie, far above rounding (1e-12) and far below a statistical difference (1): of
+two minima the one with smaller variances is taken, and a variance is 0 if the deviance at 0 is as low.
+"""
+
+MAX_STEPS = 100
+"""Maximum number of Newton steps; 5 to 10 suffice for most tables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,61 +64,102 @@ class Fit:
 
 
 @dataclass(frozen=True, slots=True)
-class _Solved:
-    """Generalised least-squares solution of a table, for given relative standard deviations."""
+class _Profile:
+    """Deviance at the residual variance that minimises it, for given relative variances, with derivatives by these.
 
-    log_determinant: float  # of the covariance divided by the residual variance
-    information: float  # about the mean, multiplied by the residual variance
+    The parameters of `hessian` are the two relative variances and the logarithm of the residual variance; `by_variance`
+    is the relative change of the mean's variance with each of them.
+    """
+
+    deviance: float
+    gradient: FloatArray
+    curvature: FloatArray
+    hessian: FloatArray
+    by_variance: FloatArray
     mean: float
-    square: float  # residual quadratic form
-    residuals: FloatArray
+    information: float  # about the mean, multiplied by the residual variance
+    residual_variance: float
 
 
 @dataclass(frozen=True, slots=True)
 class _Table:
-    """Table for the likelihood; empty cells are 0 in `values` and False in `filled`."""
+    """Standardised values of a table (0 in gaps) with the sufficient statistics of its levels: subjects, then scenes.
+
+    `shared` counts the cells that two levels share; `counts` and `sums` are the number of cells of each level and the
+    sum of their values.
+    """
 
     values: FloatArray
     filled: NDArray[np.bool_]
+    shared: FloatArray
+    counts: FloatArray
+    sums: FloatArray
+    square: float  # sum of the squared values
+    degrees: int  # number of cells minus one
 
-    def solve(self, subjects: float, scenes: float) -> _Solved:
-        """Solve for the mean. The covariance over the residual variance is I + subjects^2 Zs Zs' + scenes^2 Zc Zc'."""
-        counts = self.filled.astype(float)
-        shrink = subjects**2 / (1 + subjects**2 * counts.sum(axis=1))  # Woodbury, the subjects eliminated
-        of_scenes = np.diag(counts.sum(axis=0)) - counts.T @ (shrink[:, None] * counts)
-        system = np.eye(len(of_scenes)) + scenes**2 * of_scenes
+    @classmethod
+    def of(cls, values: FloatArray, filled: NDArray[np.bool_]) -> _Table:
+        """Sum values over the cells of each level."""
+        cells = filled.astype(float)
+        counts = np.concatenate([cells.sum(axis=1), cells.sum(axis=0)])
+        sums = np.concatenate([values.sum(axis=1), values.sum(axis=0)])
+        shared = np.diag(counts)
+        shared[: len(cells), len(cells) :], shared[len(cells) :, : len(cells)] = cells, cells.T
+        return cls(values, filled, shared, counts, sums, float((values**2).sum()), int(filled.sum()) - 1)
 
-        def within(values: FloatArray) -> FloatArray:
-            """Apply the inverse covariance of subjects alone."""
-            return counts * (values - (shrink * (counts * values).sum(axis=1))[:, None])
+    def level_variances(self, ratios: FloatArray) -> FloatArray:
+        """Return the relative variance of each level; `ratios` has the shape (..., 2)."""
+        return np.repeat(ratios, self.values.shape, axis=-1)
 
-        def inverse(values: FloatArray) -> FloatArray:
-            first = within(values)
-            pulled = np.linalg.solve(system, first.sum(axis=0))
-            return first - scenes**2 * within(counts * pulled)
+    def deviances(self, ratios: FloatArray) -> FloatArray:
+        """Return the profiled deviance for relative variances, shape (..., 2)."""
+        levels = self.level_variances(ratios)
+        system = np.eye(len(self.sums)) + self.shared * levels[..., None, :]
+        solved = np.linalg.solve(system, np.column_stack([self.counts, self.sums]))
+        modes = levels[..., None] * solved
+        information = self.degrees + 1 - modes[..., 0] @ self.counts
+        product = -modes[..., 0] @ self.sums
+        square = self.square - modes[..., 1] @ self.sums - product**2 / information
+        scale = np.maximum(square, np.finfo(float).tiny) / self.degrees
+        return np.asarray(self.degrees * np.log(scale) + np.linalg.slogdet(system)[1] + np.log(information))
 
-        weights = inverse(counts)
-        information = float(weights.sum())
-        mean = float((weights * self.values).sum()) / information
-        away = counts * (self.values - mean)
-        left = inverse(away)
-        log_determinant = float(np.log1p(subjects**2 * counts.sum(axis=1)).sum() + np.linalg.slogdet(system)[1])
-        return _Solved(log_determinant, information, mean, float((away * left).sum()), left)
+    def profile(self, ratios: FloatArray) -> _Profile:
+        """Return the deviance and its derivatives for two relative variances.
 
-    def deviance(self, subjects: float, scenes: float, residual: float) -> float:
-        """Return minus twice the restricted log likelihood, without its constant."""
-        solved, free = self.solve(subjects, scenes), int(self.filled.sum()) - 1
-        spread = 2 * free * math.log(residual) + solved.square / residual**2
-        return spread + solved.log_determinant + math.log(solved.information)
+        With V = I + sum of ratio x Z Z' and P the projection of REML, the derivatives by the ratios follow from Z'PZ
+        and Z'Py, of which `within` and `pulled` hold the blocks of subjects and scenes.
+        """
+        levels = self.level_variances(ratios)
+        system = np.eye(len(self.sums)) + self.shared * levels
+        solved = np.linalg.solve(system, np.column_stack([self.shared, self.counts, self.sums]))
+        precision, of_ones, of_values = solved[:, :-2], solved[:, -2], solved[:, -1]
+        information = float(self.degrees + 1 - (levels * of_ones) @ self.counts)
+        product = float(-(levels * of_ones) @ self.sums)
+        mean = product / information
+        square = self.square - float((levels * of_values) @ self.sums) - product * mean
+        square = max(square, np.finfo(float).tiny)
+        within = precision - np.outer(of_ones, of_ones) / information
+        pulled = of_values - of_ones * mean
+        free = self.degrees
+        deviance = free * math.log(square / free) + float(np.linalg.slogdet(system)[1]) + math.log(information)
 
-    def profiled(self, subjects: float, scenes: float) -> float:
-        """Return the deviance at the residual variance that minimises it."""
-        solved, free = self.solve(subjects, scenes), int(self.filled.sum()) - 1
-        square = max(solved.square, np.finfo(float).tiny)
-        return free * math.log(square / free) + solved.log_determinant + math.log(solved.information)
+        split = self.values.shape[0]
+        parts = (slice(None, split), slice(split, None))
+        slope = np.array([-(pulled[part] ** 2).sum() for part in parts])  # of the square
+        bend = np.array([[2 * pulled[i] @ within[i, j] @ pulled[j] for j in parts] for i in parts])
+        trace = np.array([np.trace(within[i, i]) for i in parts])
+        traces = np.array([[-(within[i, j] ** 2).sum() for j in parts] for i in parts])
+        gradient = free * slope / square + trace
+        fixed = free * bend / square + traces  # at a fixed residual variance
+        hessian = np.empty((3, 3))
+        hessian[:2, :2], hessian[2, 2] = fixed, free
+        hessian[:2, 2] = hessian[2, :2] = -free * slope / square
+        curvature = fixed - free * np.outer(slope, slope) / square**2
+        by_variance = np.array([*((of_ones[part] ** 2).sum() / information for part in parts), 1.0])
+        return _Profile(deviance, gradient, curvature, hessian, by_variance, mean, information, square / free)
 
 
-def fit(cells: ArrayLike, *, quick: bool = False) -> Fit:
+def fit(cells: ArrayLike) -> Fit:
     """Fit the mean and the variance components of an incomplete table.
 
     Parameters
@@ -121,8 +167,6 @@ def fit(cells: ArrayLike, *, quick: bool = False) -> Fit:
     cells
         One row per subject, one column per scene; NaN without a value. Each row and column has at least one value, and
         the table at least three.
-    quick
-        True to search from one start only, ending at a relative change of the deviance of 1e-9.
 
     Examples
     --------
@@ -132,71 +176,92 @@ def fit(cells: ArrayLike, *, quick: bool = False) -> Fit:
     >>> round(found.mean, 3), round(found.standard_error, 3), round(found.df, 2)
     (0.289, 0.103, 2.82)
     """
-    table = np.atleast_2d(np.asarray(cells, dtype=float))
-    filled = np.isfinite(table)
-    unit = float(table[filled].std()) or 1.0  # the search is scale-free
-    one = _Table(np.where(filled, table, 0.0) / unit, filled)
-    # A term with one cell a level cannot be distinguished from the residual.
-    free = np.array([filled.sum(axis=1).max() > 1, filled.sum(axis=0).max() > 1])
-    theta = _minimum(one, free, quick)
-    solved = one.solve(*theta)
-    residual = math.sqrt(max(solved.square, np.finfo(float).tiny) / (int(filled.sum()) - 1))
-    df = _satterthwaite(one, np.array([*theta, residual]), np.append(free, True))
-    error = residual / math.sqrt(solved.information)
-    of_subjects, of_scenes = theta * residual * unit
-    left = np.where(filled, solved.residuals * unit, np.nan)
-    return Fit(solved.mean * unit, error * unit, df, float(of_subjects), float(of_scenes), residual * unit, left)
+    cells = np.atleast_2d(np.asarray(cells, dtype=float))
+    filled = np.isfinite(cells)
+    centre = float(cells[filled].mean())
+    unit = float(cells[filled].std()) or 1.0  # the search is scale-free
+    table = _Table.of(np.where(filled, (cells - centre) / unit, 0.0), filled)
+    ratios = _minimum(table)
+    profile = table.profile(ratios)
+    residual = math.sqrt(profile.residual_variance) * unit
+    error = residual / math.sqrt(profile.information)
+    of_subjects, of_scenes = (float(sd) for sd in np.sqrt(ratios) * residual)
+    mean = profile.mean * unit + centre
+    left = _residuals(table, ratios, profile.mean) * unit
+    return Fit(mean, error, _satterthwaite(profile, ratios), of_subjects, of_scenes, residual, left)
 
 
-def _minimum(table: _Table, free: NDArray[np.bool_], quick: bool) -> FloatArray:
-    """Minimise the deviance over the relative SDs of subjects and scenes; those not `free` are 0."""
-    if not free.any():
-        return np.zeros(2)
+def _minimum(table: _Table) -> FloatArray:
+    """Minimise the deviance over the relative variances of subjects and scenes, each 0 to `MAX_RATIO`.
 
-    def at(some: FloatArray) -> FloatArray:
-        theta = np.zeros(2)
-        theta[free] = some
-        return theta
-
-    tries = {tuple(np.array(start)[free]) for start in (STARTS[:1] if quick else STARTS)}
-
-    def deviance(some: FloatArray) -> float:
-        return table.profiled(*at(some))
-
-    found = [
-        optimize.minimize(
-            deviance,
-            np.array(start, dtype=float),
-            method="L-BFGS-B",
-            bounds=[(0.0, LARGEST)] * int(free.sum()),
-            options={"ftol": 1e-9 if quick else 1e-14, "gtol": 1e-8},
-        )
-        for start in sorted(tries)
-    ]
-    return at(min(found, key=lambda one: float(one.fun)).x)
-
-
-def _satterthwaite(table: _Table, point: FloatArray, free: NDArray[np.bool_]) -> float:
-    """Return the degrees of freedom of the mean's variance at (subjects, scenes, residual), by finite differences.
-
-    Standard deviations enter as squares, so that differences across 0 are those of an even function.
+    A term with one cell a level cannot be distinguished from the residual; its variance is 0.
     """
+    estimable = np.array([table.filled.sum(axis=1).max() > 1, table.filled.sum(axis=0).max() > 1])
+    starts = [np.array(STARTS if possible else (0.0,)) for possible in estimable]
+    grid = np.stack(np.meshgrid(*starts, indexing="ij"), axis=-1)
+    heights = np.pad(table.deviances(grid), 1, constant_values=np.inf)
+    around = [heights[i : i + len(starts[0]), j : j + len(starts[1])] for i in range(3) for j in range(3)]
+    lowest = heights[1:-1, 1:-1] <= np.min(around, axis=0)
+    minima = [_descend(table, start, estimable) for start in grid[lowest]]
+    least = min(deviance for _, deviance in minima)
+    ratios = min((ratios for ratios, deviance in minima if deviance <= least + MARGIN), key=tuple)
+    for term in np.flatnonzero(ratios > 0):
+        others = estimable.copy()
+        others[term] = False
+        without, deviance = _descend(table, np.where(others, ratios, 0.0), others)
+        if deviance <= least + MARGIN:
+            return without
+    return ratios
 
-    def variance(at: FloatArray) -> float:
-        return float(at[2]) ** 2 / table.solve(at[0], at[1]).information
 
-    used = np.flatnonzero(free)
-    sizes = STEP * np.array([*np.maximum(point[:2], 1.0), point[2]])
-    steps = np.diag(sizes)[used]
-    gradient = np.array([(variance(point + h) - variance(point - h)) / (2 * h.sum()) for h in steps])
+def _descend(table: _Table, start: FloatArray, estimable: NDArray[np.bool_]) -> tuple[FloatArray, float]:
+    """Return the local minimum reached by Newton's method from a start, and its deviance."""
+    ratios = start
+    profile = table.profile(ratios)
+    for _ in range(MAX_STEPS):
+        gradient = profile.gradient
+        at_bound = ((ratios <= 0) & (gradient >= 0)) | ((ratios >= MAX_RATIO) & (gradient <= 0))
+        moved = np.flatnonzero(estimable & ~at_bound)
+        if not len(moved):
+            break
+        unit = np.maximum(ratios[moved], 1e-2)
+        values, vectors = np.linalg.eigh(profile.curvature[np.ix_(moved, moved)] * np.outer(unit, unit))
+        values = np.maximum(np.abs(values), 1e-12 * table.degrees)  # a step downhill, too, where the curve bends down
+        along = vectors.T @ (gradient[moved] * unit)
+        decrement = float((along**2 / values).sum())
+        step = np.zeros(2)
+        step[moved] = -(vectors @ (along / values)) * unit
+        size = 1.0
+        while True:
+            reached = np.clip(ratios + size * step, 0.0, MAX_RATIO)
+            tried = table.profile(reached)
+            if tried.deviance <= profile.deviance + 1e-4 * float(gradient @ (reached - ratios)) or decrement < MARGIN:
+                break
+            size /= 2
+            if size < 1e-10:
+                return ratios, profile.deviance
+        ratios, profile = reached, tried
+        if decrement < 1e-3 * MARGIN:  # the error is squared by each step: the last left about 1e-24
+            break
+    return ratios, profile.deviance
 
-    def deviance(some: FloatArray) -> float:
-        at = point.copy()
-        at[used] = some
-        return table.deviance(*at)
 
-    values, vectors = np.linalg.eigh(hessian(deviance, point[used], sizes[used]))
-    kept = values > 1e-8 * max(values.max(), 1.0)  # directions without curvature are ignored, as in lmerTest
-    along = vectors[:, kept].T @ gradient
-    uncertainty = float((2 * along**2 / values[kept]).sum())
-    return 2 * variance(point) ** 2 / uncertainty if uncertainty > 0 else math.inf
+def _residuals(table: _Table, ratios: FloatArray, mean: float) -> FloatArray:
+    """Return what the mean and the conditional modes of subjects and scenes leave of the values; NaN in gaps."""
+    levels = table.level_variances(ratios)
+    system = np.eye(len(table.sums)) + table.shared * levels
+    modes = levels * np.linalg.solve(system, table.sums - table.counts * mean)
+    split = table.values.shape[0]
+    left = table.values - mean - modes[:split, None] - modes[split:]
+    return np.where(table.filled, left, np.nan)
+
+
+def _satterthwaite(profile: _Profile, ratios: FloatArray) -> float:
+    """Return the degrees of freedom of the mean's variance, over the parameters that are not at a bound."""
+    used = np.append(ratios > 0, (ratios < MAX_RATIO).all())
+    unit = np.append(np.maximum(ratios, 1e-300), 1.0)[used]  # logarithms of the parameters: scale-free
+    values, vectors = np.linalg.eigh(profile.hessian[np.ix_(used, used)] * np.outer(unit, unit))
+    kept = values > 1e-8  # directions without curvature are ignored, as in lmerTest
+    along = vectors[:, kept].T @ (profile.by_variance[used] * unit)
+    uncertainty = float((along**2 / values[kept]).sum())
+    return 1 / uncertainty if uncertainty > 0 else math.inf

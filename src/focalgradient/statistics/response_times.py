@@ -1,4 +1,4 @@
-"""Response times with the answer as a covariate, and parameters of the diffusion model by the EZ method.
+"""Response times with the answer as a covariate.
 
 Fast and slow trials differ in their answers; a condition that changes the answers therefore changes the mean response
 time. Regressing each person's log response time on condition and answer separates the two effects.
@@ -19,43 +19,12 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 
-__all__ = ["EzDiffusion", "ResponseTimes", "response_times"]
+__all__ = ["ResponseTimes", "response_times"]
 
 FloatArray = NDArray[np.float64]
 
-LEAST_CORRECT = 10
-"""Minimum number of correct answers of a person in a condition for the variance of response times; for normal times its
-relative standard error is then at most one half (times are skewed: 40 or more are recommended).
-"""
-
-NEAR_CHANCE = 1e-3
-"""Log odds of a correct answer below which the limit of the EZ equations at chance is used, where they are 0 / 0."""
-
 METHOD = "log response time, each person's least squares on condition and answer, t-test over people"
 METHOD_ALONE = "log response time, each person's means, paired t-test over people"
-METHOD_DRIFT = "EZ diffusion, each person's drift rates, paired t-test over people"
-
-
-@dataclass(frozen=True, slots=True)
-class EzDiffusion:
-    """Diffusion-model parameters of one condition: means over people with 95 % intervals (Student's t).
-
-    Parameters
-    ----------
-    drift
-        Drift rate, for within-trial noise with variance 1 per second (1 / sqrt(s)).
-    boundary
-        Boundary separation in the same scaling (sqrt(s)); the starting point is halfway.
-    non_decision
-        Non-decision time (encoding and motor response), in seconds.
-    people
-        Drift, boundary separation and non-decision time of each person.
-    """
-
-    drift: Interval
-    boundary: Interval
-    non_decision: Interval
-    people: Mapping[str, tuple[float, float, float]]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -71,10 +40,6 @@ class ResponseTimes:
         corrected by Holm as one family; `Effect.ratio` is the ratio of times.
     unadjusted
         Differences between conditions regardless of the answer.
-    diffusion
-        Diffusion model of each condition, if the data state which answers were correct.
-    drifts
-        Differences of drift rate between conditions, corrected by Holm.
     trials, left_out
         Number of trials analysed, and number without a response time.
     """
@@ -82,8 +47,6 @@ class ResponseTimes:
     times: Mapping[str, Interval]
     effects: Mapping[str, Effect | NotComputed]
     unadjusted: Mapping[str, Effect | NotComputed]
-    diffusion: Mapping[str, EzDiffusion | NotComputed]
-    drifts: Mapping[str, Effect | NotComputed]
     trials: int
     left_out: int
 
@@ -92,19 +55,11 @@ class ResponseTimes:
         return f"<ResponseTimes: {self.trials} trials, {len(self.times)} conditions>"
 
     def summary(self) -> str:
-        """Return times, differences of log time, and drift rates as text, one per line."""
+        """Return times and differences of log time as text, one per line."""
         lines = [f"{name or 'time'}: {_ends(one)} s" for name, one in self.times.items()]
         lines += [line(f"log time, {name}", one) for name, one in self.effects.items()]
         lines += [line(f"log time whatever the answer, {name}", one) for name, one in self.unadjusted.items()]
-        for name, one in self.diffusion.items():
-            what = f"diffusion, {name}" if name else "diffusion"
-            if isinstance(one, NotComputed):
-                lines.append(f"{what}: {one.reason}")
-            else:
-                parts = (one.drift, one.boundary, one.non_decision)
-                words = zip(("drift", "boundary", "non-decision"), map(_ends, parts), ("", "", " s"), strict=True)
-                lines.append(f"{what}: " + "; ".join(f"{part} {ends}{unit}" for part, ends, unit in words))
-        return "\n".join(lines + [line(f"drift, {name}", one) for name, one in self.drifts.items()])
+        return "\n".join(lines)
 
 
 def _ends(found: Interval) -> str:
@@ -114,13 +69,10 @@ def _ends(found: Interval) -> str:
 
 
 def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTimes:
-    """Analyse response times with the answer as a covariate, and estimate the parameters of the diffusion model.
+    """Analyse response times with the answer as a covariate.
 
     Each person's log response times are regressed on condition and answer, and the coefficients are tested over people.
-    Conditions of people who gave only one answer are compared without it. The diffusion model is estimated from each
-    person's proportion correct and the mean and variance of correct response times (EZ: Wagenmakers, van der Maas &
-    Grasman 2007, Psychon. Bull. Rev. 14:3); it assumes an unbiased starting point and constant difficulty within a
-    condition.
+    Conditions of people who gave only one answer are compared without it.
 
     Parameters
     ----------
@@ -161,15 +113,10 @@ def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTim
         complete.assign(log=np.log(complete["response_time"])).groupby(["participant_id", "condition"])["log"].mean()
     )
     wide = means.unstack().reindex(columns=conditions)
-    diffusion: dict[str, EzDiffusion | NotComputed] = {}
-    if "correct" in complete:
-        diffusion = {name: _diffusion(complete[complete["condition"] == name]) for name in conditions}
     return ResponseTimes(
         {name: t_interval(wide[name].dropna().to_numpy()).ratio for name in conditions},
         _as_family(adjusted),
         _as_family({k: _tested((wide[b] - wide[a]).tolist(), METHOD_ALONE) for k, (a, b) in pairs.items()}),
-        diffusion,
-        _as_family({k: _drifts(diffusion[a], diffusion[b]) for k, (a, b) in pairs.items()} if diffusion else {}),
         len(complete),
         len(rows) - len(complete),
     )
@@ -200,7 +147,6 @@ def _checked(rows: pd.DataFrame) -> pd.DataFrame:
         known = rows["correct"].isin([True, False]).to_numpy()
         if not known[found["response_time"].notna()].all():
             raise InputError("correct must be true or false (1 or 0) in each trial that has a response time.")
-        found["correct"] = known & (rows["correct"] == 1).to_numpy()
     return found
 
 
@@ -236,45 +182,3 @@ def _tested(values: Sequence[float], method: str) -> Effect | NotComputed:
 
 def _as_family(tests: Mapping[str, Effect | NotComputed]) -> dict[str, Effect | NotComputed]:
     return dict(zip(tests, family(tests.values()), strict=True))
-
-
-def _diffusion(trials: pd.DataFrame) -> EzDiffusion | NotComputed:
-    people: dict[str, tuple[float, float, float]] = {}
-    for name, own in trials.groupby("participant_id", sort=True):
-        right = own["correct"].to_numpy()
-        times = own["response_time"].to_numpy()[right]
-        if len(times) >= LEAST_CORRECT and np.ptp(times) > 0:
-            edge = 0.5 / len(right)  # keeps the log odds of proportions 0 and 1 finite
-            share = min(max(float(right.mean()), edge), 1 - edge)
-            people[str(name)] = _ez(share, float(times.var(ddof=1)), float(times.mean()))
-    if not people:
-        return NotComputed(f"Nobody has {LEAST_CORRECT} correct answers with different response times.")
-    drift, boundary, non_decision = (t_interval(values) for values in np.array(list(people.values())).T)
-    return EzDiffusion(drift, boundary, non_decision, people)
-
-
-def _ez(share: float, variance: float, mean: float) -> tuple[float, float, float]:
-    """Return drift, boundary separation and non-decision time (Wagenmakers et al. 2007, Eqs. 5, 7 to 9, s = 1).
-
-    Their example has s = 0.1: drift 0.09994, boundary separation 0.13997.
-
-    >>> [round(one, 4) for one in _ez(0.802, 0.112, 0.723)]
-    [0.9994, 1.3997, 0.3]
-    """
-    odds = math.log(share / (1 - share))
-    if abs(odds) < NEAR_CHANCE:
-        boundary = (24 * variance) ** 0.25
-        return odds / boundary, boundary, mean - boundary**2 / 4
-    x = odds * (odds * share**2 - odds * share + share - 0.5) / variance
-    drift = math.copysign(x**0.25, odds)
-    boundary = odds / drift
-    return drift, boundary, mean - boundary / (2 * drift) * math.tanh(drift * boundary / 2)
-
-
-def _drifts(one: EzDiffusion | NotComputed, other: EzDiffusion | NotComputed) -> Effect | NotComputed:
-    if isinstance(one, NotComputed):
-        return one
-    if isinstance(other, NotComputed):
-        return other
-    both = [name for name in other.people if name in one.people]
-    return paired_effect([other.people[name][0] - one.people[name][0] for name in both], METHOD_DRIFT)

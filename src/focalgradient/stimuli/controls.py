@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
-from scipy.special import j1
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
@@ -179,6 +178,8 @@ def against_discs(
 
 def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the picture with each pixel blurred by a disc of its own radius (px), applied to the whole picture."""
+    from scipy.special import j1  # deferred: slow to import
+
     pad = math.ceil(float(radius.max())) + 1
     wide = np.pad(np.asarray(sharp, float), pad, mode="symmetric")
     waves = np.fft.rfft2(wide)

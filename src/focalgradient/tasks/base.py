@@ -162,10 +162,23 @@ class Task(ABC):
         """Return the columns of a session's table for the recorded design settings; None: those of every design.
 
         By default the fields of the trial, then those of the answer.
+
+        Raises
+        ------
+        InputError
+            If a field of the answer has the name of a trial's field, which it would overwrite; only tasks that adapt or
+            adjust set such a field.
         """
         answered = [*_own_columns(self.answer, "Answer.")]
         chosen = {column.name for column in answered}
-        shown = [one for one in _own_columns(self.trial, "Condition of the trial.") if one.name not in chosen]
+        shown = [*_own_columns(self.trial, "Condition of the trial.")]
+        both = [one.name for one in shown if one.name in chosen]
+        if both and not (self.adapts or self.adjusts):
+            raise InputError(
+                f"the task {self.name!r} fails: {both[0]!r} is a field of the trial and of the answer, which would "
+                "overwrite the condition that was shown: rename the field of the answer."
+            )
+        shown = [one for one in shown if one.name not in chosen]
         catch = Column("catch", "Whether the trial only checks attention.", "bool")
         onset = Column("onset", "When the stimulus appeared, on the clock of the sitting.", "number", "s", least=0)
         time = Column("response_time", "From the question to the answer.", "number", "s", least=0)

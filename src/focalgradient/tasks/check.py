@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,6 +22,18 @@ __all__ = ["PIXELS_PER_DEGREE", "called", "check_task"]
 PIXELS_PER_DEGREE = 37.5
 """Resolution at which a trial is drawn if the screen is unknown: a screen 53.1 cm and 1920 pixels wide, 57 cm away."""
 
+MAX_TRIALS = 10_000
+"""Maximum number of trials of a session: at 2 s each, six hours (our choice)."""
+
+MAX_REPETITIONS = 1000
+"""Maximum number of repetitions of a design, refused before its trials are made."""
+
+SECONDS = 1.0
+"""Time in seconds after which no further trial is tried; the first trial of a participant always is."""
+
+PARTICIPANTS = ("01", "02")
+"""Participants whose trials are tried."""
+
 Result = TypeVar("Result")
 
 
@@ -33,9 +46,10 @@ def check_task(
 ) -> None:
     """Check that the task of a design can be shown and answered.
 
-    Every page has its texts. If trials are described as data, the first main trial has a picture of 8 bits that fits
-    the screen, and a valid control; each end of the control, and each further question, gives an answer that can be
-    recorded.
+    Every page has its texts. The trials of two participants are made twice and must be the same. If they are described
+    as data, each has a picture of 8 bits that fits the screen and is the same when it is drawn again, and a valid
+    control; each end of the control, and each further question, gives an answer that can be recorded. A simulated
+    observer's answers are of the task's class and the same for the same seed. Trials are tried for `SECONDS`.
 
     Parameters
     ----------
@@ -63,11 +77,21 @@ def check_task(
     language = design.language if design.language in LANGUAGES else "en"
     checked = _Checked(task_named(design.task), design, words or load_words(language))
     checked.columns()
-    trial = checked.pages()
-    if checked.task.described and not checked.task.adjusts:
-        checked.pictures(trial, pixels_per_degree, room)
-        checked.answers(trial)
-    checked.further(trial)
+    checked.pages()
+    until = time.monotonic() + SECONDS
+    for participant in PARTICIPANTS:
+        trials = checked.trials(participant)
+        main = [trial for trial in trials if trial.phase == "main"]
+        for trial in (main[0], *(one for one in trials if one is not main[0])):
+            shown = checked.call("adapted", checked.task.adapted, design, trial, ())
+            if checked.task.described and not checked.task.adjusts:
+                checked.pictures(shown, pixels_per_degree, room)
+                checked.answers(shown)
+            if trial is main[0]:
+                checked.further(shown)
+            if time.monotonic() > until:
+                break
+        checked.simulated(participant, trials)
 
 
 def called(task: Task, name: str, function: Callable[..., Result], *given: Any, **named: Any) -> Result:
@@ -76,7 +100,7 @@ def called(task: Task, name: str, function: Callable[..., Result], *given: Any, 
         return function(*given, **named)
     except InputError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         at = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(at.filename).name}, line {at.lineno}"
         raise InputError(f"the task {task.name!r} fails: {name} raises {error!r} ({place}).") from error
@@ -101,46 +125,98 @@ class _Checked:
         """Check that the names of columns are distinct, and not reserved."""
         from focalgradient.dataset.session import RESERVED
 
-        names = [column.name for column in self.task.columns(self.design.model_dump(mode="json"))]
+        settings = self.design.model_dump(mode="json")
+        names = [column.name for column in self.call("columns", self.task.columns, settings)]
         taken = RESERVED - {"simulated"}  # earlier tasks have such a field
         wrong = [name for number, name in enumerate(names) if name in names[:number] or name in taken]
         self.need(
             not wrong, f"{(wrong or [''])[0]!r} is the name of another column: rename the field of trial or answer"
         )
 
-    def pages(self) -> Any:
-        """Check the pages; return the first main trial, as it is shown."""
-        trials = self.call("trials", self.design.trials, "01")
-        main = [trial for trial in trials if trial.phase == "main"]
-        self.need(main, "trials has no main trial")
+    def trials(self, participant: str) -> Sequence[Any]:
+        """Check that a participant's trials are the same when they are made again; return them."""
+        repetitions = self.design.repetitions
+        self.need(repetitions <= MAX_REPETITIONS, f"repetitions is {repetitions:,}, but may be {MAX_REPETITIONS:,}")
+        trials, again = (self.call("trials", self.design.trials, participant) for _ in range(2))
+        self.need(any(trial.phase == "main" for trial in trials), "trials has no main trial")
+        self.need(len(trials) <= MAX_TRIALS, f"trials has {len(trials):,}, but may have {MAX_TRIALS:,}")
+        self.need(
+            trials == again,
+            f"trials gives participant {participant} another list the second time: draw with self.draws, from the seed",
+        )
+        return trials
+
+    def pages(self) -> None:
+        """Check that every page has its texts."""
         pages = self.call("pages", self.task.pages, self.design, self.words, "01", False)
         for name in ("opening", "again", "closing"):
             self.call(name, getattr(pages, name))
-        return self.call("adapted", self.task.adapted, self.design, main[0], ())
+
+    def simulated(self, participant: str, trials: Sequence[Any]) -> None:
+        """Check the answers of a simulated observer, given by `simulated` alone, to a participant's trials."""
+        own = type(self.task)
+        if own.observe is not Task.observe or own.simulated is Task.simulated:
+            return
+        from focalgradient.observers import observer_named
+
+        person, recorded = observer_named("default"), list[dict[str, Any]]()
+        until = time.monotonic() + SECONDS
+        for number, trial in enumerate(trials, start=1):
+            shown = self.call("adapted", self.task.adapted, self.design, trial, recorded)
+            answer, again = (
+                self.call(
+                    "simulated",
+                    self.task.simulated,
+                    self.design,
+                    shown,
+                    person.person(np.random.default_rng(1)),
+                    np.random.default_rng(number),
+                )
+                for _ in range(2)
+            )
+            where = f"for trial {number} of participant {participant}"
+            right = isinstance(answer, self.task.answer)
+            self.need(right, f"simulated gives {described(answer)} {where}, not {self.task.answer.__name__}")
+            self.need(
+                answer == again,
+                f"simulated gives another answer {where} the second time: draw with the generator given",
+            )
+            recorded.append({**dataclasses.asdict(trial), **dataclasses.asdict(answer)})
+            if time.monotonic() > until:
+                return
 
     def pictures(self, trial: Any, pixels_per_degree: float, room: tuple[int, int] | None) -> None:
         """Check the pictures of a trial, and their durations."""
-        intervals = self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree)
+        intervals, again = (
+            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree) for _ in range(2)
+        )
         self.need(intervals, "shown has no interval")
         for interval in intervals:
-            self.need(isinstance(interval, tuple) and len(interval) == 2, "shown must give a picture and its duration")
-            pixels, seconds = interval
-            whole = isinstance(pixels, np.ndarray) and pixels.dtype == np.uint8
-            what = f"{pixels.dtype} of shape {pixels.shape}" if isinstance(pixels, np.ndarray) else described(pixels)
-            self.need(
-                whole and (pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] == 3)),
-                f"the picture of shown is {what}, but must be an array H x W or H x W x 3 of 8 bits (uint8)",
+            self.interval(interval, room)
+        same = all(np.array_equal(one[0], other[0]) for one, other in zip(intervals, again, strict=True))
+        self.need(same, "shown draws another picture the second time: draw from a seed, such as trial.trial")
+
+    def interval(self, interval: Any, room: tuple[int, int] | None) -> None:
+        """Check a picture and its duration."""
+        self.need(isinstance(interval, tuple) and len(interval) == 2, "shown must give a picture and its duration")
+        pixels, seconds = interval
+        whole = isinstance(pixels, np.ndarray) and pixels.dtype == np.uint8
+        what = f"{pixels.dtype} of shape {pixels.shape}" if isinstance(pixels, np.ndarray) else described(pixels)
+        self.need(
+            whole and (pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] == 3)),
+            f"the picture of shown is {what}, but must be an array H x W or H x W x 3 of 8 bits (uint8)",
+        )
+        height, width = pixels.shape[:2]
+        self.need(pixels.size, f"the picture of shown is empty ({width} x {height} pixels)")
+        self.need(
+            isinstance(seconds, int | float) and 0 < seconds < np.inf,
+            f"the duration of shown is {described(seconds)}, but must be a number of seconds above 0",
+        )
+        if room is not None and (width > room[0] or height > room[1]):
+            raise InputError(
+                f"the pictures of the task {self.task.name!r} have {width} x {height} pixels, but the window has "
+                f"only {room[0]} x {room[1]}: use the whole screen or a larger one, or make smaller pictures."
             )
-            self.need(
-                isinstance(seconds, int | float) and 0 < seconds < np.inf,
-                f"the duration of shown is {described(seconds)}, but must be a number of seconds above 0",
-            )
-            height, width = pixels.shape[:2]
-            if room is not None and (width > room[0] or height > room[1]):
-                raise InputError(
-                    f"the pictures of the task {self.task.name!r} have {width} x {height} pixels, but the window has "
-                    f"only {room[0]} x {room[1]}: use the whole screen or a larger one, or make smaller pictures."
-                )
 
     def control(self, name: str, control: Any) -> Control:
         """Check a response control."""

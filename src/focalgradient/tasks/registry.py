@@ -120,7 +120,7 @@ def load_file(path: str | os.PathLike[str]) -> Task:
         module = importlib.import_module(file.stem)
     except InputError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"{path} cannot be run ({error!r}): correct it.") from error
     if Path(module.__file__ or "").resolve() != file:
         raise InputError(f"{path} has the name of another module, {module.__name__}: give it another name.")
