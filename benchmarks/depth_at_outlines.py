@@ -122,8 +122,8 @@ def main() -> None:
             results[name] = apart
             print(f"{name:24}{apart['vergence_in_sd']:12.3f}{apart['sd_percent']:10.2f}{apart['valid_percent']:14.3f}")
     else:
-        heads = ("valid", "off>10%", "> 5 sd", "< 2 sd", "z", "median%", "p90 %", "cpu s")
-        print(f"{'':48}" + "".join(f"{head:>9}" for head in heads))
+        columns = ("valid", "off>10%", "> 5 sd", "< 2 sd", "z", "median%", "p90 %", "cpu s")
+        print(f"{'':48}" + "".join(f"{column:>9}" for column in columns))
         for name, case in cases.items():
             found = measure(name, case, options.cache)
             results[name] = found
