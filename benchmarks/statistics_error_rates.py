@@ -30,7 +30,7 @@ from scipy import stats
 
 from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, Equivalence, depth_rating, necker
-from focalgradient.statistics.cells import curvature_weights, slope_weights
+from focalgradient.statistics.cells import slope_weights
 from focalgradient.statistics.crossed import crossed_effect, moments
 from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
@@ -123,7 +123,6 @@ def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_s
     tests = {name: rated(cells) for name, cells in (("near", rise(near)), ("far", rise(far)))}
     tests["interaction"] = rated(rise(near) - rise(far))
     tests["slope"] = rated(near @ _weights(slope_weights(MM)))
-    tests["curvature"] = rated(near @ _weights(curvature_weights(MM)))
     covered = rated(rise(raised), math.log(RISE))
     every = np.stack([tests[name]["p"] for name in ("near", "far", "interaction")], axis=-1)
     equal = rated(rise(at_bound))
@@ -134,7 +133,6 @@ def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_s
         "interaction": tests["interaction"]["p"] < 0.05,
         "any of the family, by Holm": (holm(every) < 0.05).any(axis=-1),
         "slope": tests["slope"]["p"] < 0.05,
-        "lack of fit": tests["curvature"]["p"] < 0.05,
         "equivalence, true rise at the bound": equal["outside"] < 0.05,
         "rise, for these scenes": tests["near"]["p these"] < 0.05,
         "coverage: rise": covered["covers"],
@@ -270,11 +268,8 @@ def compare(seed: int) -> None:
     assert isinstance(result.rise, Effect)
     assert result.rise.robust is not None
     np.testing.assert_allclose((result.rise.p, result.rise.robust.p), (mine["p by t"][0], mine["p"][0]), rtol=1e-9)
-    bend = rated(logs @ _weights(curvature_weights(MM)))
     assert isinstance(result.equivalence, Equivalence)
     np.testing.assert_allclose(result.equivalence.p, mine["outside"][0], rtol=1e-9)
-    assert isinstance(result.curvature, Effect)
-    np.testing.assert_allclose(result.curvature.p, bend["p by t"][0], rtol=1e-9)
 
 
 TRIALS, LASTS = 3, 30.0  # trials per gradient of the cube, and their duration in seconds

@@ -25,6 +25,17 @@ agreed() { # whether to install Debian packages: asked on a terminal, else yes
     read -r answer && case $answer in [yY]*) true ;; *) false ;; esac
 }
 
+apt_update() { # apt-get itself waits for another program's lock on dpkg, but not for one on its lists
+    for try in $(seq 60); do
+        ! trouble=$($sudo env LC_ALL=C apt-get update -qq 2>&1) || return 0
+        case $trouble in *"not get lock"*) ;; *) break ;; esac
+        [ "$try" != 1 ] || say "waiting for another program that holds apt's lock"
+        sleep 10
+    done
+    echo "$trouble" >&2
+    return 1
+}
+
 debian_packages() {
     command -v dpkg-query >/dev/null || return 0
     missing=
@@ -46,8 +57,8 @@ debian_packages() {
         trouble="this user is not root and sudo asks for a password"
     else
         say "installing the Debian packages$missing"
-        $sudo apt-get update -qq >&2 && $sudo env DEBIAN_FRONTEND=noninteractive \
-            apt-get install -y -qq --no-install-recommends $missing >&2 && return 0
+        apt_update && $sudo env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 \
+            install -y -qq --no-install-recommends $missing >&2 && return 0
         trouble="apt-get could not install them (its message is above)"
     fi
     remedy="install them with 'sudo apt-get install --no-install-recommends$missing'."

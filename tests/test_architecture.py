@@ -52,7 +52,7 @@ ROOMS = {
     "dataset": {"design", "errors", "files", "parallel", "scales", "tasks"},
     "observers": {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
-        *("render", "scales", "scenes", "stimuli", "tasks"),
+        *("render", "scales", "scenes", "statistics", "stimuli", "tasks"),
     },
     "published": {
         *("dataset", "design", "display", "errors", "eye", "files", "observers", "progress", "scales", "stimuli"),

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from interrupts import interruptible
 from PIL import Image
 from two_views import DISTANCE, TOML, run, sentence, write
 
@@ -133,6 +134,7 @@ def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
 @pytest.mark.parametrize(
     ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, program.Terminated)]
 )
+@interruptible()
 def test_a_signal_in_a_destructor_is_not_lost(number, raised):
     class Odd:
         def __del__(self):

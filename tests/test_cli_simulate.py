@@ -7,6 +7,7 @@ import time
 
 import pytest
 from click.testing import CliRunner
+from interrupts import interruptible
 
 from focalgradient.cli.program import Program
 from focalgradient.cli.simulate import simulate
@@ -110,6 +111,7 @@ def test_a_data_set_of_people_is_left_alone(tmp_path, necker):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent otherwise there")
+@interruptible()
 def test_ctrl_c_leaves_with_130_and_what_was_recorded(tmp_path, necker):
     out = tmp_path / "data"
     args = [

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from click import Command
 from click.testing import CliRunner, Result
+from interrupts import interruptible
 
 from focalgradient.cli import main
 from focalgradient.cli.blur import blur
@@ -177,6 +178,7 @@ def _arrays(folder: Path) -> int:
 
 
 @pytest.mark.slow
+@interruptible()
 def test_killed_and_interrupted_it_goes_on(tmp_path: Path) -> None:
     command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "stimuli", "depth-rating"]
     for way, code, seen in ((signal.SIGKILL, -signal.SIGKILL, 2), (signal.SIGINT, 130, 5)):

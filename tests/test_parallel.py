@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from interrupts import interruptible
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from focalgradient.errors import InputError
@@ -56,6 +57,7 @@ def running(process: int) -> bool:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks processes up in /proc")
 @pytest.mark.parametrize("way", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@interruptible()
 def test_no_worker_outlives_what_gave_it_work(tmp_path: Path, way: signal.Signals) -> None:
     program = PROGRAM.format(here=str(Path(__file__).parent))
     run = subprocess.Popen([sys.executable, "-c", program, str(tmp_path)], stderr=subprocess.DEVNULL)

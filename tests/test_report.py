@@ -241,11 +241,11 @@ def test_equal_answers_are_said_to_be_so(tmp_path):
     depth_rating_figure(result, simulated=True)
 
 
-def rated(near: float, far: float, power: float) -> DepthRatingResult:
-    """Twelve people whose log rating grows to `near` or `far` by a power of the aperture, alike to a few per cent."""
+def rated(near: float, far: float) -> DepthRatingResult:
+    """Twelve people whose log rating grows to `near` or `far` with the aperture, alike to a few per cent."""
     rng = np.random.default_rng(4)
     rows = [
-        (f"sub-{who:02}", fixation, f"f/{16 / mm:g}" if mm else "pinhole", mm, scene, own * (mm / 8) ** power)
+        (f"sub-{who:02}", fixation, f"f/{16 / mm:g}" if mm else "pinhole", mm, scene, own * mm / 8)
         for who in range(12)
         for fixation, rise in (("nearest", near), ("farthest", far))
         for own in [rise + 0.02 * rng.standard_normal()]
@@ -258,34 +258,21 @@ def rated(near: float, far: float, power: float) -> DepthRatingResult:
 
 
 @pytest.mark.parametrize(
-    ("near", "power", "said"),
+    ("near", "said"),
     [
-        (0.7, 1.0, "ratings rose from the pinhole"),
-        (-0.7, 1.0, "ratings fell from the pinhole"),
-        (0.0, 1.0, "ratings did not change reliably from the pinhole"),
-        (0.7, 1.0, "The change is not shown to be equivalent to zero within a factor of 1.20"),
-        (0.0, 1.0, "The change is equivalent to zero within a factor of 1.20"),
-        (0.08, 1.0, "Ratings rose, and the change is equivalent to zero within a factor of 1.20: it is reliable, but"),
-        (0.7, 0.5, "it flattens towards the largest aperture"),
-        (-0.7, 0.5, "it flattens towards the largest aperture"),
-        (0.7, 2.0, "it steepens towards the largest aperture"),
-        (-0.7, 2.0, "it steepens towards the largest aperture"),
+        (0.7, "ratings rose from the pinhole"),
+        (-0.7, "ratings fell from the pinhole"),
+        (0.0, "ratings did not change reliably from the pinhole"),
+        (0.7, "The change is not shown to be equivalent to zero within a factor of 1.20"),
+        (0.0, "The change is equivalent to zero within a factor of 1.20"),
+        (0.08, "Ratings rose, and the change is equivalent to zero within a factor of 1.20: it is reliable, but"),
     ],
 )
-def test_a_finding_says_direction_equivalence_and_bend(near: float, power: float, said: str) -> None:
-    first, second, difference = rating_findings(rated(near, 0.0, power))
+def test_a_finding_says_direction_and_equivalence(near: float, said: str) -> None:
+    first, second, difference = rating_findings(rated(near, 0.0))
     assert said in first
-    assert ("not straight" in first) == (power != 1)
     assert "did not change reliably" in second
     assert ("did not differ reliably" in difference) == (near == 0)
-
-
-@pytest.mark.parametrize(("power", "said"), [(0.5, "is higher in the middle"), (2.0, "is lower in the middle")])
-def test_a_curve_without_a_rise_neither_flattens_nor_steepens(power: float, said: str) -> None:
-    level, bent = rated(0.0, 0.0, 1.0), rated(0.7, 0.0, power).fixations[0].curvature
-    first = dataclasses.replace(level.fixations[0], curvature=bent)
-    found = rating_findings(dataclasses.replace(level, fixations=(first, level.fixations[1])))[0]
-    assert f"The curve is not straight: it {said} than at its ends (t(" in found
 
 
 def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings(data: Path) -> None:
@@ -312,7 +299,7 @@ def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_find
 
 
 def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
-    result = rated(0.7, 0.0, 1.0)
+    result = rated(0.7, 0.0)
     low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
     sentence = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
     assert sentence.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
@@ -320,7 +307,7 @@ def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
 
 
 def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
-    result = rated(0.7, 0.0, 1.0)
+    result = rated(0.7, 0.0)
     table = next(sheet.table for sheet in rating_sheets(result) if sheet.file == "depth_rating_rises.csv")
     assert table is not None
     tests = [each.rise_these_scenes for each in result.fixations] + [result.interaction_these_scenes]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import fig3
 import pytest
+from figure_faults import figure_faults
 from matplotlib.text import Text
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -13,7 +14,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from recorded import edit, rating_file, record_ratings
 
 from focalgradient import InputError
+from focalgradient.plotting import new_figure, style
+from focalgradient.plotting.subjects import draw_depth_rating
 from focalgradient.power import Model
+from focalgradient.report import analyse_ratings
 
 
 @pytest.fixture(scope="module")
@@ -63,3 +67,20 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["fig3.py", str(root), "--out", str(tmp_path / "out")])
     assert fig3.main("fig3", fig3.shown) == 2
     assert "row 3: aperture is 'f22'" in capsys.readouterr().err
+
+
+def test_two_panels_that_share_an_axis_are_both_whole(data, tmp_path):
+    """Neither panel's limits cut the curves of the other, and each label stays at the end of its curve."""
+    flat = record_ratings(tmp_path / "flat", 8, Model(effect=1.0))
+    with style():
+        figure = new_figure(180, 80, layout="constrained")
+        axes = figure.subplots(1, 2, sharey=True)
+        for ax, root in zip(axes, (data, flat), strict=True):
+            draw_depth_rating(ax, analyse_ratings(root).result, simulated=True)
+        assert figure_faults(figure) == []
+        near = next(text for text in axes[0].texts if text.get_text().startswith("near"))
+        end = max(
+            line.get_ydata()[-1] for line in axes[0].lines if line.get_linewidth() == 2 and len(line.get_xdata()) == 4
+        )
+        label = near.get_transform().transform(near.get_position())[1]
+        assert label == pytest.approx(axes[0].transData.transform((0, end))[1], abs=5)

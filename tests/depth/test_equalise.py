@@ -9,7 +9,8 @@ from hypothesis.extra import numpy as hnp
 
 from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
-from focalgradient.depth.equalise.residuals import Residuals
+from focalgradient.depth.equalise.residuals import MAX_UNRESOLVED, Residuals, _directions
+from focalgradient.depth.filters import ROUND
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.search import Search
 from focalgradient.psf import Disc, transfer
@@ -120,3 +121,14 @@ def test_a_part_of_what_is_equalised_holds_no_copy_and_what_is_kept_for_all_part
         np.shares_memory(own.images, one.images) for own, one in zip(part.residuals, equalised.residuals, strict=True)
     )
     assert all(one.images.size == 0 and one.images.base is None for one in equalised.without_images().residuals)
+
+
+def test_combinations_of_levels_hold_the_energy_that_a_fourth_of_the_frequencies_lacks() -> None:
+    """As in small images, which have no frequency at some of the radial samples: 140 levels of 20 combinations."""
+    random = np.random.default_rng(1)
+    level = np.linspace(0, 1, 140)[:, None]
+    rows = np.exp(-((level - np.linspace(0, 1, 24)) ** 2) * 50) @ random.standard_normal((24, 512))
+    rows[:, ::4] *= np.arange(128) % 32 == 0
+    left, left_over = _directions(rows, ROUND, 1)
+    assert left_over[24] < MAX_UNRESOLVED
+    np.testing.assert_allclose(left.T @ left, np.eye(140), atol=1e-12)

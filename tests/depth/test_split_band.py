@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,10 @@ from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise import estimate, frame
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.psf import blend_transfer, disc_transfer, gaussian_transfer
+
+sys.path.append(str(Path(__file__).parents[2] / "analysis"))
+import outline_scenes
+from outline_scenes import Case, Layer
 
 SHEET = Path(__file__).parents[2].parent / "shared" / "data" / "canon_rf50_flat"
 
@@ -64,6 +69,19 @@ def test_the_model_error_makes_no_pixel_invalid():
     assert depth.valid.mean() > 0.9
 
 
+def test_boundaries_are_no_error_of_the_blur_model():
+    """Three foci, a half plane before a slanted wall: standard deviations fit the errors, and are not tens of them."""
+    lenses = tuple(outline_scenes.lens(8, focus) for focus in (0.7, 1.0, 1.5))
+    layers = (Layer(1.35, outline_scenes.half(0.3, -20)), Layer(0.8, slope=(4e-4, 0)))
+    views, vergence = outline_scenes.views_and_truth("", Case(lenses, layers, 7, 0.0022, size=(120, 200), rays=512))
+    depth = recover_depth(views)
+    off = (np.abs(depth.vergence - vergence) / depth.vergence_sd)[depth.valid]
+    assert depth.valid.mean() > 0.9
+    assert 0.4 < 1.48 * np.median(off) < 1.1  # 1 for normal errors; 0.03 if boundaries count as model error
+    assert 0.92 < np.mean(off < 2) < 0.99
+    assert depth.details["split_band"]["tau"] < 2e-3
+
+
 def test_the_blend_lies_between_disc_and_gaussian():
     frequency = np.linspace(0, 0.5, 26)
     assert np.allclose(blend_transfer(frequency, 3.0, 0.0), disc_transfer(frequency, 3.0))
@@ -96,14 +114,14 @@ def test_a_photographed_sheet_is_covered(monkeypatch):
     ]
 
     def seen():
-        return recover_depth(views, near=0.3, far=0.945, align=True)
+        with pytest.warns(FocalGradientWarning, match="not quite a disc"):
+            return recover_depth(views, near=0.3, far=0.945, align=True)
 
     depth = seen()
     assert depth.valid.mean() > 0.5
     # One offset: what focus and aperture are off by moves all alike, and is the calibration's.
     truth = float(np.median(depth.vergence[depth.valid]))
     assert covered(depth, truth) >= 0.92
-    assert 0.02 < depth.details["split_band"]["tau"] < 0.06  # the blur is not quite a disc
     # Where texture is weak the standard deviation includes another surface, which a sheet does not have: 0.998 lie
     # within two of it. It must not be wider than that for most pixels, nor by anything else.
     error = float(np.sqrt(np.mean((depth.vergence - truth)[depth.valid] ** 2)))

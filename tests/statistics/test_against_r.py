@@ -72,13 +72,6 @@ def test_for_these_scenes_it_is_the_t_test_of_the_subjects(many_scenes: DepthRat
     assert (found.estimate, found.low, found.high, found.p) == pytest.approx(CROSSED[f"these_{fixation}"], rel=1e-8)
 
 
-def test_the_curvature_is_the_parabolas(many_scenes: DepthRatingResult) -> None:
-    """R finds no variance of subjects or scenes there and pools: its error is another, its estimate the same."""
-    for fixation, number in NUMBER.items():
-        found = many_scenes.fixations[number].curvature
-        assert found.estimate == pytest.approx(CROSSED[f"curvature_{fixation}"][0], rel=1e-8)
-
-
 def test_lost_cells_are_fitted_as_by_lmertest() -> None:
     cells = table("crossed_lost.csv").pivot(index="participant_id", columns="scene", values="value")
     found = crossed_effect(cells)

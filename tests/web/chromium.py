@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from interrupts import interruptible
 from playwright.sync_api import Browser, Error, Page, sync_playwright
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -37,7 +38,8 @@ class Server:
         kept = ["--data", "data"] if self.store is None else ["--store", self.store]
         pictures = ["--stimuli", "set"] if (self.folder / "set").exists() else []
         given = [*program, *kept, *pictures, "--port", str(self.port), *map(str, (*self.options, *options))]
-        self.process = subprocess.Popen(given, cwd=self.folder, stdout=subprocess.PIPE, text=True, bufsize=1)
+        with interruptible():
+            self.process = subprocess.Popen(given, cwd=self.folder, stdout=subprocess.PIPE, text=True, bufsize=1)
         assert self.process.stdout is not None
         for line in self.process.stdout:
             if found := re.search(r"http://127\.0\.0\.1:(\d+)/", line):

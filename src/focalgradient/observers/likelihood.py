@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.hessian import covariance_at, polished
 
 __all__ = [
     "AnswerModel",
@@ -49,9 +50,6 @@ LARGEST_LOG = 30.0
 
 GRADIENT = 1e-3
 """Maximum gradient of the log likelihood by a free parameter at convergence."""
-
-STEP = 1e-3
-"""Step of the numerical second derivatives, in units of the free parameters."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -353,7 +351,8 @@ def fit_observer(
     free = likelihood.searched(observer.start, by_simplex=True)
     values = likelihood.values(free)
     people = log_likelihood_by_person(likelihood.answers, observer, values)
-    errors = _standard_errors(likelihood.cost, free)
+    covariance = covariance_at(likelihood.cost, free)
+    errors = [] if covariance is None else np.sqrt(np.diag(covariance)).tolist()
     scaled = {
         name: error * (values[name] if name in observer.positive else 1.0)
         for name, error in zip(names, errors, strict=False)
@@ -396,18 +395,11 @@ class _Likelihood:
         if by_simplex:
             simplex = np.vstack([free, free + FIRST_STEP * np.eye(len(free))])
             options: Any = {"initial_simplex": simplex, "maxiter": 2000, "xatol": 1e-3, "fatol": 1e-3}
-            free = np.asarray(optimize.minimize(self.cost, free, method="Nelder-Mead", options=options).x)
-        return np.asarray(optimize.minimize(self.cost, free, method="BFGS", options={"gtol": GRADIENT}).x)
 
+            def height(at: FloatArray) -> float:
+                return round(self.cost(at), 9)  # steps of equal height stay equal
 
-def _standard_errors(cost: Callable[[FloatArray], float], at: FloatArray) -> list[float]:
-    n, steps = len(at), STEP * np.eye(len(at))
-    second = np.empty((n, n))
-    for i in range(n):
-        for j in range(i + 1):
-            corners = ((1, 1), (1, -1), (-1, 1), (-1, -1))
-            found = sum(a * b * cost(at + a * steps[i] + b * steps[j]) for a, b in corners) / (4 * STEP**2)
-            second[i, j] = second[j, i] = found
-    if n == 0 or not np.isfinite(second).all() or np.linalg.eigvalsh(second)[0] <= 0:
-        return []
-    return [*np.sqrt(np.diag(np.linalg.inv(second))).tolist()]
+            free = np.asarray(optimize.minimize(height, free, method="Nelder-Mead", options=options).x)
+        free = np.asarray(optimize.minimize(self.cost, free, method="BFGS", options={"gtol": GRADIENT}).x)
+        end = polished(self.cost, free) if getattr(self.observer, "smooth", True) else None
+        return free if end is None else end

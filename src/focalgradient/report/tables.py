@@ -285,7 +285,6 @@ def _slopes(result: DepthRatingResult) -> Sheet:
     tests: list[tuple[str, str, Effect | NotComputed]] = []
     for each in result.fixations:
         tests.append((each.fixation, "slope (log ratio / mm)", each.slope))
-        tests.append((each.fixation, "lack of fit (log ratio at half the largest aperture)", each.curvature))
     rows = [
         [fixation, what, *cells.effect(test), *cells.robust(test), *cells.size(test)] for fixation, what, test in tests
     ]
@@ -293,9 +292,7 @@ def _slopes(result: DepthRatingResult) -> Sheet:
         {"fixation": fixation, "what": what} | as_table([test]).iloc[0].to_dict() for fixation, what, test in tests
     ]
     header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", *ROBUST]
-    caption = (
-        "Trend: straight line through the apertures, and how far a parabola leaves it; Holm’s correction is over each"
-    )
+    caption = "Trend: straight line through the apertures; Holm’s correction is over the slopes"
     return sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
 
 

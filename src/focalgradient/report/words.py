@@ -73,7 +73,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
 
 
 def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
-    """Describe a depth effect: main test, test for these scenes if different, equivalence, and lack of fit."""
+    """Describe a depth effect: main test, test for these scenes if different, and equivalence."""
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
@@ -103,13 +103,6 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
             beside = f"; robust to skewed subjects p{SPACE}{p_is(each.equivalence.p_robust)}"
         sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)}{beside})."
     sentence += _assumption(each, rise)
-    if isinstance(each.curvature, Effect) and each.curvature.significant:
-        above = each.curvature.estimate > 0
-        bend = "flattens" if above == (rise.estimate > 0) else "steepens"
-        where = f"{bend} towards the largest aperture"
-        if not rise.significant:
-            where = f"is {'higher' if above else 'lower'} in the middle than at its ends"
-        sentence += f" The curve is not straight: it {where} ({_test(each.curvature)})."
     return sentence
 
 

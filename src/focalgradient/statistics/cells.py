@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from focalgradient.statistics.records import NotComputed
 
-__all__ = ["Cells", "cells", "curvature_weights", "slope_weights"]
+__all__ = ["Cells", "cells", "slope_weights"]
 
 FloatArray = NDArray[np.float64]
 
@@ -81,22 +81,3 @@ def slope_weights(amounts: FloatArray) -> FloatArray | NotComputed:
         return NotComputed("A slope needs two or more apertures.")
     off = amounts - amounts.mean()
     return off / (off**2).sum()
-
-
-def curvature_weights(amounts: FloatArray) -> FloatArray | NotComputed:
-    """Return the weights of the quadratic departure from a straight line, evaluated at half the largest amount.
-
-    The contrast is the fitted parabola minus its chord; it is positive for saturating curves, and orthogonal to level
-    and slope.
-
-    Examples
-    --------
-    >>> amounts = np.array([0.0, 1.0, 2.0])
-    >>> float((curvature_weights(amounts) @ -(amounts - 1.0)**2).round(6))
-    1.0
-    """
-    if len(amounts) < 3:
-        return NotComputed("A test of lack of fit to a straight line needs three or more apertures.")
-    design = np.column_stack([np.ones(len(amounts)), amounts, amounts**2])
-    square = np.linalg.pinv(design)[2]
-    return np.asarray(-square * (np.ptp(amounts) / 2) ** 2, dtype=float)

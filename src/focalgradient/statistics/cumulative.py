@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.progress import Progress
+from focalgradient.statistics.hessian import polished
 from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
@@ -122,6 +123,7 @@ def cumulative_fit(
     steps = [0]
     free = np.concatenate([_first_thresholds(category), np.zeros(columns), np.eye(q)[lower] * 0.5])
     exact = nodes > 1  # the gradient is exact for quadrature, but not for Laplace's approximation
+    slope = (lambda at: cost(at)[1]) if exact else None
     tolerance = max(1e-4, 3e-6 * len(category))  # the gradient scales with the number of trials
     with np.errstate(all="ignore"):
         if exact:
@@ -132,23 +134,22 @@ def cumulative_fit(
             found = optimize.minimize(
                 height, free, jac="3-point", method="BFGS", callback=watched, options={"gtol": tolerance}
             )
-        free = found.x
-        if np.abs(free).max() > SEPARATED:
+        free = found.x if np.abs(found.x).max() > SEPARATED else polished(height, found.x, gradient=slope)
+        if free is None or np.abs(free).max() > SEPARATED:
             return None
         if exact:
             information = _curvature(lambda at: cost(at)[1], free)
         else:
             information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
         covariance, at_boundary = _covariance(information, last + columns)
-    # the search may end at the limit of precision: accept it if the Newton decrement there is small
-    if covariance is None or (not found.success and float(found.jac @ found.hess_inv @ found.jac) > 1e-3):
+    if covariance is None:
         return None
     thresholds, fixed, cholesky = unpack(free)
     errors = _threshold_errors(free[:last], covariance[:last, :last])
     of_fixed = np.asarray(covariance[last:, last:], dtype=float)
     marginal.evaluate(thresholds, design @ fixed, cholesky)  # restore the modes, which the last derivative step moved
     effects = marginal.mode @ cholesky.T
-    return CumulativeFit(thresholds, errors, fixed, of_fixed, cholesky, -float(found.fun), at_boundary, effects)
+    return CumulativeFit(thresholds, errors, fixed, of_fixed, cholesky, -height(free), at_boundary, effects)
 
 
 def _first_thresholds(category: NDArray[np.int_]) -> FloatArray:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.hessian import hessian
+from focalgradient.statistics.hessian import covariance_at, polished
 from focalgradient.statistics.means import paired_effect, t_interval
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
@@ -295,12 +295,23 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     even = special.ndtri(np.clip(np.cumsum(s + n)[:-1] / (s + n).sum(), 1e-3, 1 - 1e-3))
     start = np.concatenate([[1.0, 0.0], even[:1], np.log(np.maximum(np.diff(even), 0.05))])
     bounds = [(-LARGEST, 2 * LARGEST), (-2.0, 2.0), (-LARGEST, LARGEST), *[(-6.0, 3.0)] * (len(start) - 3)]
-    found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
-    equal = optimize.minimize(cost, found.x, args=(1.0,), method="L-BFGS-B", bounds=bounds)
-    mean, log_sd = found.x[:2]
-    if any(value in bound for value, bound in zip((mean, log_sd), bounds[:2], strict=True)):
+    low, high = np.array(bounds).T
+    found = polished(cost, optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds).x, low=low, high=high)
+    if found is None or any(value in bound for value, bound in zip(found[:2], bounds[:2], strict=True)):
         return NO_MAXIMUM
-    covariance = _inverse(hessian(cost, found.x))
+    inner = np.flatnonzero((found > low) & (found < high))  # criteria at a limit coincide
+
+    def of_inner(free: FloatArray) -> float:
+        whole = found.copy()
+        whole[inner] = free
+        return cost(whole)
+
+    covariance = covariance_at(of_inner, found[inner])
+    search = optimize.minimize(cost, found, args=(1.0,), method="L-BFGS-B", bounds=bounds)
+    equal = polished(lambda free: cost(free, 1.0), search.x, low=low, high=high)
+    if covariance is None or equal is None:
+        return NO_MAXIMUM
+    mean, log_sd = found[:2]
     sd = math.exp(log_sd)
     root = math.sqrt((1 + sd**2) / 2)
     turn = np.array([1 / root, -mean * sd**2 / (2 * root**3)])
@@ -313,9 +324,9 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
         roc_area(signal, noise),
         Interval(d_a, d_a - z * error, d_a + z * error),
         Interval(sd, sd * math.exp(-z * sd_error), sd * math.exp(z * sd_error)),
-        tuple(map(float, found.x[2] + np.concatenate([[0], np.cumsum(np.exp(found.x[3:]))]))),
+        tuple(map(float, found[2] + np.concatenate([[0], np.cumsum(np.exp(found[3:]))]))),
         float(special.ndtr(mean / math.sqrt(1 + sd**2))),
-        float(stats.chi2.sf(max(0.0, 2 * (equal.fun - found.fun)), 1)),
+        float(stats.chi2.sf(max(0.0, 2 * (cost(equal, 1.0) - cost(found))), 1)),
     )
 
 
@@ -349,8 +360,3 @@ def type2_area(signal: ArrayLike, noise: ArrayLike) -> float:
     right, wrong = s[k:] + n[:k][::-1], n[k:] + s[:k][::-1]  # by confidence, in ascending order
     below = np.concatenate([[0], np.cumsum(wrong)[:-1]])
     return float((right * (below + wrong / 2)).sum() / right.sum() / wrong.sum())
-
-
-def _inverse(matrix: FloatArray) -> FloatArray:
-    """Invert an information matrix, without the criteria that are at their limit."""
-    return np.asarray(np.linalg.pinv(matrix, rcond=1e-8, hermitian=True))

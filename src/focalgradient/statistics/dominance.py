@@ -18,7 +18,7 @@ from scipy import optimize, special
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.durations import FEWEST, MIN_LOG_SD
-from focalgradient.statistics.hessian import covariance_at
+from focalgradient.statistics.hessian import MIN_CURVATURE, covariance_at, hessian, polished
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["DominanceModel", "PerceptDurations", "fit_dominance", "log_likelihood_of_people"]
@@ -31,6 +31,12 @@ NODES_PER_EFFECT = 5
 
 ADAPTATIONS = 6
 """Number of times the nodes are moved to each person's posterior mean and covariance."""
+
+MAX_POLISHES = 20
+"""Maximum number of times that nodes and parameters are moved in turn until both stand still; 3 to 5 suffice."""
+
+CONVERGED = 1e-8
+"""Change of the parameters below which they stand still."""
 
 MAX_PARAMETER = 4.0
 """Maximum absolute value of a free parameter, beyond the plausible range, which keeps the search finite."""
@@ -276,21 +282,30 @@ def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel 
             likelihood.of_people(_model(np.clip(free, -MAX_PARAMETER, MAX_PARAMETER), chosen)).sum()
         )
 
-    for _ in range(3):  # the nodes are fixed during each search, so that the cost is smooth
+    def adapt() -> None:
         likelihood.adapt(_model(np.clip(free, -MAX_PARAMETER, MAX_PARAMETER), chosen))
-        found = optimize.minimize(cost, free, method="BFGS", options={"gtol": 0.02})
-        free = np.asarray(found.x)
-    end = dict(zip(chosen, free.tolist(), strict=True))
-    kept = {name: value for name, value in end.items() if not (name in BETWEEN and value < MIN_LOG_SD)}
-    if len(kept) < len(end):
-        return _fitted(likelihood, kept)
-    if not np.isfinite(found.fun) or (np.abs(free) > MAX_PARAMETER).any():
+
+    for _ in range(3):  # the nodes are fixed during each search, so that the cost is smooth
+        adapt()
+        free = np.asarray(optimize.minimize(cost, free, method="BFGS", options={"gtol": 0.02}).x)
+    for _ in range(MAX_POLISHES):
+        adapt()
+        end = polished(cost, free)
+        if end is None or (np.abs(end) > MAX_PARAMETER).any():
+            break
+        moved, free = float(np.abs(end - free).max()), end
+        if moved < CONVERGED:
+            break
+    flat = np.diag(hessian(cost, free)) < MIN_CURVATURE
+    vanished = [name in BETWEEN and (flat[i] or free[i] < MIN_LOG_SD) for i, name in enumerate(chosen)]
+    if any(vanished):
+        return _fitted(likelihood, {name: free[i] for i, name in enumerate(chosen) if not vanished[i]})
+    covariance = None if end is None else covariance_at(cost, free)
+    if covariance is None or (np.abs(free) > MAX_PARAMETER).any():
         return NotComputed(
             "The likelihood of the durations has no maximum: too many are censored, or too few were reported."
         )
-    likelihood.adapt(_model(free, chosen))
-    covariance = covariance_at(cost, free)
-    errors = {} if covariance is None else dict(zip(chosen, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    errors = dict(zip(chosen, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     return replace(
         _model(free, chosen),
         log_likelihood=-cost(free),

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.hessian import covariance_at
+from focalgradient.statistics.hessian import covariance_at, polished
 from focalgradient.statistics.records import NotComputed
 
 __all__ = [
@@ -34,6 +34,9 @@ Family = Literal["gamma", "lognormal"]
 
 FEWEST = 5
 """Minimum number of uncensored durations."""
+
+ALIKE = 1e-6
+"""Gain of log likelihood by differences between people below which they count as alike: the search ends at 1e-7."""
 
 MIN_LOG_SD = -3.5
 """Log standard deviation over people below which it is set to 0: durations then differ by less than 3 %."""
@@ -152,22 +155,22 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
             method="Nelder-Mead",
             options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
         )
-    if not (found.success and math.isfinite(found.fun)):
+        at = polished(lambda free: cost(free, complete, logs, cut), found.x)
+        covariance = None if at is None else covariance_at(lambda free: cost(free, complete, logs, cut), at)
+    if at is None or covariance is None:
         return NotComputed(
             f"The likelihood of the {family} distribution has no maximum: too many durations are censored."
         )
-    shape, scale = (float(number) for number in np.exp(found.x))
+    shape, scale = (float(number) for number in np.exp(at))
     if family == "gamma":
         mean, cv, of_mean = shape * scale, shape**-0.5, np.array([1.0, 1.0])
     else:
         mean, cv = scale * math.exp(shape**2 / 2), math.sqrt(math.expm1(shape**2))
         of_mean = np.array([shape**2, 1.0])  # derivatives of the log mean by the logarithms of shape and scale
-    covariance = covariance_at(lambda free: cost(free, complete, logs, cut), found.x)
-    shape_se = mean_se = None
-    if covariance is not None:
-        shape_se = shape * math.sqrt(covariance[0, 0])
-        mean_se = mean * math.sqrt(float(of_mean @ covariance @ of_mean))
-    return DurationFit(family, shape, scale, mean, cv, -float(found.fun), shape_se, mean_se)
+    shape_se = shape * math.sqrt(covariance[0, 0])
+    mean_se = mean * math.sqrt(float(of_mean @ covariance @ of_mean))
+    log_likelihood = -cost(at, complete, logs, cut)
+    return DurationFit(family, shape, scale, mean, cv, log_likelihood, shape_se, mean_se)
 
 
 def fit_durations_of_people(
@@ -216,23 +219,24 @@ def fit_durations_of_people(
     cost = _PeopleCost(durations, censored, who, len(names))
     start = np.log([together.shape, together.mean, 0.5])
     found = optimize.minimize(cost, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-7})
-    if found.x[2] < MIN_LOG_SD:
+    if found.x[2] < MIN_LOG_SD or -float(found.fun) < together.log_likelihood + ALIKE:
         log_se = None if together.mean_se is None else together.mean_se / together.mean
         alike = together.mean, log_se, together.shape, together.shape_se
         return DurationsOfPeople(*alike, 0.0, None, together.log_likelihood, people)
-    if not (found.success and math.isfinite(found.fun)):
+    at = polished(cost, found.x)
+    covariance = None if at is None else covariance_at(cost, at)
+    if at is None or covariance is None:
         return NotComputed("The likelihood of the distributions has no maximum: too many durations are censored.")
-    shape, mean, log_sd = (float(number) for number in np.exp(found.x))
-    covariance = covariance_at(cost, found.x)
-    of_shape, of_mean, of_sd = [None] * 3 if covariance is None else np.sqrt(np.diag(covariance)).tolist()
+    shape, mean, log_sd = (float(number) for number in np.exp(at))
+    of_shape, of_mean, of_sd = np.sqrt(np.diag(covariance)).tolist()
     return DurationsOfPeople(
         mean,
         of_mean,
         shape,
-        None if of_shape is None else shape * of_shape,
+        shape * of_shape,
         log_sd,
-        None if of_sd is None else log_sd * of_sd,
-        -float(found.fun),
+        log_sd * of_sd,
+        -cost(at),
         people,
     )
 

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
+from focalgradient.statistics.hessian import polished
+
 __all__ = ["own_rises"]
 
 FloatArray = NDArray[np.float64]
@@ -104,5 +106,9 @@ def _thresholds(category: NDArray[np.int_], level: FloatArray, cuts: FloatArray)
         return -float(np.log(np.maximum(p, 1e-12)).sum())
 
     start = np.concatenate([cuts[:1], np.log(np.maximum(np.diff(cuts), 1e-3))])
-    free = optimize.minimize(cost, start, method="L-BFGS-B", bounds=[(-20.0, 20.0), *[(-7.0, 3.0)] * (len(cuts) - 1)]).x
+    bounds = [(-20.0, 20.0), *[(-7.0, 3.0)] * (len(cuts) - 1)]
+    free = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds).x
+    low, high = np.transpose(bounds)
+    end = polished(cost, free, low=low, high=high)
+    free = free if end is None else end
     return np.asarray(free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]), dtype=float)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
 
+from focalgradient.statistics.hessian import polished
 from focalgradient.statistics.psychometric_shapes import Shape
 
 __all__ = ["Counts", "Layout", "ModelFit", "fit_model"]
@@ -218,6 +219,8 @@ def fit_model(
             if found.fun < best:
                 free, best = at, float(found.fun)
     model.anchor_at(free)
+    end = polished(cost, free, low=low, high=high) if len(free) else None
+    free = free if end is None else end
     best = cost(free)
     if not math.isfinite(best) or best >= IMPOSSIBLE:
         return None
@@ -243,9 +246,8 @@ IMPOSSIBLE = 1e10
 """Cost if the joint mode does not exist."""
 
 STARTS = (0.3, 1.0)
-"""Start values of the standard deviations: the joint density can have two modes of similar height (for functions that
-rise between two levels), each with its own maximum of the integral.
-"""
+"""Start values of the standard deviations: the joint density can have two modes (for functions that rise between two
+levels), each with its own maximum of the integral."""
 
 MARGINAL_REACH = 2.0
 """Maximum distance of the fixed effects from the joint mode, in standard errors."""
@@ -446,6 +448,7 @@ class _Model:
             else:
                 return False
             if gain < NEWTON_END:
+                self.b, self.v = self.b + step_b, self.v + step_v
                 return True
             scale = min(1.0, 2.0 / max(1e-12, float(np.abs(step_b).max()), float(np.abs(step_v).max(initial=0.0))))
             for _ in range(30):
@@ -462,8 +465,7 @@ class _Model:
     def move_to_marginal_mode(self, sd: FloatArray, free: FloatArray) -> None:
         """Move fixed effects to the maximum of the integral over deviations, and deviations to their mode there.
 
-        The integral is Laplace's, around the mode of the deviations for given fixed effects, with observed second
-        derivatives. The search is limited to `MARGINAL_REACH` standard errors around the joint mode.
+        The integral is Laplace's, with observed second derivatives; the search is limited to `MARGINAL_REACH`.
         """
         assert self._curvature is not None
         joint = self.b, self.v
@@ -478,7 +480,8 @@ class _Model:
 
         reach = [(-MARGINAL_REACH, MARGINAL_REACH)] * len(unit)
         found = optimize.minimize(lost, 0 * unit, method="L-BFGS-B", bounds=reach, options={"eps": 1e-3, "ftol": 1e-8})
-        lost(found.x)
+        end = polished(lost, found.x, low=-MARGINAL_REACH, high=MARGINAL_REACH)
+        lost(end if end is not None else found.x)
 
     def covariances(self) -> tuple[FloatArray, FloatArray]:
         """Return the covariance of the fixed effects, and the joint covariance with each person's v."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
-from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
+from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
 from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence, robust_decides
 from focalgradient.statistics.means import family, t_interval, within_half_widths
@@ -116,8 +116,6 @@ class FixationResult:
         The same effect over subjects only, for these scenes.
     slope
         Linear trend of the log rating per millimetre of aperture, by least squares within subject and scene.
-    curvature
-        Lack of fit of the linear trend: departure of a parabola from the line at half the largest aperture.
     equivalence
         Equivalence test of the depth effect, with the bound stated in advance.
     components
@@ -125,14 +123,13 @@ class FixationResult:
 
     Notes
     -----
-    Holm's correction treats the slopes as one family and the tests of lack of fit as another.
+    Holm's correction treats the slopes as one family.
     """
 
     fixation: str
     rise: Effect | NotComputed
     rise_these_scenes: Effect | NotComputed
     slope: Effect | NotComputed
-    curvature: Effect | NotComputed
     equivalence: Equivalence | NotComputed
     components: Components | NotComputed
 
@@ -176,8 +173,8 @@ class DepthRatingResult:
     Notes
     -----
     Holm's correction is applied separately to these families: the depth effects with their difference (subjects and
-    scenes random; and again for these scenes), the comparisons of the other apertures with the pinhole, the slopes, and
-    the tests of lack of fit. At the largest aperture the comparison with the pinhole is the depth effect, in its
+    scenes random; and again for these scenes), the comparisons of the other apertures with the pinhole, and the slopes.
+    At the largest aperture the comparison with the pinhole is the depth effect, in its
     family. Each equivalence test addresses a separate question and is not corrected.
     """
 
@@ -292,7 +289,7 @@ def depth_rating(
     here = family([*(each.rise_these_scenes for each in found), *(test for _, test in against)])
     differences = dict(zip(pairs, zip(rises[len(found) :], here[len(found) :], strict=True), strict=True))
     interaction = differences.get(FIXATIONS, (MORE, MORE)) if len(pairs) == 1 else (MORE, MORE)
-    slopes, curves = family(each.slope for each in found), family(each.curvature for each in found)
+    slopes = family(each.slope for each in found)
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
@@ -305,8 +302,8 @@ def depth_rating(
         if analysis.ratios
         else (),
         fixations=tuple(
-            replace(each, rise=rise, rise_these_scenes=fixed, slope=slope, curvature=curve)
-            for each, rise, fixed, slope, curve in zip(found, rises, here, slopes, curves, strict=False)
+            replace(each, rise=rise, rise_these_scenes=fixed, slope=slope)
+            for each, rise, fixed, slope in zip(found, rises, here, slopes, strict=False)
         ),
         interaction=interaction[0],
         interaction_these_scenes=interaction[1],
@@ -327,7 +324,7 @@ def _fixation(
     fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str], decides: bool
 ) -> FixationResult:
     if not analysis.ratios:
-        return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
+        return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
     if not own.scenes:
         remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
     missing = _no_ratio(own, fixation)
@@ -345,11 +342,11 @@ def _fixation(
             remarks.append(
                 f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
             )
-    trends = [
+    weights = slope_weights(own.amounts)
+    slope = (
         weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights), robust_decides=decides)
-        for weights in (slope_weights(own.amounts), curvature_weights(own.amounts))
-    ]
-    return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts)
+    )
+    return FixationResult(fixation, rise, fixed, slope, equal, parts)
 
 
 def _no_ratio(own: Cells, fixation: str) -> NotComputed:

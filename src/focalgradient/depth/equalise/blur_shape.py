@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from focalgradient.depth.equalise.likelihood import Nodes, equalise
-from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
+from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.model_error import DOUBTFUL
 from focalgradient.depth.registration import RegisteredViews
@@ -74,7 +74,7 @@ def fit_models(
         beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
         nodes = equalised.refine(nodes, beside, weight)
         images = equalised.evaluate_images(nodes)[1]
-        split = split_band_test(equalised, nodes, images, weight, search, 1.0, nodes.is_textured)
+        split = DetailHalves.of(equalised, nodes, images, weight, search, 1.0, nodes.is_textured).test()
         read.append(nodes)
         taus.append(split.tau)
     return [Fit(misfit, tau) for misfit, tau in zip(_misfits(read), taus, strict=True)]

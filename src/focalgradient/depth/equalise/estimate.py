@@ -11,8 +11,8 @@ from focalgradient.depth.equalise.alternatives import ModelChecks, check_model, 
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
-from focalgradient.depth.equalise.outlines import clear_of_jumps, find_outlines
-from focalgradient.depth.equalise.robust import Likelihood, model_error, refine, reject_outliers
+from focalgradient.depth.equalise.outlines import find_outlines
+from focalgradient.depth.equalise.robust import Likelihood, detail_halves, refine, reject_outliers
 from focalgradient.depth.equalise.signal import Signal
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
 from focalgradient.depth.estimate import Estimate, Problem
@@ -51,15 +51,16 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
         inliers, local = reject_outliers(whitened, part, likelihood)
         refined = refine(whitened, part, inliers, local)
-        is_clear = clear_of_jumps(whitened, refined, part, blurs.radius, one_waveband)
-        split = model_error(whitened, part, refined, is_clear)
-        outlines = None
+        halves = detail_halves(whitened, part, refined)
+        split, outlines = halves.test(), None
         if settings.outlines and one_waveband:
             outlines = find_outlines(whitened, refined, part, blurs.radius, split.tau)
+            if outlines is not None:  # whose windows hold two depths: no error of the model
+                split = halves.test(outlines.is_clear(whitened, refined.nodes, blurs.radius))
         frame.fill(tile, refined, split, outlines)
         grid = whitened.without_images()
         # Before the next tile's are made, for memory.
-        del part, whitened, energy, likelihood, inliers, local, refined, outlines
+        del part, whitened, energy, likelihood, inliers, local, refined, halves, outlines
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found

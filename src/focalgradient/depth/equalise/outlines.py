@@ -41,7 +41,7 @@ from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_sum
 from focalgradient.depth.validity import blur_is_known
 
-__all__ = ["Outlines", "clear_of_jumps", "curvature_variance", "find_outlines"]
+__all__ = ["Outlines", "curvature_variance", "find_outlines"]
 
 FINER, LEAST_WINDOW = 0.625, 2.0
 """Size of the windows near boundaries relative to that of the settings, and its minimum in pixels. Near boundaries of
@@ -100,6 +100,10 @@ MIN_CONTRADICTION = 3
 """Minimum width in grid points of a region of contradicting views in which a boundary is searched: blank paper and
 steep planes have contradictions one or two points wide."""
 
+IMPROBABLE = 0.00135
+"""Probability that a pixel lies on the other side of a boundary, below which that adds nothing to its standard
+deviation: beyond three standard deviations of the boundary's place."""
+
 CARRIED_WINDOWS = 2.0
 """Distance from a boundary, in windows, over which these carry depth of either side across it: 95 % of their weight."""
 
@@ -134,26 +138,16 @@ class Outlines:
         for name in ("level", "sd", "side_sd"):
             getattr(self, name)[tile.core][at] = getattr(part, name)[tile.within][at]
 
+    def is_clear(self, equalised: Equalised, nodes: Nodes, radii: FloatArray) -> NDArray[np.bool_]:
+        """Return the nodes (h x w) whose widest window holds one side only, with the blur of `radii` (L x views)."""
+        step, widest = equalised.step, SMOOTH.windows[-1] * equalised.window
+        distance = _at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
+        blur = np.interp(nodes.level, np.arange(equalised.levels), np.max(radii, axis=0))
+        return np.asarray(distance > CARRIED_WINDOWS * widest + blur)
+
     def before(self, other: Outlines) -> Outlines:
         """Return these outlines, and the `other` ones where these replace nothing."""
         return Outlines(*(np.where(self.is_replaced, getattr(self, n), getattr(other, n)) for n in self.__slots__))
-
-
-def clear_of_jumps(
-    equalised: Equalised, refined: Refined, part: Part, radii: FloatArray, one_waveband: bool
-) -> NDArray[np.bool_]:
-    """Return nodes (h x w) whose widest window and blur do not reach to where depth may jump.
-
-    Arguments are those of `find_outlines`. In different wavebands only depth shows jumps, as texture of their own
-    contradicts, too.
-    """
-    nodes, is_consistent = refined.nodes, refined.inliers.is_consistent
-    given = Conditions(radii, part.search.levels_per_pixel, refined.inliers.likelihood.scale)
-    may_jump = _may_jump(equalised, nodes, is_consistent if one_waveband else np.ones_like(is_consistent), given)
-    if not may_jump.any():
-        return ~may_jump
-    reach = CARRIED_WINDOWS * SMOOTH.windows[-1] * equalised.window + given.blur(nodes.level)
-    return np.asarray(equalised.step * ndimage.distance_transform_edt(~may_jump) > reach)
 
 
 def find_outlines(
@@ -365,7 +359,7 @@ def _sides(is_beside: NDArray[np.bool_], is_near: NDArray[np.bool_]) -> NDArray[
 def _side_sd(distance: FloatArray, place_sd: FloatArray | float, rise: FloatArray) -> Image:
     """Return the sd of depth, in levels, due to the position of the outline, known to `place_sd`."""
     wrong = special.ndtr(-distance / place_sd)
-    return np.asarray(np.sqrt(wrong * (1 - wrong)) * rise, np.float32)
+    return np.asarray(np.where(wrong > IMPROBABLE, np.sqrt(wrong * (1 - wrong)) * rise, 0), np.float32)
 
 
 def curvature_variance(

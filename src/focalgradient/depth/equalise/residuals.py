@@ -18,6 +18,11 @@ __all__ = ["BAND", "Residuals", "mixed_residuals"]
 BAND = 4_000_000
 """Number of values computed at a time: 16 MB; limits memory."""
 
+MAX_UNRESOLVED = 1e-6
+"""Maximum energy, in units of the noise variance, that all combinations found from a fourth of the frequencies but the
+last may leave over: 1e-11 to 5e-8 where they are enough, 7e-5 to 8e-3 where they are not.
+"""
+
 MAX_IMAGES = 128
 """Maximum number of filtered images in memory: 1 GB at 1920 x 1080 pixels."""
 
@@ -69,8 +74,7 @@ class Residuals:
         # Combinations of images are real: the two parts of a complex filter go by one coefficient.
         rows = rows.view(rows.real.dtype).reshape(levels, -1)
         bend = np.pad(np.square(np.diff(rows, 2, axis=0)).sum(axis=1, dtype=float), 1, mode="edge")
-        left, energy = _directions(rows, frequencies, 2 if filters.dtype.kind == "c" else 1)
-        left_over = np.cumsum((left**2 * energy)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
+        left, left_over = _directions(rows, frequencies, 2 if filters.dtype.kind == "c" else 1)
         rank = min(MAX_IMAGES, levels, max(1, int(np.searchsorted(-left_over, -tolerance))))
         # A product of images costs about a fiftieth of filtering one.
         if levels <= MAX_IMAGES and rank + rank**2 / 100 > levels:
@@ -170,17 +174,26 @@ def mixed_residuals(parts: Sequence[Residuals], shares: NDArray[np.floating]) ->
 
 
 def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tuple[FloatArray, FloatArray]:
-    """Return orthonormal combinations of levels (L x L) in order of falling energy in `rows`, and their energies (L).
+    """Return orthonormal combinations of levels (L x L) in order of falling energy in `rows`, and the energy left over.
 
-    `rows` hold `parts` numbers for each frequency: 2 where they are the real and the imaginary part.
+    `rows` hold `parts` numbers for each frequency: 2 where they are the real and the imaginary part. The energy left
+    over (L) is the largest of a level without the combinations from each one on.
     """
+
+    def of(some: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
+        energy, left = np.linalg.eigh(np.matmul(some, some.T))
+        left = left[:, ::-1]
+        radial = frequencies.down is None
+        energy = (np.matmul(left.T, rows) ** 2).sum(axis=1) if radial else 4 * energy[::-1].clip(0)
+        return left, np.cumsum((left**2 * energy)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
+
     # Every fourth frequency is enough, with both its parts: blur of the two sides of focus may differ in one only.
-    some = rows.reshape(len(rows), -1, parts)[:, ::4].reshape(len(rows), -1).astype(float)
-    energy, left = np.linalg.eigh(np.matmul(some, some.T))
-    left = left[:, ::-1]
-    if frequencies.down is None:  # a small image has no frequency at some of the radial samples
-        return left, (np.matmul(left.T, rows) ** 2).sum(axis=1)
-    return left, 4 * energy[::-1].clip(0)
+    found = of(rows.reshape(len(rows), -1, parts)[:, ::4].reshape(len(rows), -1).astype(float))
+    if frequencies.down is None and found[1][-1] > MAX_UNRESOLVED:
+        # A small image has no frequency at some of the radial samples: combinations beyond the rank of a fourth of them
+        # are arbitrary, and differ between processors.
+        return of(rows.astype(float))
+    return found
 
 
 def _combined(coefficients: FloatArray, parts: NDArray[Any]) -> NDArray[Any]:

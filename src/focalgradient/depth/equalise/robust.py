@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes
-from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
+from focalgradient.depth.equalise.split_band import DetailHalves
 from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import Image
@@ -24,7 +24,7 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR
 
-__all__ = ["Inliers", "Likelihood", "Part", "Refined", "model_error", "refine", "refine_without", "reject_outliers"]
+__all__ = ["Inliers", "Likelihood", "Part", "Refined", "detail_halves", "refine", "refine_without", "reject_outliers"]
 
 CHECK_SIDE = 5
 """Side in pixels of the squares in which agreement of the views is tested: much smaller than windows. Chosen by hand.
@@ -161,19 +161,17 @@ def refine(
     return Refined(nodes, inliers, own_texture(equalised, local, weight, scale, part.compressed), images)
 
 
-def model_error(equalised: Equalised, part: Part, refined: Refined, is_clear: NDArray[np.bool_]) -> SplitBand:
-    """Return the error of the blur model, by the split-band test of a part of the frame.
+def detail_halves(equalised: Equalised, part: Part, refined: Refined) -> DetailHalves:
+    """Return depth from either half of the detail, for the split-band test of a part of the frame.
 
-    `is_clear` (h x w): nodes whose window no occlusion boundary reaches.
-
-    The test's filters would carry what is saturated, contradicts, or comes from beyond the frame, over the rest. Where
-    all are left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
+    The test's filters would carry what is saturated, contradicts, or comes from beyond the frame. Where all are left
+    out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
     """
     inliers, nodes = refined.inliers, refined.nodes
     weight = inliers.is_inlier.astype(np.float32)
     images = [(weight * value, weight * derivative) for value, derivative in refined.images]
     scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
-    return split_band_test(equalised, nodes, images, weight, part.search, scale, is_informative, is_clear)
+    return DetailHalves.of(equalised, nodes, images, weight, part.search, scale, is_informative)
 
 
 def refine_without(

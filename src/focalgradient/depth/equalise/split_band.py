@@ -23,7 +23,7 @@ from focalgradient.depth.filters import RADII, FloatArray, Image
 from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
 from focalgradient.depth.search import Search
 
-__all__ = ["UNLIKE", "SplitBand", "split_band_test"]
+__all__ = ["UNLIKE", "DetailHalves", "SplitBand"]
 
 CUTS = (0.25, 0.35)
 """Frequencies at which the band is split, in cycles per blur radius; a single one misses some errors. Chosen on 70
@@ -39,10 +39,6 @@ PARTING = 3.0
 UNLIKE = 0.03
 """Difference of depth between directions, relative to the blur radius, above which a warning is issued: up to 0.005 for
 correct models of walls, slants, steps and spheres, 0.04 to 0.05 for 2 pixels of motion in one view."""
-
-MIN_CLEAR = 0.1
-"""Minimum proportion of the nodes with trusted depth that must be clear of boundaries for the test to rest on these
-alone: fewer may not represent the frame, as where a wrong model contradicts the views all over (our choice)."""
 
 LEAST_RADIUS = 0.8
 """Blur radius in pixels below which the split frequencies stay fixed, as higher ones contain aliased detail only."""
@@ -92,77 +88,94 @@ class SplitBand:
         }
 
 
-def split_band_test(
-    equalised: Equalised,
-    nodes: Nodes,
-    at_pixels: Sequence[tuple[Image, Image]],
-    weight: Image,
-    search: Search,
-    noise: float,
-    is_trusted: NDArray[np.bool_],
-    is_clear: NDArray[np.bool_] | None = None,
-) -> SplitBand:
-    """Compare depth from coarse detail with depth from fine detail at the nodes of `is_trusted`.
+@dataclass(frozen=True, slots=True, eq=False)
+class DetailHalves:
+    """Depth at nodes from either half of the detail, for each way to split it, h x w each."""
 
-    Parameters
-    ----------
-    equalised
-        The views, compared at every level.
-    nodes
-        Depth as read.
-    at_pixels
-        For each comparison, the residual image at the level read around each pixel, and its derivative by level.
-    weight
-        H x W, 0 or 1: the pixels that are used.
-    search
-        The candidate levels.
-    noise
-        Noise variance in units of the one assumed.
-    is_trusted
-        h x w: nodes whose depth is to be claimed.
-    is_clear
-        h x w: nodes whose window no occlusion boundary reaches (None: not known). The test rests on these if they are
-        `MIN_CLEAR` of the trusted ones: a window that carries one surface over another does so differently in coarse
-        and fine detail.
-    """
-    place = np.arange(equalised.levels)
-    blurs = np.interp(nodes.level, place, search.radius(search.vergences))
-    use = is_trusted & (nodes.support > 0.5)
-    if is_clear is not None and (use & is_clear).sum() >= max(LEAST_NODES, MIN_CLEAR * use.sum()):
-        use &= is_clear
-    if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
-        use = nodes.is_textured & (nodes.support > 0.1)
-    if use.sum() < LEAST_NODES:
-        return SplitBand(0.0, (), (), (), (), int(use.sum()))
-    radius = max(LEAST_RADIUS, float(np.median(blurs[use])))
-    share = np.maximum(LEAST_BLUR, blurs[use]) * search.levels_per_pixel  # an error of the whole blur, in levels
-    widening = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
-    spectra = _spectra(at_pixels)
-    rows, columns, _ = _surround(weight.shape)
-    down, right = fft.fftfreq(rows)[:, None], fft.fftfreq(columns)
-    squared = (down**2 + right**2).astype(np.float32)
-    splits = []
-    for cut in CUTS:
-        coarse = _low_pass(RADII**2, cut / radius)
-        splits.append((_low_pass(squared, cut / radius), (coarse, 1 - coarse)))
-    even, odd = ((down**2 - right**2).astype(np.float32), (2 * down * right).astype(np.float32))
-    even, odd = (image / np.maximum(squared, np.finfo(np.float32).tiny) for image in (-even, odd))
-    for one in SPLIT_DIRECTIONS:  # cos 2(angle - one), of the angle's own
-        cosine = np.float32(np.cos(2 * one)) * even + np.float32(np.sin(2 * one)) * odd
-        splits.append((_along(cosine), (np.full(RADII.shape, ALONG_RMS),) * 2))
-    taus, differences = [], []
-    for gain, passed in splits:
-        low, low_variance, high, high_variance = _halves(
-            equalised, nodes, spectra, at_pixels, weight, gain, passed, noise
-        )
-        difference, variance = (low - high)[use], (widening * (low_variance + high_variance))[use]
-        tau, mean = random_effects(difference, variance, share)
-        taus.append(tau)
-        differences.append(mean)
-    cuts, count = tuple(cut / radius for cut in CUTS), len(CUTS)
-    return SplitBand(
-        max(taus), cuts, tuple(taus[:count]), tuple(differences[:count]), tuple(taus[count:]), int(use.sum())
-    )
+    radius: float  # px: blur radius that sets the cuts
+    share: FloatArray  # levels: error of depth if the blur erred by its own radius
+    is_used: NDArray[np.bool_]  # nodes that are compared
+    differences: list[FloatArray]  # levels: depth from the first half less that from the second
+    variances: list[FloatArray]  # levels squared: variance of the difference due to noise
+
+    @classmethod
+    def of(
+        cls,
+        equalised: Equalised,
+        nodes: Nodes,
+        at_pixels: Sequence[tuple[Image, Image]],
+        weight: Image,
+        search: Search,
+        noise: float,
+        is_trusted: NDArray[np.bool_],
+    ) -> DetailHalves:
+        """Estimate depth from coarse and fine detail, and from detail along and across, at the nodes of `is_trusted`.
+
+        Parameters
+        ----------
+        equalised
+            The views, compared at every level.
+        nodes
+            Depth as read.
+        at_pixels
+            For each comparison, the residual image at the level read around each pixel, and its derivative by level.
+        weight
+            H x W, 0 or 1: the pixels that are used.
+        search
+            The candidate levels.
+        noise
+            Noise variance in units of the one assumed.
+        is_trusted
+            h x w: nodes whose depth is to be claimed.
+        """
+        place = np.arange(equalised.levels)
+        blurs = np.interp(nodes.level, place, search.radius(search.vergences))
+        use = is_trusted & (nodes.support > 0.5)
+        if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
+            use = nodes.is_textured & (nodes.support > 0.1)
+        share = np.maximum(LEAST_BLUR, blurs) * search.levels_per_pixel
+        if use.sum() < LEAST_NODES:
+            return cls(LEAST_RADIUS, share, use, [], [])
+        radius = max(LEAST_RADIUS, float(np.median(blurs[use])))
+        widening = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
+        spectra = _spectra(at_pixels)
+        rows, columns, _ = _surround(weight.shape)
+        down, right = fft.fftfreq(rows)[:, None], fft.fftfreq(columns)
+        squared = (down**2 + right**2).astype(np.float32)
+        splits = []
+        for cut in CUTS:
+            coarse = _low_pass(RADII**2, cut / radius)
+            splits.append((_low_pass(squared, cut / radius), (coarse, 1 - coarse)))
+        even, odd = ((down**2 - right**2).astype(np.float32), (2 * down * right).astype(np.float32))
+        even, odd = (image / np.maximum(squared, np.finfo(np.float32).tiny) for image in (-even, odd))
+        for angle in SPLIT_DIRECTIONS:  # cosine of twice the angle between a frequency's direction and this one
+            cosine = np.float32(np.cos(2 * angle)) * even + np.float32(np.sin(2 * angle)) * odd
+            splits.append((_along(cosine), (np.full(RADII.shape, ALONG_RMS),) * 2))
+        differences, variances = [], []
+        for gain, passed in splits:
+            first, first_variance, second, second_variance = _halves(
+                equalised, nodes, spectra, at_pixels, weight, gain, passed, noise
+            )
+            differences.append(first - second)
+            variances.append(widening * (first_variance + second_variance))
+        return cls(radius, share, use, differences, variances)
+
+    def test(self, is_clear: NDArray[np.bool_] | None = None) -> SplitBand:
+        """Estimate the error of the blur model, from the nodes of `is_clear` (h x w) if these are enough."""
+        use = self.is_used
+        if is_clear is not None and (use & is_clear).sum() >= LEAST_NODES:
+            use = use & is_clear
+        count = int(use.sum())
+        if not self.differences:
+            return SplitBand(0.0, (), (), (), (), count)
+        found = [
+            random_effects(difference[use], variance[use], self.share[use])
+            for difference, variance in zip(self.differences, self.variances, strict=True)
+        ]
+        taus, means = ([pair[n] for pair in found] for n in (0, 1))
+        split = len(CUTS)
+        cuts = tuple(cut / self.radius for cut in CUTS)
+        return SplitBand(max(taus), cuts, tuple(taus[:split]), tuple(means[:split]), tuple(taus[split:]), count)
 
 
 def _spectra(at_pixels: Sequence[tuple[Image, Image]]) -> list[NDArray[np.complex64]]:
