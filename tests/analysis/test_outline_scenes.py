@@ -66,7 +66,7 @@ def test_a_jump_beside_a_wall_in_focus_is_found() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["three things, apertures", "three things, 3 foci", "lamps, apertures"])
 def test_the_stated_uncertainty_is_not_wider_than_the_errors(name: str) -> None:
-    """Windows that reach over boundaries, and clipped lamps, widened whole frames: z was 0.15, 0.09 and 0.09 (tau by the lamps: 0.024)."""
+    """Windows that reach over boundaries, and clipped lamps, widened whole frames: z was 0.15, 0.09 and 0.09."""
     whole = whole_frame(UNCERTAINTY[name])
     assert 0.45 < whole["z"] < 1.1
     assert whole["within_2_sd"] > 93
