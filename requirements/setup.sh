@@ -46,7 +46,7 @@ debian_packages() {
     [ -n "$missing" ] || return 0
 
     if [ "$purpose" = setup ]; then
-        say "left out, as only tests and path-traced scenes need them: the Debian packages$missing" \
+        say "left out, as only windows of experiments, tests and path-traced scenes need them: the Debian packages$missing" \
             "('sudo apt-get install --no-install-recommends$missing')"
         return 0
     fi
@@ -101,7 +101,7 @@ progress() { # how far pip is: it looks all packages up, downloads them, then in
     files=$(grep -E '^ *(Downloading|Using cached) [^ ]+\.(whl|tar\.gz|zip) ' .venv/pip.out || :)
     total=$((count - $(grep -c '^Ignoring ' .venv/pip.out || :))) # those for other systems
     if grep -q '^Installing collected' .venv/pip.out; then
-        say "installing: $(find .venv/lib -maxdepth 3 -name '*.dist-info' | wc -l) of $total packages, $1 s"
+        say "installing: $(find .venv/lib -maxdepth 3 -name '*.dist-info' ! -name 'pip-*' | wc -l) of $total packages, $1 s"
     elif [ -n "$files" ]; then
         say "downloading: $(echo "$files" | wc -l) of $total packages, now $(echo "$files" | tail -n 1 | sed 's/^ *[A-Z][a-z ]* //'), $1 s"
     else

@@ -87,9 +87,13 @@ def test_formats_and_encodings(tmp_path, name, pixels, stated, encoding, expecte
 
 @pytest.mark.parametrize(
     ("pixels", "expected"),
-    [(RGB8, RGB8 / 255 @ REC709), (RGB16[..., 1] * 1e-3, RGB16[..., 1] * 1e-3), (RGB16, RGB16 / 65535 @ REC709)],
+    [
+        (RGB8, decode(RGB8 / 255) @ REC709),
+        (RGB16[..., 1] * 1e-3, RGB16[..., 1] * 1e-3),
+        (RGB16, RGB16 / 65535 @ REC709),
+    ],
 )
-def test_arrays_are_linear(tmp_path, pixels, expected):
+def test_arrays_are_linear_but_of_8_bits(tmp_path, pixels, expected):
     np.save(tmp_path / "a.npy", pixels)
     np.testing.assert_allclose(read_photograph(tmp_path / "a.npy").luminance, expected, rtol=1e-5)
 

@@ -82,7 +82,7 @@ def read_photograph(
         `focalgradient.photographs.raw`). The orientation tag is applied.
     encoding
         Encoding of the values, ``"linear"`` or ``"srgb"``. None: as stated by the file (`stated_encoding`), otherwise
-        sRGB for 8-bit image files and linear for all others. Camera raw files are always linear.
+        sRGB for 8-bit pixels and linear for all others. Camera raw files are always linear.
     flat
         Flat field: picture of a uniformly lit, blank surface with the same lens, aperture and focus, sharp or not,
         which corrects vignetting. Its smooth fall-off relative to its mean is used, not its noise.
@@ -175,11 +175,33 @@ def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], En
     if is_raw(path):
         return read_raw(path, read_image_bytes(path)), "linear", False
     if path.suffix.lower() == ".npy":
-        return _read_array(path), encoding or "linear", False
+        array = _read_array(path)
+        return array, encoding or ("srgb" if array.dtype == np.uint8 else "linear"), array.dtype == np.uint8
     data = read_image_bytes(path)
     pixels = _decode(path, data)
+    if data.startswith(_TIFF):
+        _name_page(path, data)
     found = encoding or stated_encoding(data, path)
     return pixels, found or ("srgb" if pixels.dtype == np.uint8 else "linear"), found is None
+
+
+def _name_page(path: Path, data: bytes) -> None:
+    """Warn that the first page of a TIFF file with several pages is used; smaller previews do not count."""
+    try:
+        with _quiet(), Image.open(io.BytesIO(data), formats=FORMATS) as image:
+            sizes = []
+            for page in range(getattr(image, "n_frames", 1)):
+                image.seek(page)
+                sizes.append(image.size)
+    except (OSError, ValueError, EOFError, Image.DecompressionBombError):
+        return
+    pages = sum(size[0] * size[1] >= sizes[0][0] * sizes[0][1] for size in sizes)
+    if pages > 1:
+        warnings.warn(
+            f"{printable(path)} has {pages} pages, of which page 1 was read: save the page that you mean as a file.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
 
 
 def _flattened(

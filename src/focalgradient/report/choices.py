@@ -56,9 +56,9 @@ CHOICES = {
     ),
     "holm": (
         "Holm’s correction",
-        "Each family of tests that answers one question has an error rate of at most 5 % in experiments without an "
-        "effect, and more power than with Bonferroni’s correction (Holm, 1979). One rule decides everywhere: the "
-        "corrected p below .05. In full: docs/statistics.md, “Depth ratings”.",
+        "The primary hypothesis is stated in advance and needs no correction. Within a family of secondary comparisons "
+        "the probability of any false positive is at most 5 %, with more power than by Bonferroni’s correction (Holm, "
+        "1979). In full: docs/statistics.md, “Depth ratings”.",
     ),
     "share": (
         "Share of time",

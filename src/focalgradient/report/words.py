@@ -8,7 +8,7 @@ from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
 from focalgradient.report.exclusions import CUBE_CATCH, catch_answers, excluded
-from focalgradient.report.plans import in_focus, plan_of
+from focalgradient.report.plans import ENOUGH_SUBJECTS, in_focus, plan_of
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, probability
 from focalgradient.scales import scale_of
 from focalgradient.statistics import (
@@ -23,7 +23,6 @@ from focalgradient.statistics import (
     Quality,
 )
 from focalgradient.statistics.crossed import random_scenes
-from focalgradient.statistics.skewness import WORST_LEVEL_OF_T
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
@@ -73,7 +72,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
 
 
 def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
-    """Describe a depth effect: main test, test for these scenes if different, and equivalence."""
+    """Describe a depth effect: test, test for these scenes if different, bootstrap-t, and equivalence."""
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
@@ -86,42 +85,50 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
     if random_scenes(rise) and isinstance(fixed, Effect):
         ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
         sentence += f" For these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
-    if isinstance(each.equivalence, Equivalence):
+    sentence += _bootstrapped(each, rise)
+    if isinstance(each.equivalence, Equivalence) and (each.equivalence.equivalent or not rise.significant):
         bound = math.exp(each.equivalence.bound)
         ends = interval(math.exp(each.equivalence.low), math.exp(each.equivalence.high), 2)
         within = f"equivalent to zero within a factor of {decimals(bound)}"
         if not each.equivalence.equivalent:
-            said = f"The change is not shown to be {within}"
+            said = f"Equivalence to zero within a factor of {decimals(bound)} was not established"
         elif rise.significant:
-            said = f"Ratings {what}, and the change is {within}: it is reliable, but smaller than what would matter"
+            said = f"The change is nevertheless {within}: smaller than what would matter"
         else:
             said = f"The change is {within}"
-        beside = ""
-        if rise.robust is not None and rise.robust.decides:
-            beside = f"; by Student’s t alone p{SPACE}{p_is(each.equivalence.p_by_t)}"
-        elif rise.robust is not None:
-            beside = f"; robust to skewed subjects p{SPACE}{p_is(each.equivalence.p_robust)}"
-        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)}{beside})."
-    sentence += _assumption(each, rise)
+        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)})."
+    sentence += _assumption(each)
     return sentence
 
 
-def _assumption(each: FixationResult, rise: Effect) -> str:
+def _bootstrapped(each: FixationResult, rise: Effect) -> str:
+    """Report the sensitivity analysis of the primary effect, and what to make of it where it disagrees."""
+    found, fixed = each.bootstrap, each.rise_these_scenes
+    if isinstance(found, NotComputed):
+        return ""
+    ends = interval(math.exp(found.low), math.exp(found.high), 2)
+    said = f" Sensitivity: bootstrap-t over subjects, for these scenes, 95{SPACE}% CI {ends}, p{SPACE}{p_is(found.p)}"
+    if found.significant == rise.significant:
+        return f"{said}; it agrees."
+    if isinstance(fixed, Effect) and fixed.significant == found.significant:
+        return f"{said}. It disagrees because, as the test for these scenes, it does not generalise to other scenes."
+    return (
+        f"{said}. It disagrees, and the test above decides: the result depends on the assumption that subjects’ "
+        "effects are normally distributed. Look at each subject’s effect (Q-Q plot), and do not rely on the result "
+        "before it is repeated with more subjects."
+    )
+
+
+def _assumption(each: FixationResult) -> str:
     """Return advice if the planned check finds the subjects' effects not normally distributed, else an empty text."""
     parts = each.components
     if not isinstance(parts, Components) or not parts.skewed:
         return ""
-    advice = (
-        "so read the robust interval and test, which decide here."
-        if rise.robust is not None and rise.robust.decides
-        else "but it decides here, as the rules state (deciding_test). With very skewed subjects (skewness 4) its "
-        f"false-positive rate is up to {100 * WORST_LEVEL_OF_T:.1f}{SPACE}% instead of "
-        f"5{SPACE}%; the p robust to skewed subjects is also given."
-    )
     return (
         f" Subjects’ depth effects are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
         f"{decimals(parts.subjects_w, 3)}, p{SPACE}{p_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
-        f"the Q-Q plot): Student’s t assumes that they are, {advice}"
+        "the Q-Q plot): Student’s t assumes that they are, and no test of few subjects makes up for it (where one "
+        f"subject in five shows the effect, about {ENOUGH_SUBJECTS} subjects do)."
     )
 
 
@@ -232,8 +239,7 @@ def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[st
     rows = part.kept[~part.kept["catch"]]
     if rows.empty:
         rows = part.table[~part.table["catch"]]
-    decides = part.quality.rules.deciding_test
-    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound, decides)
+    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound)
     return [plan.outcome, plan.analysis]
 
 
@@ -316,12 +322,9 @@ def _same(designs: list[Mapping[str, Any]]) -> str:
 
 
 def _test(effect: Effect) -> str:
-    """Format the test statistic with its p value and that of the robust test, after Holm's correction if any."""
+    """Format the test statistic with its p value, after Holm's correction in a family."""
     name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
-    said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{p_is(p)}"
-    if effect.robust is None:
-        return said
-    return f"{said}, robust to skewed subjects {name}{SPACE}{p_is(effect.robust.corrected_p)}"
+    return f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{p_is(p)}"
 
 
 def _size(effect: Effect) -> str:
