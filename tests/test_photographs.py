@@ -178,6 +178,18 @@ def test_saturated_pixels_are_counted_and_said(tmp_path):
     assert read_photograph(write(tmp_path / "b.png", RGB8 // 2)).mask is None
 
 
+def test_data_of_12_bits_saturate_below_the_maximum_of_their_type(tmp_path):
+    light = np.random.default_rng(0).normal(3900, 1000, (64, 80))
+    clipped = np.clip(light, 0, 4095).astype(np.uint16)
+    share = float((clipped == 4095).mean())
+    assert share > 0.4
+    for name, shift in (("low", 0), ("high", 4)):
+        with pytest.warns(FocalGradientWarning, match="of the pixels are saturated"):
+            photograph = read_photograph(write(tmp_path / f"{name}.png", clipped << shift))
+        assert photograph.saturated == pytest.approx(share)
+    assert read_photograph(write(tmp_path / "free.png", light.clip(0).astype(np.uint16))).saturated == 0
+
+
 def test_bad_pixels_are_masked_and_filled_from_beside(tmp_path):
     pixels = RGB16 / 65535
     pixels[4, 5, 1], pixels[0, 0] = np.nan, -np.inf

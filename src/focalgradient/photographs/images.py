@@ -36,6 +36,10 @@ __all__ = ["read_photograph", "read_photographs"]
 _MAX_INVALID_FRACTION = 0.5
 """Maximum fraction of pixels that are saturated, NaN, infinite or transparent."""
 
+_PILED_UP, _VALUES_BELOW, _LEAST_SATURATED = 5.0, 16, 2e-4
+"""Ratio of the pixels at the highest value to those at any of this many values below it, and their minimum proportion,
+above which a 16-bit image is saturated there (our choice)."""
+
 _SATURATED_WARNING_FRACTION = 1e-3
 """Fraction of pixels at the type's maximum above which a warning is issued."""
 
@@ -385,8 +389,26 @@ def _valid_pixels(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
             "floating-point numbers: convert it first."
         )
     integer = np.issubdtype(pixels.dtype, np.integer)
-    usable = pixels < np.iinfo(pixels.dtype).max if integer else np.isfinite(pixels)
+    usable = pixels < _ceiling(pixels) if integer else np.isfinite(pixels)
     return np.asarray(usable.all(axis=2) if usable.ndim == 3 else usable, np.bool_)
+
+
+def _ceiling(pixels: NDArray[Any]) -> int:
+    """Return the value from which integer pixels are saturated: their type's maximum, or a lower one in 16 bits.
+
+    Sensors of 10 to 15 bits saturate below it. There far more pixels share the highest value than any of those below.
+
+    >>> ramp = np.minimum(np.arange(8000), 4095).astype(np.uint16)
+    >>> _ceiling(ramp), _ceiling(np.arange(8000).astype(np.uint16))
+    (4095, 65535)
+    """
+    most = int(np.iinfo(pixels.dtype).max)
+    if pixels.dtype != np.uint16 or (top := int(pixels.max())) == most:
+        return most
+    count = np.bincount(pixels.ravel(), minlength=most + 1)
+    below = count[:top][count[:top] > 0][-_VALUES_BELOW:]
+    is_shared = count[top] > _PILED_UP * max(_LEAST_SATURATED * pixels.size, below.max(initial=0))
+    return top if is_shared and count[top] <= _MAX_INVALID_FRACTION * pixels.size else most
 
 
 def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
@@ -401,7 +423,7 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     """Return the fraction of saturated pixels; raise `InputError` if the pixels cannot show blur."""
     bad = 1 - float(mask.mean())
     integer = np.issubdtype(pixels.dtype, np.integer)
-    top = int(np.iinfo(pixels.dtype).max) if integer else 0
+    top = _ceiling(pixels) if integer else 0
     if bad > _MAX_INVALID_FRACTION:
         trouble = (
             f"is saturated: {bad:.0%} of its pixels lie at the maximum, {top}, where at most half may: expose it less."
