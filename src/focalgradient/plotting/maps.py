@@ -205,7 +205,7 @@ def draw_depth(
     labels = f"distance from {depth.plane} (m)", "metres"
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, *labels)
     if depth.beyond is not None and depth.beyond.any():
-        outside = np.ma.masked_equal(depth.beyond, 0)
+        outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
         ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest")
         farther, nearer = (_percent(np.mean(depth.beyond == way)) for way in (-1, 1))
         title += f"\nred: nearer than searched ({nearer}); grey: farther ({farther})"
