@@ -73,7 +73,7 @@ def refuse_other_container(data: bytes, name: str, what: str = "a table") -> Non
         elif b"xl/" not in data and b"[Content_Types].xml" not in data:
             kinds.append("a ZIP archive, to be unpacked")
     if kinds:
-        raise InputError(f"{name} is {kinds[0]}: give {what} instead, saved as a CSV, TSV or XLSX file.")
+        raise InputError(f"{name} is {kinds[0]}: give {what} instead (CSV, TSV, XLSX or JSON).")
 
 
 def records_of(text: str, name: str) -> list[list[str]] | None:

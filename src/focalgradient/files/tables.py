@@ -18,7 +18,16 @@ from focalgradient.files.names import printable
 from focalgradient.files.reading import MOST_COLUMNS, check_width, read_bytes
 from focalgradient.files.workbooks import sheet_rows
 
-__all__ = ["TextTable", "as_number", "is_date", "name_and_unit", "parse_table", "read_cells", "unique_names"]
+__all__ = [
+    "RaggedTableError",
+    "TextTable",
+    "as_number",
+    "is_date",
+    "name_and_unit",
+    "parse_table",
+    "read_cells",
+    "unique_names",
+]
 
 MOST_ROWS = 200_000
 """Maximum number of rows: 200 participants x 1,000 trials take half a minute, 900,000 rows take three."""
@@ -288,6 +297,10 @@ def read_cells(
     return parse_table(data, printable(path), what, header=header, spaces=spaces, columns=columns)
 
 
+class RaggedTableError(InputError):
+    """A row has more cells than the header."""
+
+
 def parse_table(
     data: bytes,
     name: str,
@@ -335,7 +348,7 @@ def parse_table(
     for number, cells in kept:
         if width and any(cell.strip() for cell in cells[width:]):
             commas = " (decimal commas need semicolons or tabs between the columns)" if delimiter == "," else ""
-            raise InputError(f"{name}, row {number}: there are {len(cells)} cells, but must be {width}{commas}.")
+            raise RaggedTableError(f"{name}, row {number}: there are {len(cells)} cells, but must be {width}{commas}.")
     rows = tuple(tuple((cells + [""] * width)[: width or len(cells)]) for _, cells in kept)
     places = tuple(number for number, _ in kept)
     return TextTable(name, tuple(names), rows, places, delimiter, tuple(comments), tuple(notes))

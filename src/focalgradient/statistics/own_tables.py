@@ -12,7 +12,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.tables import as_number, is_date, name_and_unit, read_cells, unique_names
+from focalgradient.files.tables import RaggedTableError, as_number, is_date, name_and_unit, read_cells, unique_names
 from focalgradient.statistics.own_names import clean, united
 from focalgradient.statistics.own_rows import without_headers, without_summaries
 
@@ -218,7 +218,12 @@ def read_table(paths: Paths, where: Where | None = None) -> tuple[str, pd.DataFr
     files = [Path(paths)] if isinstance(paths, str | os.PathLike) else [Path(path) for path in paths]
     tables, notes = [], list[str]()
     for path in files:
-        table = read_cells(path)
+        try:
+            table = read_cells(path, "a table, or the folder of a data set")
+        except RaggedTableError as error:
+            if path.suffix.lower() in TABLES:
+                raise
+            raise InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.") from error
         header, rows, places = list(table.header), list(table.rows), list(table.places)
         if not any(header):
             raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
