@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from blurred import lens, wall
@@ -98,4 +99,6 @@ def test_a_surface_nearer_than_the_search_is_reported() -> None:
     assert depth.valid[:, middle + 40 :].mean() > 0.8
     assert not depth.valid[:, : middle - 40].any()
     assert "nearer than the search: " in depth.summary()
-    depth.plot().figure.canvas.draw()
+    figure = depth.plot().figure
+    figure.canvas.draw()
+    plt.close(figure)
