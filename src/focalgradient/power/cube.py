@@ -361,7 +361,7 @@ def _changes(table: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["percept"].isin(["rigid", "nonrigid"])]
     times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)
     times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
-    odds = log_odds(times["nonrigid"], times["rigid"], half_report(rows["duration"]))
+    odds = pd.Series(log_odds(times["nonrigid"], times["rigid"], half_report(rows["duration"])), times.index)
     conditions = sorted({(str(gradient), float(strength)) for _, gradient, strength in odds.index.tolist()})
     own = {(gradient, strength): odds.xs((gradient, strength), level=(1, 2)) for gradient, strength in conditions}
     return pd.DataFrame(

@@ -7,11 +7,10 @@ the odds of *time*. Proportions of time and of reports, and percept durations, d
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.dominance import DominanceModel, PerceptDurations, fit_dominance
@@ -38,8 +37,6 @@ __all__ = [
 ]
 
 READINGS = ("rigid", "nonrigid")
-
-Times = TypeVar("Times", NDArray[np.float64], "pd.Series[float]")
 
 SHORTEST_BOTH = 0.25
 """Minimum overlap in seconds of both keys to count as a "both" report: about a simple reaction time (Luce 1986), by
@@ -308,7 +305,9 @@ def _own(trials: pd.DataFrame, condition: tuple[str, float], weight: float) -> p
     rows = trials[_of(trials, condition)].groupby("participant_id").sum(numeric_only=True)
     nonrigid, rigid = rows["nonrigid_time"], rows["rigid_time"]
     whole = (nonrigid + rigid).where(nonrigid + rigid > 0)  # NaN without either report
-    return rows.assign(nonrigid=nonrigid / whole, log_odds=log_odds(nonrigid, rigid, weight).where(whole.notna()))
+    return rows.assign(
+        nonrigid=nonrigid / whole, log_odds=np.where(whole.notna(), log_odds(nonrigid, rigid, weight), np.nan)
+    )
 
 
 def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShare]:
@@ -413,13 +412,13 @@ def half_report(durations: pd.Series[float]) -> float:
     return 0.5 * float(durations.mean()) if len(durations) else 0.5
 
 
-def log_odds(part: Times, other: Times, weight: float) -> Times:
+def log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> NDArray[np.float64]:
     """Return log odds of two times (s) after adding half a report to each (Haldane 1956; Anscombe 1956).
 
     Finite if one is zero. As for counts, it removes the first-order bias of log odds: a report of mean duration takes
     the place of an observation.
 
-    >>> log_odds(np.array([10.0, 0.0]), np.array([20.0, 30.0]), 2.5).round(3)
+    >>> log_odds([10.0, 0.0], [20.0, 30.0], 2.5).round(3)
     array([-0.588, -2.565])
     """
-    return np.log((part + weight) / (other + weight))
+    return np.log((np.asarray(part, float) + weight) / (np.asarray(other, float) + weight))
