@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 WEB = Path("src", "focalgradient", "web")
+SOURCES = "sources.sha256"  # of the sources that static is made of: the server compares it
 SCRIPTS, COPIED = ("page.js", "experimenter.js"), ("index.html", "experimenter.html", "page.css")
 
 
@@ -27,6 +29,17 @@ def bundle(root: Path) -> None:
         subprocess.run([*command, name], cwd=page, check=True, stdout=subprocess.DEVNULL)
     for name in COPIED:
         shutil.copyfile(page / name, static / name)
+    (static / SOURCES).write_text(_sources(page), encoding="utf-8")
+
+
+def current(root: Path) -> bool:
+    """Return whether web/static is made of the present sources."""
+    made = root / WEB / "static" / SOURCES
+    return made.exists() and made.read_text(encoding="utf-8") == _sources(root / WEB / "page")
+
+
+def _sources(page: Path) -> str:
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(page.iterdir()))).hexdigest()
 
 
 class Hook(BuildHookInterface):  # type: ignore[type-arg]
@@ -43,4 +56,6 @@ class Hook(BuildHookInterface):  # type: ignore[type-arg]
 
 
 if __name__ == "__main__":
-    bundle(Path(__file__).parent)
+    checkout = Path(__file__).parent
+    if not current(checkout):
+        bundle(checkout)

@@ -157,7 +157,13 @@ python_packages() {
     echo "$want" >.venv/ready
 }
 
+page() { # the page for browsers: nothing is done while it is made of its present sources
+    .venv/bin/python hatch_build.py || say "the page for browsers was not bundled (deno's message is above):" \
+        "'focalgradient serve' needs it"
+}
+
 python_wanted
 debian_packages
 python_packages
+page
 [ "$purpose" != setup ] || say "all is there: make reproduce, make test, or .venv/bin/focalgradient"

@@ -25,6 +25,7 @@ case "$*" in
     *ensurepip*) exit {ensurepip} ;;
     "-m venv"*) echo venv >>calls; rm -rf .venv; mkdir -p .venv/bin; cp "$0" .venv/bin/python ;;
     *" -r "*) echo pinned >>calls; [ ! -e broken ] || {{ cat broken >&2; exit 1; }} ;;
+    hatch_build.py) echo bundled >>pages ;;
     *" -e "*) echo itself >>calls ;;
 esac
 """
@@ -98,6 +99,7 @@ def test_set_up_happens_once(house: House) -> None:
     status, calls, said = house.set_up("setup")
     assert (status, calls, said.count("\n")) == (0, [], 1)
     assert "all is there" in said
+    assert (house.folder / "pages").read_text().count("bundled") == 4  # each time: its sources may have changed
 
 
 @needs_sh

@@ -251,6 +251,7 @@ def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: P
     for key in ("ArrowRight", "ArrowRight", "Enter"):  # answered while nobody listens
         page.keyboard.press(key)
     page.wait_for_selector("#waiting:not([hidden])", timeout=20_000)
+    assert page.inner_text("#waiting").startswith("1 answer is on its way")
     server.start()
     page.wait_for_selector("#waiting", state="hidden", timeout=30_000)
     page.goto("about:blank")  # the tab goes somewhere else, and comes back

@@ -5,7 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
+import sys
 from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +26,7 @@ from focalgradient.dataset import read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.design.given_list import trial_row
 from focalgradient.scales import AnswerColumn, TwoIntervals
-from focalgradient.web import Consent, Lists, People, Study
+from focalgradient.web import Consent, Lists, People, Study, check_page
 from focalgradient.web import store as stores
 from focalgradient.web import study as studies
 
@@ -585,6 +588,34 @@ def test_a_link_that_a_kill_cut_short_is_dropped(tmp_path: Path) -> None:
         assert len(again.everybody()) == 2
         again.close()
         assert place.read_bytes() == whole
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
+@pytest.mark.parametrize("password", [" ", "\t\n"])
+def test_a_blank_password_starts_no_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, password: str) -> None:
+    (tmp_path / "design.toml").write_text(NECKER)
+    monkeypatch.setenv("FOCALGRADIENT_PASSWORD", password)
+    monkeypatch.setattr("focalgradient.web.run", lambda *_, **__: pytest.fail("a server was started"))
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, ["serve", "design.toml", "--data", "data", "--port", "0"])
+    assert done.exit_code == 2
+    assert "FOCALGRADIENT_PASSWORD is blank" in done.output
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
+def test_a_page_of_older_sources_is_not_served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    web = tmp_path / "web"
+    for name in ("page", "static"):
+        shutil.copytree(str(files("focalgradient.web") / name), web / name)
+    monkeypatch.setattr(sys.modules["focalgradient.web.application"], "files", lambda _: web)
+    check_page()
+    with (web / "page" / "knob.js").open("a") as source:
+        source.write("// changed\n")
+    with pytest.raises(InputError, match=r"older sources: run 'make'"):
+        check_page()
+    (web / "static" / "sources.sha256").unlink()  # as a bundle of before has none
+    with pytest.raises(InputError, match="is not built"):
+        check_page()
 
 
 @pytest.mark.parametrize("store", ["folder"], indirect=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import hmac
 import io
 import os
@@ -86,11 +87,14 @@ class Headers:
 
 
 def check_page() -> None:
-    """Raise `InputError` unless the page's script exists, which is bundled when the package is built or set up."""
-    if not (files("focalgradient.web") / "static" / "page.js").is_file():
+    """Raise `InputError` unless the page is bundled from its present sources, as at building and set-up."""
+    web = files("focalgradient.web")
+    made = web / "static" / "sources.sha256"
+    sources = b"".join(file.read_bytes() for file in sorted((web / "page").iterdir(), key=lambda file: file.name))
+    if not made.is_file() or made.read_text(encoding="utf-8") != hashlib.sha256(sources).hexdigest():
         raise InputError(
-            "the page is not built: run 'python hatch_build.py' in the checkout with deno installed, or install a "
-            "wheel."
+            "the page for browsers is not built, or from older sources: run 'make', or '.venv/bin/python "
+            "hatch_build.py', in the checkout, or install a wheel."
         )
 
 
