@@ -111,7 +111,8 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     if not (np.isfinite(y).all() and np.isfinite(se).all() and (se > 0).all()):
         raise InputError("estimates and standard_errors must be finite, and the errors above 0: leave others out.")
     df, unit = y.size - 1, float(se.max())
-    found = combine_effects(y / unit, (se / unit) ** 2, method_re="iterated", maxiter=ITERATIONS)
+    with np.errstate(divide="ignore"):  # its I² of estimates that are all the same, not used here
+        found = combine_effects(y / unit, (se / unit) ** 2, method_re="iterated", maxiter=ITERATIONS)
     mean, q = unit * float(found.mean_effect_re), float(found.q)
     factor = float(found.scale_hksj_re)  # 0 where all estimates are the same, which tells nothing of their error
     error = unit * float(found.sd_eff_w_re) * math.sqrt(factor if factor > SMALLEST_FACTOR else 1.0)
