@@ -122,8 +122,8 @@ def test_a_study_on_jatos_gives_the_journal_of_a_served_one(browser: Browser, tm
     resumed = next(number for number, event in enumerate(events) if event["event"] == "resumed")
     assert events[resumed + 1]["kind"] == "sitting"
     del events[resumed : resumed + 2]
-    reloaded = next(event["extra"] for event in events[resumed:] if event["event"] == "trial")
-    assert reloaded.pop("interruptions")["value"] == 1
+    reloaded = next(event for event in events[resumed:] if event["event"] == "trial")
+    assert reloaded.pop("extra")["interruptions"]["value"] == 1
     assert events == served_events(tmp_path, DEPTH)
 
     before = {path: path.read_bytes() for path in (tmp_path / "data").rglob("*") if path.is_file()}
