@@ -284,6 +284,7 @@ def test_every_text_is_in_both_languages_and_the_page_is_small(chromium: browser
     )
     files = [path for path in PLAY.iterdir() if path.is_file()]
     assert sum(path.stat().st_size for path in files) < 1_000_000
+    assert (PLAY.parent / "play.webp").stat().st_size < 1_000_000
     source = "".join(path.read_text("utf-8") for path in files if path.suffix == ".js" and path.name != "data.js")
     bare = re.sub(r"/\*.*?\*/|^\s*//.*?$", "", source, flags=re.DOTALL | re.MULTILINE)
     assert sum(bool(line.strip()) for line in bare.splitlines()) <= 1200

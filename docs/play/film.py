@@ -1,4 +1,4 @@
-"""Makes `docs/play.webp`, a film of the page: `python docs/play/film.py` (minutes by software; Chromium, playwright)."""
+"""Makes `docs/play.webp`, a film of the page: `python docs/play/film.py` (a minute; Chromium and playwright)."""
 
 from __future__ import annotations
 
