@@ -1,8 +1,9 @@
 # make             sets up what is needed, in .venv, and says first what that is
 # make reproduce   every figure, its numbers and report.html, in results/
-# make test        style, types and tests, but the slow ones; with coverage: make test COVERAGE=--cov
+# make lint        style and types
+# make test        the tests, but the slow ones; with coverage: make test COVERAGE=--cov
 # make test-slow   the slow tests
-# make test-all    both
+# make test-all    lint, test and test-slow
 # make test-kernels   the numbers of reports and depth maps under several processor kernels and numbers of threads (slow)
 # make docs        the documents as pages, in docs/_build/html; makes the figures first where there are none
 # make links       asks every address on the web that the documents name, which needs the network
@@ -20,7 +21,7 @@ run := .venv/bin/python
 # the examples of docstrings last.
 pytest := $(run) -m pytest --numprocesses $$($(run) -c "import os; print(1 + os.cpu_count())") --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup reproduce test test-slow test-all test-kernels docs links clean
+.PHONY: setup reproduce lint test test-slow test-all test-kernels docs links clean
 
 setup:
 	@requirements/setup.sh setup
@@ -29,19 +30,22 @@ reproduce:
 	@requirements/setup.sh reproduce
 	@$(run) analysis/reproduce.py
 
-test:
+lint:
 	@requirements/setup.sh test
 	$(run) -m ruff check
 	$(run) -m ruff format --check
 	$(run) -m mypy
 	$(run) -m mypy --config-file tests/mypy.ini
+
+test:
+	@requirements/setup.sh test
 	$(pytest) -m "not slow" --durations 10 $(COVERAGE)
 
 test-slow:
 	@requirements/setup.sh test
 	$(pytest) -m slow
 
-test-all: test test-slow
+test-all: lint test test-slow
 
 test-kernels:
 	@requirements/setup.sh test

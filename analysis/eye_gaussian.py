@@ -152,9 +152,9 @@ def _draw(
         ratio.legend(loc="lower left", title="pupil", title_fontsize=8, ncols=2, columnspacing=1.2, handlelength=1.5)
         residual.set(ylim=(0, None), ylabel="left of the point spread (%)")
         residual.set_title("What the best Gaussian leaves")
-        lowest.set(ylim=(0, 14), ylabel="strongest reversed contrast (%)")
+        lowest.set(ylim=(0, 16), ylabel="strongest reversed contrast (%)")
         lowest.set_title("Where contrast reverses")
-        lowest.legend(loc="upper center")
+        lowest.legend(loc="upper left", fontsize=7, handlelength=1.5, borderaxespad=0)
         for ax in (ratio, residual, lowest):
             _defocus_axis(ax)
         figure.draw_without_rendering()

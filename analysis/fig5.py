@@ -209,7 +209,7 @@ def _draw(
         draw_distance(axes[1][3], traced, limits=limits, title="(f) true depth,\nmirrored too")
         draw_distance(last[0], _distance(default), limits=limits, title="(g) depth by the\ndefault method")
         draw_uncertainty(last[1], default.depth, "(h) its standard\ndeviation")
-        _scatter(figure.add_axes((112 / 180, 12 / 157, 64 / 180, 32 / 157)), default, seen)
+        _scatter(figure.add_axes((112 / 180, 12 / 157, 64 / 180, 28 / 157)), default, seen)
         figure.draw_without_rendering()
     return figure
 
@@ -221,12 +221,17 @@ def _distance(read: Read) -> NDArray[np.float64]:
 def _scatter(ax: Axes, read: Read, seen: NDArray[np.float64]) -> None:
     """Draw estimated against traced vergence for every 25th pixel."""
     ax.plot([1 / FAR, 1 / FOCUS], [1 / FAR, 1 / FOCUS], color=GREY, linewidth=0.6, zorder=3)
+    low, high, beyond = 0.2, 1.1, 0
     for chosen, colour, name in ((read.direct, BLUE, "seen directly"), (read.mirrored, ORANGE, "reflections")):
         some = np.flatnonzero(chosen)[::25]
-        ax.plot(seen.flat[some], read.depth.vergence.flat[some], ".", color=colour, markersize=2, label=name)
-    ax.set(xlim=(0.2, 1.1), ylim=(0.2, 1.1), xlabel="traced (D)", ylabel="estimated (D)")
-    ax.set_title("(i) default method, estimated against traced", loc="left")
-    ax.legend(loc="lower right", markerscale=3)
+        points = np.array([seen.flat[some], read.depth.vergence.flat[some]])
+        shown = ((points >= low) & (points <= high)).all(axis=0)
+        beyond += int((~shown).sum())
+        ax.plot(*points[:, shown], ".", color=colour, markersize=2, label=name)
+    ax.set(xlim=(low, high), ylim=(low, high), xlabel="traced (D)", ylabel="estimated (D)")
+    ax.text(0.98, 0.04, f"{beyond} points lie beyond", transform=ax.transAxes, ha="right", color=GREY)
+    ax.set_title("(i) default method against traced", loc="left", pad=17)
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0, ncols=2, handlelength=1, markerscale=3)
 
 
 def _map(ax: Axes, values: NDArray[np.float32], title: str, limits: tuple[float, float]) -> None:

@@ -153,7 +153,7 @@ def _draw(wide: dict[str, Perceived], ratios: dict[str, dict[str, list[float]]])
             ax.set_xticklabels(["pin-\nhole", "f/22", "f/11", "f/5.6"] if row else [])
         for ax, title in zip(
             panels[0],
-            ("Picture at f/5.6", "True blur (arcmin)", "Estimated (arcmin)", "Perceived (D)", "Increase in depth"),
+            ("Picture at f/5.6", "True (arcmin)", "Estimated (arcmin)", "Perceived (D)", "Increase in depth"),
             strict=True,
         ):
             ax.set_title(title)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,7 @@ JUMP = 1.05  # ratio of distances from one pixel to the next
 PAD = 48  # px by which layers extend beyond the frame
 FINE = 4  # samples of a layer's shape per pixel
 RAYS = 256
+CLIP = 2.5  # brightest value that a sensor records, where lamps are beyond
 
 
 def lens(f_number: float, focus: float) -> Lens:
@@ -97,6 +98,7 @@ class Case:
     limits: dict[str, float] = field(default_factory=dict)
     size: tuple[int, int] = SHAPE  # px
     rays: int = RAYS  # per pixel
+    lamps: int = 0  # points on the farthest layer that are too bright for the sensor
 
 
 FRONT, FRONT_LIMIT = (lens(16, 0.55), lens(5.6, 0.55)), {"near": 0.55}  # two apertures, focus nearer than the scene
@@ -185,6 +187,32 @@ def drawn(number: int) -> tuple[str, Case]:
     return kind, Case(lenses, (*layers, wall), number, noise, limits, size, rays=1024)
 
 
+THINGS = (
+    Layer(1.45, blob(-85, -30, 45, 1), (6e-4, -4e-4), 1.1),
+    Layer(1.2, blob(75, 40, 55, 2), (-5e-4, 0), 0.9),
+    Layer(1.0, half(1.2, -70), (0, 4e-4), 1.05),
+    Layer(0.65, None, (3e-4, 2e-4)),
+)
+"""Three objects before a wall."""
+
+SEVERAL = {count: tuple(lens(8, 1 / v) for v in np.linspace(0.55, 1.55, count)) for count in (2, 3, 5)}
+"""Numbers of foci of one aperture that share a range of vergence."""
+
+DARK_BAR = either(*(bar(0.3, 9, offset) for offset in (-110, -40, 30, 100)))
+FINE_RAYS = 2048  # whose own noise is below that of the views
+UNCERTAINTY = {
+    "control, two foci": Case(SEVERAL[2], (Layer(1.05, slope=(1e-3, 5e-4)),), 41, 0.0022, rays=FINE_RAYS),
+    "control, apertures": Case(FRONT, (Layer(1.1, slope=(1e-3, 0)),), 42, 0.0022, FRONT_LIMIT, rays=FINE_RAYS),
+    "three things, apertures": Case(FRONT, THINGS, 43, 0.0022, FRONT_LIMIT, rays=FINE_RAYS),
+    **{f"three things, {n} foci": Case(SEVERAL[n], THINGS, 43, 0.0022, rays=FINE_RAYS) for n in SEVERAL},
+    "lamps, apertures": Case(FRONT, THINGS, 43, 0.0022, FRONT_LIMIT, lamps=12, rays=FINE_RAYS),
+    "slant, apertures": Case(FRONT, (Layer(1.1, slope=(2.5e-3, 1e-3)),), 44, 0.005, FRONT_LIMIT, rays=FINE_RAYS),
+    "dark bars, apertures": Case(
+        BACK, (Layer(1.5, DARK_BAR, mean=0.0), Layer(0.8, slope=(2e-4, 0))), 45, 0.0022, BACK_LIMIT, rays=FINE_RAYS
+    ),
+}
+"""Scenes on which the stated standard deviation is compared with the error (`z` of `score`)."""
+
 PAINTED = blob(-50, 0, 60, 4)
 CONTROLS = {
     "plane, front": Case(FRONT, (Layer(1.1, slope=(2.5e-3, 0)),), 31, limits=FRONT_LIMIT),
@@ -252,6 +280,10 @@ def layered(case: Case) -> tuple[list[View], Array]:
     masks = np.stack([np.ones(x.shape, bool) if one.shape is None else one.shape(x, y) for one in case.layers])
     textures = np.stack([texture(1000 * case.seed + n, one.mean, case.size) for n, one in enumerate(case.layers)])
     planes = np.array([[one.vergence, *one.slope] for one in case.layers])
+    spots = np.random.default_rng([case.seed, 7])
+    for _ in range(case.lamps):
+        row, column = (int(spots.uniform(2 * PAD, 2 * (n + PAD))) for n in case.size)
+        textures[-1, row : row + 3, column : column + 3] = 200
     views = []
     for optics in case.lenses:
         image = np.empty(case.size)
@@ -281,8 +313,11 @@ def views_and_truth(name: str, case: Case, cache: Path | None = None) -> tuple[l
     if place is not None and not place.exists():
         place.parent.mkdir(parents=True, exist_ok=True)
         np.savez(place, images=[view.image for view in clean], vergence=vergence)
-    noise = case.noise * float(clean[0].image.mean())
-    return [noisy(view, noise, 100 * case.seed + n) for n, view in enumerate(clean)], vergence
+    noise = case.noise * float(np.minimum(clean[0].image, CLIP).mean())
+    views = [noisy(view, noise, 100 * case.seed + n) for n, view in enumerate(clean)]
+    if case.lamps:
+        views = [replace(view, image=np.minimum(view.image, CLIP), mask=view.image < CLIP) for view in views]
+    return views, vergence
 
 
 def near_outlines(vergence: Array) -> NDArray[np.bool_]:
@@ -311,6 +346,9 @@ def score(depth: DepthMap, vergence: Array, where: NDArray[np.bool_]) -> dict[st
         "off_10_percent": 100 * float((off > 0.1).mean()),
         "beyond_5_sd": 100 * float((size > 5).mean()),
         "within_2_sd": 100 * float((size <= 2).mean()),
+        "z": 1.48 * float(np.median(size)),
+        "error_D": float(np.median(np.abs(error))),
+        "sd_D": float(np.median(depth.vergence_sd[use])),
         "median_percent": 100 * float(np.median(off)),
         "p90_percent": 100 * float(np.quantile(off, 0.9)),
     }

@@ -43,16 +43,14 @@ def make() -> Figure:
         axes = [
             figure.add_axes((x / page[0], y / page[1], wide / page[0], high / page[1]))
             for y in (55.0, 3.0)
-            for x in (1.0, 58.5, 116.0)
+            for x in (1.0, 75.5, 133.0)  # the colour bar of the map is between the first two columns
         ]
+        axes[0].set_position((1.0 / page[0], 55.0 / page[1], 70.0 / page[0], high / page[1]))
         _side(axes[0])
         for ax, view, colour in zip(axes[1:3], views, (BLUE, ORANGE), strict=True):
             draw_view(ax, view, describe_optics(view.optics))
             ax.spines[:].set(color=colour, linewidth=1.6, visible=True)
         draw_distance(axes[3], found, limits=limits, title="distance by blur (hatched: rejected)")
-        # the colour bar of the map is between it and the judgements
-        for ax, x in zip(axes[4:], (75.5, 133.0), strict=True):
-            ax.set_position((x / page[0], 3.0 / page[1], wide / page[0], high / page[1]))
         for ax, number, title in zip(
             axes[4:], JUDGED, ("people judge: through a pinhole ...", "... and through f/5.6"), strict=True
         ):

@@ -129,7 +129,7 @@ def _claims_table(claims: Sequence[Answer], figures: Mapping[str, Shown]) -> str
     heads = "".join(f"<th>{head}</th>" for head in ("Section", "Claim", "Measured", "Verdict", "Figure", "Command"))
     return f"""<section id="claims" class="claims">
 <h2>The paper’s claims, answered</h2>
-<table><thead><tr>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table>
+<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>
 </section>"""
 
 
@@ -180,7 +180,7 @@ def _section(name: str, shown: Shown, png: bytes) -> str:
 <h2>{html.escape(shown.title)}</h2>
 <figure><img src="data:image/png;base64,{picture}" alt="{html.escape(shown.title)}"></figure>
 {text}
-<table><caption>What was measured</caption>{rows}</table>
+<div class="wide"><table><caption>What was measured</caption>{rows}</table></div>
 </section>
 """
 
@@ -275,11 +275,12 @@ th, td { border-top: 1px solid #e6e6e6; padding: .28rem .4rem .28rem 0; text-ali
 td { text-align: right; padding-right: 0; white-space: nowrap; }
 footer { border-top: 1px solid #dcdcdc; margin-top: 3rem; padding-top: 1rem; font-size: .85rem; color: #555; }
 nav { margin-top: 2.5rem; }
-.claims table { width: calc(100vw - 3rem); max-width: 76rem; margin-left: 50%; transform: translateX(-50%); }
+.wide { overflow-x: auto; }
+.claims .wide { width: calc(100vw - 3rem); max-width: 76rem; margin-left: 50%; transform: translateX(-50%); }
 .claims th { font-weight: 600; } .claims td, .claims th { text-align: left; white-space: normal; vertical-align: top;
   padding-right: .8rem; } .claims td:nth-child(4) { font-weight: 600; } .claims code { white-space: nowrap; }
 @media print {
-  .claims table { width: 100%; margin-left: 0; transform: none; }
+  .claims .wide { width: 100%; margin-left: 0; transform: none; }
   body { margin: 0 auto; max-width: none; font-size: 10.5pt; } ol { display: none; }
   section { break-inside: avoid; } h2 { break-after: avoid; }
 }

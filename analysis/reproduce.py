@@ -46,12 +46,13 @@ import simulated
 import stimulus_sheet
 import wavelength_in_focus
 from claims import answers
+from figure_faults import figure_faults
 from report import Progress, Shown, images, numbers_json, report_html
 from tqdm import tqdm
 
 import focalgradient
 from focalgradient import InputError
-from focalgradient.plotting import new_figure
+from focalgradient.plotting import new_figure, style
 from focalgradient.report import make_report
 
 FIGURES: tuple[
@@ -114,7 +115,7 @@ UNFINISHED = "unfinished"
 """Folder for unfinished results, from which an interrupted run continues."""
 
 
-def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
+def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> list[str]:
     """Make all figures and move them into `out` together, or not at all; continue an interrupted run.
 
     Parameters
@@ -126,7 +127,13 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
         True for more data, which takes longer.
     quiet
         True to hide the progress bar.
+
+    Returns
+    -------
+    list of str
+        Content that is cut off or covered, of the figures drawn by this call.
     """
+    faults: list[str] = []
     folder = out / UNFINISHED
     _begin(folder, full)
     bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
@@ -155,12 +162,20 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
                 run(
                     "observers",
                     taking_part,
-                    lambda progress: simulated.take_part(answering, full=full, progress=progress),
+                    lambda progress: simulated.take_part(
+                        answering,
+                        full=full,
+                        progress=progress,
+                        name=lambda what: bar.set_description(what.ljust(15)),
+                    ),
                 )
                 answering.replace(dataset)
             try:
                 drawn = partial(make, dataset) if name in OF_DATASET else make
-                _keep(folder, name, run(name, seconds, partial(_made, drawn, full=full)))
+                shown = run(name, seconds, partial(_made, drawn, full=full))
+                with style():
+                    faults += [f"{name}: {fault}" for fault in figure_faults(shown.figure)]
+                _keep(folder, name, shown)
             except InputError as error:
                 if name not in NEED_MITSUBA:
                     raise
@@ -186,6 +201,7 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
             shutil.rmtree(out / made.name, ignore_errors=True)
         made.replace(out / made.name)
     folder.rmdir()
+    return faults
 
 
 KEY = "made-by"
@@ -233,7 +249,7 @@ def main() -> int:
     parser.add_argument("--full", action="store_true", help="more data; takes several times longer")
     options = parser.parse_args()
     try:
-        reproduce(options.out, full=options.full)
+        faults = reproduce(options.out, full=options.full)
     except KeyboardInterrupt:
         print(
             f"\nInterrupted: earlier results in {options.out} are as they were; the same command goes on from "
@@ -245,7 +261,9 @@ def main() -> int:
         print(f"The results cannot be written to {options.out}: {error.strerror}.", file=sys.stderr)
         return 2
     print(f"Done: open {options.out / 'report.html'}")
-    return 0
+    for fault in faults:
+        print(f"A figure has content that is cut off or covered: {fault}.", file=sys.stderr)
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":

@@ -22,7 +22,8 @@ SEED = 1987
 SCENES = 5  # including the standard
 FULL_SCENES = 13
 TAKING_PART = 45.0  # approximate duration of the observers' sessions, in seconds
-EACH_SCENE = 60.0  # seconds to render the pictures of a scene, which are cached
+EACH_PICTURE = 8.0  # seconds to render a picture, which is cached
+PICTURES = 7  # of a scene: through the pinhole, and through three apertures with either object in focus
 
 
 def natural_pictures(progress: Callable[[float, str], object] | None = None, *, full: bool = False) -> StimulusSet:
@@ -42,13 +43,20 @@ def natural_pictures(progress: Callable[[float, str], object] | None = None, *, 
 
 
 def seconds(*, full: bool = False) -> float:
-    """Estimate the duration of the sessions, on the first run including the pictures, which are cached."""
+    """Estimate the duration of the sessions, with that of the pictures that are not in the cache yet."""
     scenes = FULL_SCENES if full else SCENES
-    made = any((cache_folder() / f"{name}-{scenes}").exists() for name in ("natural", "spheres-512"))
-    return TAKING_PART if made else TAKING_PART + scenes * EACH_SCENE
+    made = max(len([*(cache_folder() / f"{name}-{scenes}").glob("*/*.png")]) for name in ("natural", "spheres-512"))
+    return TAKING_PART + EACH_PICTURE * max(scenes * PICTURES - made, 0)
 
 
-def take_part(out: Path, *, observer: str = "default", full: bool = False, progress: Progress | None = None) -> Path:
+def take_part(
+    out: Path,
+    *,
+    observer: str = "default",
+    full: bool = False,
+    progress: Progress | None = None,
+    name: Callable[[str], object] | None = None,
+) -> Path:
     """Let `OBSERVERS` simulated observers respond to the pictures and the cube; record a BIDS data set.
 
     Parameters
@@ -61,18 +69,32 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
         True for all scenes of the default design instead of four.
     progress
         Function called with the completed fraction, 0 to 1.
+    name
+        Function called with a description of the work, such as the scene that is rendered.
 
     Returns
     -------
     Path
         Folder of the data set.
     """
-    report = progress or (lambda share: None)
-    pictures = natural_pictures(lambda share, what: report(0.5 * share), full=full)
+    whole = seconds(full=full)
+    drawing = 1 - TAKING_PART / whole
+
+    def rendered(share: float, what: str) -> None:
+        (progress or (lambda share: None))(drawing * share)
+        if name is not None:
+            name(what)
+
+    def report(share: float) -> None:
+        (progress or (lambda share: None))(drawing + (1 - drawing) * share)
+
+    pictures = natural_pictures(rendered, full=full)
+    if name is not None:
+        name("observers")
     rating = DepthRatingDesign(scenes=pictures.scenes[1:], standard_scene=pictures.scenes[0])
     turning = NeckerDesign()
     with processes(os.cpu_count() or 1) as pool:
-        encoded = encoded_stimuli(pictures, pool, lambda share, what: report(0.5 + 0.2 * share))
+        encoded = encoded_stimuli(pictures, pool, lambda share, what: report(0.4 * share))
         simulate(
             *(rating, out),
             observers=OBSERVERS,
@@ -81,7 +103,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
             encoded=encoded,
             stimuli=pictures.folder,
             executor=pool,
-            progress=lambda share, what: report(0.7 + 0.15 * share),
+            progress=lambda share, what: report(0.4 + 0.3 * share),
         )
         simulate(
             *(turning, out),
@@ -90,6 +112,6 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
             observer=observer,
             encoded=encoded_cubes(turning, pool),
             executor=pool,
-            progress=lambda share, what: report(0.85 + 0.15 * share),
+            progress=lambda share, what: report(0.7 + 0.3 * share),
         )
     return out

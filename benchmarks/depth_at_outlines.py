@@ -1,16 +1,18 @@
 """Accuracy of `recover_depth` near occlusion boundaries, on synthetic scenes with known depth.
 
-    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--drawn FIRST LAST] [--only NAME ...]
-                                           [--cache DIR] [--out FILE.json]
+    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--uncertainty] [--drawn FIRST LAST]
+                                           [--only NAME ...] [--cache DIR] [--out FILE.json]
 
 Each scene (`analysis/outline_scenes.py`) is processed with and without the boundary treatment (``outlines=False``).
 Printed are, within 10 pixels of true boundaries (where distance changes by 5 % between neighbours) and over the whole
 frame, in percent: valid pixels, and of these those off by more than 10 %, by more than 5 stated SDs, and those within
-2; then the median and the 90th percentile of the error of distance, and processor seconds. The scenes of `--held-back`
-were not used during development. The scenes of `--controls` have no boundaries: depth and validity should not change,
-and the changes are printed; the SD may grow where noise distorts depth. The scenes of `--drawn` are random, selected by
-number; printed are, for each kind of views, the number of refused scenes (less than 5 % of the frame valid), and the
-mean over scenes of the scores of whole frames.
+2; z (1.48 times the median error in stated SDs: 1 is honest, less is too wide an SD); then the median and the 90th
+percentile of the error of distance, and processor seconds. The scenes of `--held-back` were not used during
+development. Those of `--uncertainty` have more foci, lamps and dark bars: there the stated SD is compared with errors.
+The scenes of `--controls` have no boundaries: depth and validity should not change, and the changes are printed; the SD
+may grow where noise distorts depth. The scenes of `--drawn` are random, selected by number; printed are, for each kind
+of views, the number of refused scenes (less than 5 % of the frame valid), and the mean over scenes of the scores of
+whole frames.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from outline_scenes import (
     CONTROLS,
     HELD_BACK,
     MADE_WITH,
+    UNCERTAINTY,
     Case,
     drawn,
     near_outlines,
@@ -65,7 +68,16 @@ def departure(name: str, case: Case, cache: Path | None) -> dict[str, float]:
 
 def show(name: str, found: dict[str, dict[str, float]]) -> None:
     for label, some in found.items():
-        columns = ("valid", "off_10_percent", "beyond_5_sd", "within_2_sd", "median_percent", "p90_percent", "seconds")
+        columns = (
+            "valid",
+            "off_10_percent",
+            "beyond_5_sd",
+            "within_2_sd",
+            "z",
+            "median_percent",
+            "p90_percent",
+            "seconds",
+        )
         print(f"{name:24}{label:24}" + "".join(f"{some[c]:9.2f}" if c in some else f"{'':9}" for c in columns))
 
 
@@ -82,6 +94,7 @@ def show_drawn(found: dict[str, list[dict[str, float]]]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="depth about outlines, with and without their treatment")
     parser.add_argument("--held-back", action="store_true", help="the scenes not looked at while the method was made")
+    parser.add_argument("--uncertainty", action="store_true", help="compare the stated SD with errors")
     parser.add_argument("--controls", action="store_true", help="scenes without outlines")
     parser.add_argument("--drawn", nargs=2, type=int, metavar=("FIRST", "LAST"), help="scenes drawn by chance")
     parser.add_argument("--only", nargs="*", help="names of scenes")
@@ -89,6 +102,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="also write the figures here, as JSON")
     options = parser.parse_args()
     cases = CONTROLS if options.controls else HELD_BACK if options.held_back else MADE_WITH
+    cases = UNCERTAINTY if options.uncertainty else cases
     cases = {name: case for name, case in cases.items() if not options.only or name in options.only}
     results: dict[str, object] = {}
     if options.drawn:
@@ -108,8 +122,8 @@ def main() -> None:
             results[name] = apart
             print(f"{name:24}{apart['vergence_in_sd']:12.3f}{apart['sd_percent']:10.2f}{apart['valid_percent']:14.3f}")
     else:
-        heads = ("valid", "off>10%", "> 5 sd", "< 2 sd", "median%", "p90 %", "cpu s")
-        print(f"{'':48}" + "".join(f"{head:>9}" for head in heads))
+        columns = ("valid", "off>10%", "> 5 sd", "< 2 sd", "z", "median%", "p90 %", "cpu s")
+        print(f"{'':48}" + "".join(f"{column:>9}" for column in columns))
         for name, case in cases.items():
             found = measure(name, case, options.cache)
             results[name] = found

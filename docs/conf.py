@@ -12,10 +12,12 @@ from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from matplotlib import pyplot
 from pygments.lexers.shell import BashLexer
 from pygments.token import Name, Number
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
+from sphinx_gallery.scrapers import matplotlib_scraper
 
 import focalgradient
 from focalgradient.tasks import task_named
@@ -25,6 +27,7 @@ ROOT = Path(__file__).parent
 sys.path.insert(0, str(ROOT))
 import figure_pages  # noqa: E402
 import notebook  # noqa: E402
+from figure_faults import check_figure  # noqa: E402  of analysis/, which figure_pages adds to the path
 
 project = "focalgradient"
 author = "the focalgradient maintainers"
@@ -63,7 +66,16 @@ html_theme = "pydata_sphinx_theme"
 html_title = "focalgradient"
 html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False, "secondary_sidebar_items": ["page-toc"]}
 
+
+def whole_figures(block: tuple, variables: dict, conf: dict, **options: object) -> str:
+    """Collect the figures of a gallery page; fail where one has content that is cut off or covered."""
+    for number in pyplot.get_fignums():
+        check_figure(pyplot.figure(number), variables["src_file"])
+    return matplotlib_scraper(block, variables, conf, **options)
+
+
 sphinx_gallery_conf = {
+    "image_scrapers": (whole_figures,),
     "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
     "filename_pattern": r"/plot_",

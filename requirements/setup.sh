@@ -25,6 +25,17 @@ agreed() { # whether to install Debian packages: asked on a terminal, else yes
     read -r answer && case $answer in [yY]*) true ;; *) false ;; esac
 }
 
+apt_update() { # apt-get itself waits for another program's lock on dpkg, but not for one on its lists
+    for try in $(seq 60); do
+        ! trouble=$($sudo env LC_ALL=C apt-get update -qq 2>&1) || return 0
+        case $trouble in *"not get lock"*) ;; *) break ;; esac
+        [ "$try" != 1 ] || say "waiting for another program that holds apt's lock"
+        sleep 10
+    done
+    echo "$trouble" >&2
+    return 1
+}
+
 debian_packages() {
     command -v dpkg-query >/dev/null || return 0
     missing=
@@ -35,7 +46,7 @@ debian_packages() {
     [ -n "$missing" ] || return 0
 
     if [ "$purpose" = setup ]; then
-        say "left out, as only tests and path-traced scenes need them: the Debian packages$missing" \
+        say "left out, as only windows of experiments, tests and path-traced scenes need them: the Debian packages$missing" \
             "('sudo apt-get install --no-install-recommends$missing')"
         return 0
     fi
@@ -46,8 +57,8 @@ debian_packages() {
         trouble="this user is not root and sudo asks for a password"
     else
         say "installing the Debian packages$missing"
-        $sudo apt-get update -qq >&2 && $sudo env DEBIAN_FRONTEND=noninteractive \
-            apt-get install -y -qq --no-install-recommends $missing >&2 && return 0
+        apt_update && $sudo env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 \
+            install -y -qq --no-install-recommends $missing >&2 && return 0
         trouble="apt-get could not install them (its message is above)"
     fi
     remedy="install them with 'sudo apt-get install --no-install-recommends$missing'."
@@ -90,7 +101,7 @@ progress() { # how far pip is: it looks all packages up, downloads them, then in
     files=$(grep -E '^ *(Downloading|Using cached) [^ ]+\.(whl|tar\.gz|zip) ' .venv/pip.out || :)
     total=$((count - $(grep -c '^Ignoring ' .venv/pip.out || :))) # those for other systems
     if grep -q '^Installing collected' .venv/pip.out; then
-        say "installing: $(find .venv/lib -maxdepth 3 -name '*.dist-info' | wc -l) of $total packages, $1 s"
+        say "installing: $(find .venv/lib -maxdepth 3 -name '*.dist-info' ! -name 'pip-*' | wc -l) of $total packages, $1 s"
     elif [ -n "$files" ]; then
         say "downloading: $(echo "$files" | wc -l) of $total packages, now $(echo "$files" | tail -n 1 | sed 's/^ *[A-Z][a-z ]* //'), $1 s"
     else

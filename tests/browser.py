@@ -21,6 +21,17 @@ PATIENCE = 120.0
 """Seconds to wait for an answer."""
 
 
+_CUT = """scrolled => [...document.querySelectorAll("body *")].filter(one => {
+    const box = one.getBoundingClientRect(), wide = document.documentElement.clientWidth;
+    if (scrolled && one.scrollWidth > one.clientWidth + 1 && getComputedStyle(one).overflowX === "auto") return true;
+    if (!box.width || (box.left >= -1 && box.right <= wide + 1)) return false;
+    for (let outer = one.parentElement; outer !== document.body; outer = outer.parentElement)
+        if (getComputedStyle(outer).overflowX === "auto") return false;
+    return true;
+}).map(one => `${one.tagName} ${one.innerText.slice(0, 60)}`)"""
+"""What leaves the page, in the page's own words."""
+
+
 class Browser:
     """Chromium with one page; `events` are what it told unasked, `profile` is an empty folder of its own."""
 
@@ -109,6 +120,10 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=[scheme])
         self.events.clear()
         self.call("Page.navigate", url=page.as_uri())
+
+    def cut(self, *, scrolled: bool = False) -> list[str]:
+        """Tags and words of what leaves the page's sides; not what scrolls in a box of its own, unless `scrolled`."""
+        return list(self.js(f"({_CUT})({json.dumps(scrolled)})"))
 
     def processor_s(self) -> float:
         """Processor time in seconds of the processes that draw pages, all together."""

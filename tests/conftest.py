@@ -1,11 +1,16 @@
 """What several files of tests here begin with; a file's own fixture of the same name goes before."""
 
+import sys
+from collections.abc import Iterator
 from itertools import groupby
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 from two_views import TOML, picture, write
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))  # the figures' scripts import one another by name
 
 # No test asserts speed: a slow machine must not fail one.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -23,6 +28,46 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             for number, item in enumerate(cases):
                 if number not in fast:
                     item.add_marker(pytest.mark.slow)
+
+
+class Drawn:
+    """Figures drawn since the last test; matplotlib is not imported for tests that do not draw."""
+
+    def __init__(self) -> None:
+        self.figures: list = []
+        self.watched = False
+
+    def watch(self) -> None:
+        """Note every new figure, once matplotlib has been imported."""
+        if self.watched or "matplotlib.figure" not in sys.modules:
+            return
+        figure = sys.modules["matplotlib.figure"].Figure
+        begin = figure.__init__
+
+        def noted(made: object, *given: object, **options: object) -> None:
+            begin(made, *given, **options)
+            self.figures.append(made)
+
+        figure.__init__, self.watched = noted, True
+
+
+DRAWN = Drawn()
+
+
+@pytest.fixture(autouse=True)
+def whole_figures(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail where a figure has content that is cut off or covered (`analysis/figure_faults.py`)."""
+    DRAWN.watch()
+    yield
+    figures, DRAWN.figures = DRAWN.figures, []
+    if figures and request.node.get_closest_marker("figure_with_faults") is None:
+        from figure_faults import check_figure
+
+        from focalgradient.plotting import style
+
+        for figure in figures:
+            with style():
+                check_figure(figure)
 
 
 @pytest.fixture(scope="module")

@@ -76,7 +76,7 @@ def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
         (["--accommodate", "sine:2,1,50"], "has 50 Hz"),  # would look like a target at rest
         (["--accommodate", ""], "is empty"),
         (["--accommodate", "missing.csv"], "missing.csv"),
-        (["--accommodate", "words.csv"], "must contain at least two lines of time,dioptres"),
+        (["--accommodate", "words.csv"], "row 2: cell 2 is .near., but must be a number of dioptres"),
         (["--accommodate", "back.csv"], "sort its lines by time"),
         (["--accommodate", "long.csv"], "must end by 120 s"),
     ],

@@ -120,7 +120,8 @@ def test_an_eye_of_a_prescription_and_an_age(folder: Path) -> None:
         given = ["--pupil", 3, "--refraction", "-3.00", *person, "--focus", 1, "--field", 1]
         result = run(folder / "picture.png", folder / "wall.npy", "--out", out, *given)
         assert result.exit_code == 0, result.output
-        sharpness.append(float(np.load(out / "blurred-1.0m.npy").std()))
+        (picture,) = out.glob("blurred-*.npy")
+        sharpness.append(float(np.load(picture).std()))
     assert max(sharpness[1:]) < 0.7 * sharpness[0]
     lens = ["--f-number", 2, "--focal-length", 50, "--age", 30, "--focus", 1, "--field", 1]
     refused = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "lens", *lens)
@@ -430,4 +431,23 @@ def test_what_a_display_must_show_for_the_image_of_real_depth(folder: Path) -> N
         pixel_angle=angle,
         basis=basis,
     )
-    assert np.allclose(np.load(folder / "aged" / "blurred-1.0m.npy"), found.shown, atol=1e-4)
+    assert np.allclose(np.load(next((folder / "aged").glob("blurred-*.npy"))), found.shown, atol=1e-4)
+
+
+def test_a_focus_out_of_an_eyes_reach_is_stated(folder: Path) -> None:
+    """A myope of 2 D is focused at 0.51 m where 4 m is asked for, as the name, the summary and the note state."""
+    given = [folder / "picture.png", folder / "depth.npy", "--refraction", "-2.00", "--age", 30, "--field", 1]
+    result = run(*given, "--focus", 4, "--focus", 0.4, "--out", folder / "seen")
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in (folder / "seen").glob("*.png")} == {"blurred-0.512m.png", "blurred-0.4m.png"}
+    summary = json.loads((folder / "seen" / "summary.json").read_text())
+    far, near = summary["settings"]["eyes"]
+    assert far["focus_m"] == pytest.approx(0.512, abs=0.001)
+    assert (far["in_reach"], far["accommodation_D"], near["in_reach"]) == (False, 0.0, True)
+    assert near["accommodation_D"] == pytest.approx(2.5 - 1 / 0.512, abs=0.01)
+    assert summary["settings"]["pupil"] == pytest.approx(1e3 * float(natural_pupil(100.0, age=30)))
+    assert any("cannot focus on 4 m: it is focused at 0.512 m" in words for words in summary["warnings"])
+    assert "focused at 0.512 m, accommodates by 0.00 D, pupil 3.78 mm" in result.stdout
+    refused = run(*given, "--focus", 4, "--focus", 2, "--out", folder / "twice")
+    assert refused.exit_code == 2
+    assert "both give focus at 0.512m" in refused.stderr

@@ -72,6 +72,9 @@ def test_an_eye_of_a_prescription_and_an_age():
     assert summary["settings"]["pupil_mm"] == pytest.approx(3.33, abs=0.01)
     assert summary["focus_D"][0] < 0.3
     assert summary["settings"]["illuminant"] == "A"
+    (state,) = summary["settings"]["eyes"]
+    assert not state["in_reach"]
+    assert state["focus_D"] < 0.3
 
 
 @pytest.mark.parametrize(

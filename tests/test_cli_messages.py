@@ -46,12 +46,15 @@ WRONG = {
     "odd cube": ("stimuli necker --size 33 --out out", r"--size is 33, but must be a positive even .*: give 34\."),
     "picture to report": (
         "report a.png",
-        r"a\.png is not a table of text: give a CSV, TSV or XLSX file, or the folder",
+        r"a\.png is a picture: give a table, or the folder of a data set instead",
     ),
     "out of range": ("power necker --experiments 0", r"'--experiments': 0 is not between 1 and 1000000: see"),
     "below the range": ("power necker --seed -1", r"'--seed': -1 is not 0 or more: see"),
-    "text to report": ("report README.txt", r"README\.txt is not a table: give a CSV, TSV or XLSX file, or"),
-    "words to report": ("report words --out out", r"words is not a table: give a CSV, TSV or XLSX file, or the folder"),
+    "text to report": ("report README.txt", r"README\.txt is not a table: give a CSV, TSV, XLSX or JSON file, or"),
+    "words to report": (
+        "report words --out out",
+        r"words is not a table: give a CSV, TSV, XLSX or JSON file, or the folder",
+    ),
     "no option": (
         "power necker",
         r"Missing option '--out', as in 'focalgradient power .* --out \w+': see 'focalgradient",

@@ -32,6 +32,26 @@ def block(kind: str, mark: str) -> str:
     return found
 
 
+def test_what_the_page_names_exists() -> None:
+    """Each file is there; each name is a word of the sources or examples, a private one of a file of the same step."""
+    prose = re.sub(r"^```.*?^```$", "", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    root = PAGE.parents[1]
+    sources = {
+        path.relative_to(root).as_posix(): {*re.findall(r"\w+", path.read_text(encoding="utf-8"))}
+        for folder in ("src", "tests", "analysis", "experiments")
+        for path in (root / folder).rglob("*.py")
+    }
+    words = {*re.findall(r"\w+", "".join(code for _, code in BLOCKS))}.union(*sources.values())
+    for step in re.split(r"\n(?=\d\. |\n)", prose):
+        paths = [path for path in re.findall(r"`([\w/]+\.py)`", step) if "NAME" not in path]
+        files = {file for path in paths for file in sources if file.endswith(path)}
+        assert len(files) >= len({*paths} - {"numeric_rating.py", "edge_blur.py", "soft_bokeh.py"}), paths
+        names = {*re.findall(r"`(?:[a-z_]+\.)*([A-Za-z_]\w*)(?:\([^`]*\))?`", step)} - {"NAME"}
+        private = {name for name in names if name.startswith("_")}
+        assert names <= words, names - words
+        assert private <= {*()}.union(*(sources[file] for file in files)), private
+
+
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The page's package, as an installer leaves it: its module, and the entry points of its pyproject.toml."""

@@ -35,7 +35,8 @@ def session(tmp_path: Path) -> tuple[Path, Path]:
             journal.write({"event": "note", "kind": "focus", "time": change.onset})
         journal.write({"event": "note", "kind": "gaze", "samples": [[0.1, 1.0, 2.0]]})
     export_focus(place)
-    assert validate(root).problems == ()
+    found = validate(root)
+    assert (found.problems, found.sessions) == ((), 1)
     return place, files.beside("events.tsv")
 
 

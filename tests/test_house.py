@@ -189,10 +189,14 @@ def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> Non
     assert house.set_up("reproduce") == (0, [], "")  # it opens no windows
     status, calls, said = house.set_up("setup")
     assert (status, calls) == (0, [])
-    assert "left out, as only tests and path-traced scenes need them: the Debian packages xvfb" in said.splitlines()[0]
+    assert (
+        "as only windows of experiments, tests and path-traced scenes need them: the Debian packages xvfb"
+        in said.splitlines()[0]
+    )
     status, calls, said = house.set_up()
     assert status == 0
-    assert calls == ["apt-get update -qq", "apt-get install -y -qq --no-install-recommends xvfb"]
+    install = "apt-get -o DPkg::Lock::Timeout=600 install -y -qq --no-install-recommends xvfb"  # waits for dpkg's lock
+    assert calls == ["apt-get update -qq", install]
 
     house.program("id", "echo 1000")
     house.program("sudo", 'case "$*" in "-n true") ;; *) echo sudo >>calls; "$@" ;; esac')
@@ -210,6 +214,31 @@ def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> Non
 
     house.program("uname", "echo Darwin")
     assert "xvfb" not in house.set_up("test")[2]
+
+
+@needs_sh
+@pytest.mark.parametrize(
+    ("message", "updates", "says"),
+    [
+        (
+            "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 7 (apt)",
+            4,
+            "waiting for another program",
+        ),
+        ("E: Temporary failure resolving 'deb.debian.org'", 1, "going on, by a simpler path"),
+    ],
+)
+def test_another_programs_lock_on_apts_lists_is_waited_for(house: House, message: str, updates: int, says: str) -> None:
+    house.set_up()
+    (house.folder / "requirements" / "debian.txt").write_text("libllvm # path tracing\n")
+    house.program("sleep", "")
+    fails = f'echo "{message}" >&2; exit 100'
+    house.program("apt-get", f'echo "$1" >>calls; [ "$1" != update ] || [ $(wc -l <calls) = 4 ] || {{ {fails}; }}')
+    status, calls, said = house.set_up("reproduce")
+    assert status == 0
+    assert calls.count("update") == updates
+    assert said.count(says) == 1
+    assert ("going on" in said) == (len(calls) == 1)
 
 
 def test_every_package_asked_for_is_pinned_with_a_hash() -> None:

@@ -87,9 +87,13 @@ def test_formats_and_encodings(tmp_path, name, pixels, stated, encoding, expecte
 
 @pytest.mark.parametrize(
     ("pixels", "expected"),
-    [(RGB8, RGB8 / 255 @ REC709), (RGB16[..., 1] * 1e-3, RGB16[..., 1] * 1e-3), (RGB16, RGB16 / 65535 @ REC709)],
+    [
+        (RGB8, decode(RGB8 / 255) @ REC709),
+        (RGB16[..., 1] * 1e-3, RGB16[..., 1] * 1e-3),
+        (RGB16, RGB16 / 65535 @ REC709),
+    ],
 )
-def test_arrays_are_linear(tmp_path, pixels, expected):
+def test_arrays_are_linear_but_of_8_bits(tmp_path, pixels, expected):
     np.save(tmp_path / "a.npy", pixels)
     np.testing.assert_allclose(read_photograph(tmp_path / "a.npy").luminance, expected, rtol=1e-5)
 
@@ -172,6 +176,18 @@ def test_saturated_pixels_are_counted_and_said(tmp_path):
     assert photograph.mask is not None
     np.testing.assert_array_equal(photograph.mask, np.arange(12)[:, None] * np.ones(16) >= 3)
     assert read_photograph(write(tmp_path / "b.png", RGB8 // 2)).mask is None
+
+
+def test_data_of_12_bits_saturate_below_the_maximum_of_their_type(tmp_path):
+    light = np.random.default_rng(0).normal(3900, 1000, (64, 80))
+    clipped = np.clip(light, 0, 4095).astype(np.uint16)
+    share = float((clipped == 4095).mean())
+    assert share > 0.4
+    for name, shift in (("low", 0), ("high", 4)):
+        with pytest.warns(FocalGradientWarning, match="of the pixels are saturated"):
+            photograph = read_photograph(write(tmp_path / f"{name}.png", clipped << shift))
+        assert photograph.saturated == pytest.approx(share)
+    assert read_photograph(write(tmp_path / "free.png", light.clip(0).astype(np.uint16))).saturated == 0
 
 
 def test_bad_pixels_are_masked_and_filled_from_beside(tmp_path):

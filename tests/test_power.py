@@ -20,12 +20,10 @@ from focalgradient.statistics import Effect, analyse
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.effects import effects
 from focalgradient.statistics.meta_analysis import random_effects
-from focalgradient.statistics.skewness import Scatter, robust_factor
 
 
-@pytest.mark.parametrize("deciding", ["robust", "t"])
 @pytest.mark.parametrize(("noise", "repetitions", "subjects"), [(0.3, 1, 8), (0.3, 4, 8), (0.9, 2, 20)])
-def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subjects: int, deciding: str) -> None:
+def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subjects: int) -> None:
     """Where people and scenes do not differ, the effect's standard error follows from the noise of one rating.
 
     A rise is the difference of two means of `repetitions` ratings.
@@ -35,22 +33,16 @@ def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subje
     error = noise * math.sqrt(2 / (repetitions * len(scenes) * subjects))
     effect = 2.2 * error
     model = Model(effect=math.exp(effect), between=0.0, between_scenes=0.0, noise=noise)
-    found = rise_power(model, design, 1.2, subjects, 4000, deciding_test=deciding)
+    found = rise_power(model, design, 1.2, subjects, 4000)
     df = subjects - 1
     upper = float(stats.nct.sf(stats.t.isf(0.025, df), df, effect / error))
-    if deciding == "t":
-        assert upper - 0.03 < found["near_rise"] < upper + 0.03
-        return
-    # people do not differ but by noise: the factor is about that of a share of noise of 1
-    factor = float(robust_factor(Scatter(subjects, 0.0, 1.0)))
-    lower = float(stats.nct.sf(stats.t.isf(0.025 / factor, df), df, effect / error))
-    assert lower - 0.1 < found["near_rise"] < upper  # the rest is what the sample's skewness costs
+    assert upper - 0.03 < found["near_rise"] < upper + 0.03
 
 
 def test_rises_that_differ_by_nothing_are_found_to_differ_in_no_more_than_the_level() -> None:
     design = DepthRatingDesign(scenes=("spheres-01", "spheres-02"), repetitions=2)
     model = Model(effect=1.3, far_effect=1.3, between=0.1, between_scenes=0.0, noise=0.3)
-    found = rise_power(model, design, 1.2, 10, 2000, deciding_test="t")
+    found = rise_power(model, design, 1.2, 10, 2000)
     assert found["near_rise"] > 0.5
     assert found["interaction"] < 0.05
 
@@ -60,7 +52,7 @@ def test_scenes_are_random_from_their_fewest_on(scenes: int, least: float, most:
     """Scenes that differ by much and people by little: without an effect, a test for these scenes finds one often."""
     design = DepthRatingDesign(scenes=tuple(f"spheres-{n:02}" for n in range(scenes)), fixations=("nearest",))
     model = Model(effect=1.0, between=0.05, between_scenes=0.5, noise=0.1)
-    assert least <= rise_power(model, design, 1.2, 12, 1000, deciding_test="t")["near_rise"] <= most
+    assert least <= rise_power(model, design, 1.2, 12, 1000)["near_rise"] <= most
 
 
 @pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])
@@ -236,7 +228,7 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
     assert abs(far.estimate) < 0.35
     assert outcome["left_out"] == 0
     for name, rise in (("width", near), ("far_width", far)):
-        assert outcome[name] == pytest.approx(rise.deciding.high - rise.deciding.low)
+        assert outcome[name] == pytest.approx(rise.high - rise.low)
 
 
 def test_a_study_of_steps_refuses_ratios_by_the_name_of_the_scale() -> None:

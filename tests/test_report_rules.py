@@ -27,7 +27,7 @@ from focalgradient.statistics import Rules, quality
 
 
 def test_rules_survive_their_file(tmp_path: Path) -> None:
-    rules = Rules(response_time=None, dropped_frames=3, lapses=None, catch_factor=1.5, deciding_test="t")
+    rules = Rules(response_time=None, dropped_frames=3, lapses=None, catch_factor=1.5)
     file = tmp_path / "rules.toml"
     file.write_text(as_toml(rules, 1.3))
     stated = load_rules(file)
@@ -43,8 +43,7 @@ def test_rules_survive_their_file(tmp_path: Path) -> None:
         ("bound = 0.5", "bound is 0.5, but must be a ratio above 1"),
         ("response_time = 3", "response_time is 3, but must be two times"),
         ('lapses = "few"', "lapses is 'few', but must be a number"),
-        ('deciding_test = "wilcoxon"', "rules.toml: deciding_test is 'wilcoxon', but must be 'robust'"),
-        ("deciding_test = false", "deciding_test is False, but must be 'robust'"),
+        ('deciding_test = "t"', "deciding_test is not a known rule"),
         ("dropped_frames = 1.5", "dropped_frames is 1.5, but must be a number"),
     ],
 )
@@ -133,8 +132,10 @@ def test_the_wide_tables_hold_what_was_tested(own: Path, tmp_path: Path) -> None
 
 
 def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) -> None:
-    """Shares of .2 without a gradient, .2 + own shift with one: the paired t-test of the shifts."""
+    """Shares of .2 without a gradient, .2 + own shift with one: the t-test of log odds, half a report (10 s) added."""
     shifts = [0.05, 0.1, 0.2, 0.15, 0.1]
+    log_odds = [np.log((40 * share + 10) / (40 * (1 - share) + 10)) for share in (0.2, *(0.2 + np.array(shifts)))]
+    changes = np.array(log_odds[1:]) - log_odds[0]
     rows = [
         f"{who},{trial},{blur},{seen},{lasts}"
         for who, shift in enumerate(shifts)
@@ -146,12 +147,12 @@ def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) ->
     names = {"participant": "who", "gradient": "blur", "percept": "seen", "duration": "seconds"}
     made = make_report(file, columns=names)
     wide = pd.read_csv(io.BytesIO(made.files["necker_wide.csv"]))
-    assert (wide["nonrigid 1"] - wide["none 0"]).to_numpy() == pytest.approx(shifts)
-    found = stats.ttest_1samp(shifts, 0)
+    assert (wide["nonrigid 1"] - wide["none 0"]).to_numpy() == pytest.approx(changes)
+    found = stats.ttest_1samp(changes, 0)
     text = made.files["report.md"].decode()
     assert f"t(4)\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{found.statistic:.2f}" in text
     assert "There is no column of strengths" in text
-    assert b"wilcox.test" in made.files["necker_headline.R"]
+    assert b"wilcox.test" not in made.files["necker_headline.R"]
     assert len(pd.read_csv(io.BytesIO(made.files["necker_reports.csv"]))) == 20
     with pytest.raises(InputError, match=r"scale is for depth ratings, but cube\.csv contains reports on the cube"):
         make_report(file, columns=names, scale="ordinal")
@@ -228,43 +229,33 @@ def test_a_bound_of_0_is_refused_and_not_taken_for_none_given(tmp_path):
 
 
 SKEWED = (0.5, 0.45, 0.55, 0.5, 0.48, 0.52, 0.47, -0.3)
-"""Log rises of eight people, one of them far from the others: Student's t and the robust test disagree about them."""
+"""Log rises of eight people, one of them far from the others: Student's t and the bootstrap-t disagree about them."""
 
 
-def test_the_stated_test_decides_in_sentences_tables_and_scripts(tmp_path: Path) -> None:
+@pytest.mark.parametrize("skewed", [True, False])
+def test_the_report_says_where_the_sensitivity_analysis_disagrees(tmp_path: Path, skewed: bool) -> None:
     rng = np.random.default_rng(5)
+    rises = SKEWED if skewed else [abs(rise) for rise in SKEWED]
     rows = [
         (f"{who:02}", scene, aperture, focus, np.exp(rise * blurred * (focus == "nearest") + rng.normal(0, 0.05)))
-        for who, rise in enumerate(SKEWED)
+        for who, rise in enumerate(rises)
         for scene in "abcdef"
         for aperture, blurred in (("pinhole", 0), ("f/5.6", 1))
         for focus in ("nearest", "farthest")
     ]
     table = pd.DataFrame(rows, columns=["participant_id", "scene", "aperture", "fixation", "rating"])
     table.to_csv(tmp_path / "own.csv", index=False)
-    found = {}
-    for name in ("robust", "t"):
-        (tmp_path / "rules.toml").write_text(f'deciding_test = "{name}"\n')
-        files = make_report(tmp_path / "own.csv", stated=load_rules(tmp_path / "rules.toml"), focal_length_mm=50).files
-        near = pd.read_csv(io.BytesIO(files["depth_rating_rises.csv"])).iloc[0]
-        found[name] = near
-        text = files["report.md"].decode().replace("\u202f", " ").replace("\u00a0", " ")
-        assert near["p_holm"] < 0.05 < near["robust.p_holm"]  # both are there, whichever decides
-        assert near["robust.decides"] == (name == "robust")
-        assert ("nearest object in focus, ratings rose" in text) == (name == "t")
-        assert ("false-positive rate is up to 10.5 %" in text) == (name == "t")
-        assert ("so read the robust interval and test, which decide here" in text) == (name == "robust")
-        assert ("Student’s t decides, as was stated in advance" in text) == (name == "t")
-        assert ("the corrected p of the robust test is below" in text) == (name == "robust")
-        assert f'deciding_test = "{name}"'.encode() in files["rules.toml"]
-        for script in ("headline.R", "headline_jasp.R"):
-            said = files[script].decode()
-            assert f"p of the test that decides: {'p' if name == 't' else 'robust_p'}\\n" in said
-            assert ("Student's t decides" in said) == (name == "t")
-        ends = near[["low", "high"]] if name == "t" else near[["robust.low", "robust.high"]]
-        low, high = np.exp(ends.to_numpy(float))
-        assert rf"CI \[{low:.2f}, {high:.2f}\]; t(" in text
-    assert found["t"]["p"] == found["robust"]["p"]
+    files = make_report(tmp_path / "own.csv", focal_length_mm=50).files
+    near = pd.read_csv(io.BytesIO(files["depth_rating_rises.csv"])).iloc[0]
+    text = files["report.md"].decode().replace("\u202f", " ").replace("\u00a0", " ")
+    finding = next(line for line in text.splitlines() if line.startswith("Primary outcome"))
+    assert near["p"] < 0.05  # the primary test decides either way
+    assert "nearest object in focus, ratings rose" in finding
+    assert "Sensitivity: bootstrap-t over subjects, for these scenes, 95 % CI" in finding
+    assert ("It disagrees, and the test above decides" in finding) == skewed
+    assert ("it agrees." in finding) == (not skewed)
+    assert text.count("Sensitivity: bootstrap-t") == 1
+    assert "deciding_test" not in files["rules.toml"].decode()
 
 
 def test_settings_that_apply_to_none_of_the_data_are_refused(tmp_path: Path) -> None:

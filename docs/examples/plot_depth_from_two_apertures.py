@@ -25,7 +25,7 @@ views = [noisy(one.view, 0.01 * float(one.view.image.mean()), seed) for seed, on
 # Both are focused at 0.8 m, nearer than everything in the scene: the side of focus is given by ``near``.
 
 depth = recover_depth(views, near=0.8)
-fig, axes = plt.subplots(1, 3, figsize=(10, 2.6), layout="constrained")
+fig, axes = plt.subplots(1, 3, figsize=(10, 3), layout="constrained")
 draw_view(axes[0], views[1], "the view through f/5.6")
 draw_depth(axes[1], depth, title="distance")
 draw_uncertainty(axes[2], depth)

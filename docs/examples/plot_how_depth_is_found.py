@@ -48,5 +48,5 @@ for (name, chosen), colour in zip(cases.items(), ("#999999", "#0072b2", "#d55e00
     ax.plot(candidates, -2 * log_likelihood, color=colour, label=f"{name}: {1 / best:.2f} m")
 ax.axvline(1 / TRUE, color="black", linestyle=":", label=f"true: {TRUE} m")
 ax.axvline(1.0, color="#cccccc", linestyle="--", label="focus: 1 m")
-ax.set(xlabel="vergence of the candidate (D)", ylabel="cost over the least", yscale="symlog", ylim=(0, 1e7))
-ax.legend(loc="upper center", ncols=2, fontsize="small")
+ax.set(xlabel="vergence of the candidate (D)", ylabel="cost over the least", yscale="symlog", ylim=(0, 1e6))
+fig.legend(loc="outside lower center", ncols=3, fontsize="small")

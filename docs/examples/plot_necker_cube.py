@@ -15,6 +15,6 @@ from focalgradient.scenes import NeckerCube
 
 fig, axes = plt.subplots(1, 3, figsize=(9, 3.2), layout="constrained")
 for ax, gradient in zip(axes, ("none", "rigid", "nonrigid"), strict=True):
-    frame = necker_frame(NeckerCube(), 0.08, shape=(320, 320), pixel_angle=5e-4, gradient=gradient, aperture=0.012)
+    frame = necker_frame(NeckerCube(), 0.08, shape=(560, 560), pixel_angle=5e-4, gradient=gradient, aperture=0.012)
     ax.imshow(np.clip(frame, 0, 1) ** (1 / 2.2), cmap="gray")
     ax.set(title=f"gradient: {gradient}", xticks=[], yticks=[])

@@ -20,7 +20,7 @@ for effect in (1.1, 1.2, 1.3):
     ax.plot(numbers, power, "o-", label=f"{effect:g} times as deep")
 ax.axhline(0.8, color="0.7", zorder=0)
 ax.set(xlabel="participants", ylabel="share that finds the rise", ylim=(0, 1.02), title="simulated experiments")
-ax.legend()
+fig.legend(loc="outside lower center", ncols=3, fontsize="small", columnspacing=1)
 
 # %%
 # ``focalgradient power`` runs each experiment from trial list to test: :doc:`../tutorials/power-before-subjects`.

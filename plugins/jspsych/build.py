@@ -72,4 +72,9 @@ def bundle(out: Path = HERE / "dist") -> None:
 if __name__ == "__main__":
     if VENV.exists() and Path(sys.prefix).resolve() != VENV.parents[1].resolve():
         os.execv(VENV, [str(VENV), __file__])
-    bundle()
+    try:
+        bundle()
+    except (ImportError, FileNotFoundError) as error:
+        sys.exit(
+            f"The plugins cannot be bundled ({error}): run 'make' in the checkout, which makes .venv with all of it."
+        )

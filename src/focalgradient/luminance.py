@@ -6,8 +6,6 @@ in cd/m2. Each curve is L = black + (white - black) v^gamma, where v is the leve
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Mapping
@@ -17,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.files import LARGEST_LIST, read_text
+from focalgradient.files import LARGEST_LIST, printable, read_bytes
+from focalgradient.files.tables import TextTable, as_number, name_and_unit, parse_table
 
 __all__ = [
     "ADDITIVE",
@@ -50,6 +49,12 @@ independent."""
 
 GAMMA_BOUNDS = (0.5, 4.0)
 """Lower and upper bound of the fitted gamma."""
+
+
+UNITS = ("cd/m2", "cd/m^2", "cd/m²", "cd m-2", "nits", "nit", "cd", "8 bit", "0-255", "0-1")
+"""Units that a heading may state."""
+
+WHAT = "a table of luminances (level, red, green, blue, grey)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +131,7 @@ def read_luminance(path: str | os.PathLike[str]) -> Luminance:
     InputError
         If the file cannot be read, lacks the columns level and grey, or has invalid cells (file and row are named).
     """
-    return parse_luminance(read_text(path, "a table of luminances", LARGEST_LIST), str(path))
+    return _fitted(parse_table(read_bytes(path, WHAT, LARGEST_LIST), printable(path), WHAT))
 
 
 def parse_luminance(text: str, name: str) -> Luminance:
@@ -143,28 +148,32 @@ def parse_luminance(text: str, name: str) -> Luminance:
     >>> round(parse_luminance("level,grey\n" + rows, "table").grey.gamma, 3)
     1.0
     """
-    try:
-        rows = list(csv.DictReader(io.StringIO(text), strict=True))
-    except csv.Error as error:
-        raise InputError(
-            f"{name} is not a CSV file ({error}): give a table with level, red, green, blue, grey."
-        ) from error
-    names = {key.strip().lower(): key for key in (rows[0] if rows else {}) if isinstance(key, str)}
+    return _fitted(parse_table(text.encode(), name, WHAT))
+
+
+def _fitted(table: TextTable) -> Luminance:
+    """Check a photometer's table and fit its curves."""
+    name = table.name
+    names, units = zip(*map(name_and_unit, table.header), strict=True) if table.header else ((), ())
+    names = tuple({"gray": "grey"}.get(found, found) for found in names)
     for column in ("level", "grey"):
         if column not in names:
             raise InputError(f"{name} has no column {column}: give the columns level, red, green, blue and grey.")
+    for column, unit in zip(names, units, strict=True):
+        if names.count(column) > 1 and column in ("level", *GUNS):
+            raise InputError(f"{name} has the column {column} twice: remove one.")
+        if unit and unit not in UNITS and column in ("level", *GUNS):
+            raise InputError(f"{name}: {column} is in {unit}, but must be in cd/m2 (levels without unit): convert it.")
     columns: dict[str, list[float]] = {column: [] for column in ("level", *GUNS)}
-    for number, row in enumerate(rows, start=2):
+    used = [names.index(column) for column in columns if column in names]
+    for number, row in zip(table.places, table.with_points(used).rows, strict=True):
         for column, values in columns.items():
-            cell = (row.get(names[column]) or "").strip() if column in names else ""
+            cell = row[names.index(column)].strip() if column in names else ""
             if not cell and column != "level":
                 values.append(math.nan)
                 continue
-            try:
-                value = float(cell)
-            except ValueError:
-                value = math.nan
-            if not (math.isfinite(value) and value >= 0):
+            value = as_number(cell)
+            if value is None or value < 0:
                 raise InputError(f"{name}, row {number}: {column} is {cell!r}, but must be a number of 0 or more.")
             values.append(value)
     try:

@@ -9,6 +9,7 @@ from outline_scenes import (
     BACK_LIMIT,
     HELD_BACK,
     MADE_WITH,
+    UNCERTAINTY,
     Case,
     drawn,
     lens,
@@ -60,6 +61,16 @@ def test_a_jump_beside_a_wall_in_focus_is_found() -> None:
     near, _ = found("spheres 8, back", Case(BACK, seed=8, noise=0.005, limits=BACK_LIMIT))
     assert near["off_10_percent"] < 8  # 10 where none is looked for
     assert near["valid"] > 55
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["three things, apertures", "three things, 3 foci", "lamps, apertures"])
+def test_the_stated_uncertainty_is_not_wider_than_the_errors(name: str) -> None:
+    """Windows that reach over boundaries, and clipped lamps, widened whole frames: z was 0.15, 0.09 and 0.09."""
+    whole = whole_frame(UNCERTAINTY[name])
+    assert 0.45 < whole["z"] < 1.1
+    assert whole["within_2_sd"] > 93
+    assert whole["beyond_5_sd"] < 0.2
 
 
 def whole_frame(case: Case) -> dict[str, float]:

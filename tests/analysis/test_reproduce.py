@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import report
 import reproduce
+import simulated
+from browser import CHROMIUM, Browser
 
 from focalgradient.plotting import new_figure
 
@@ -66,6 +68,15 @@ def test_report_is_one_page_that_needs_nothing_else(results):
     assert "<td>0.08</td>" in text
 
 
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+def test_nothing_of_the_report_is_cut_on_a_desk_or_a_phone(results, tmp_path):
+    with Browser(tmp_path) as browser:
+        for size, phone in (((1200, 900), False), ((390, 800), True)):
+            browser.open(results / "report.html", size, phone=phone)
+            browser.wait("document.readyState === 'complete' && document.querySelector('footer')")
+            assert browser.cut(scrolled=not phone) == []
+
+
 def test_the_same_run_gives_the_same_files(results, tmp_path, monkeypatch):
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     reproduce.reproduce(tmp_path, quiet=True)
@@ -105,6 +116,45 @@ def test_unfinished_results_of_another_program_are_not_used(tmp_path, monkeypatc
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     reproduce.reproduce(tmp_path, quiet=True)
     assert (tmp_path / "fig6.png").exists()
+
+
+@pytest.mark.figure_with_faults
+def test_a_figure_with_cut_content_ends_in_failure(tmp_path, monkeypatch, capsys):
+    def cut(**options):
+        shown = fig6.make(**options)
+        shown.figure.axes[0].text(0.5, 0.5, "a label beyond all bounds" * 20)
+        return shown
+
+    monkeypatch.setattr(reproduce, "FIGURES", (("fig6", cut, 1.0), QUICK[1]))
+    monkeypatch.setattr("sys.argv", ["reproduce.py", "--out", str(tmp_path)])
+    assert reproduce.main() == 1
+    assert (tmp_path / "report.html").exists()
+    assert re.search("fig6: 'a label beyond .* leaves the figure", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(("made", "seconds"), [(0, 325.0), (28, 101.0), (35, 45.0)])
+def test_time_is_weighed_by_the_pictures_that_are_left(tmp_path, monkeypatch, made, seconds):
+    """A folder alone, which an interrupted run leaves, counts for nothing."""
+    monkeypatch.setattr(simulated, "cache_folder", lambda: tmp_path)
+    for number in range(5 * 7):
+        scene = tmp_path / "natural-5" / f"scene-{number // 7}"
+        scene.mkdir(parents=True, exist_ok=True)
+        if number < made:
+            (scene / f"{number}.png").touch()
+    assert simulated.seconds() == seconds
+
+
+def test_the_scene_in_work_is_named(monkeypatch, tmp_path):
+    named = []
+
+    def pictures(progress, *, full):
+        progress(0.1, "spheres-03 f11-nearest")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(simulated, "natural_pictures", pictures)
+    with pytest.raises(KeyboardInterrupt):
+        simulated.take_part(tmp_path, name=named.append)
+    assert named == ["spheres-03 f11-nearest"]
 
 
 def test_fig_3_is_made_first(tmp_path, monkeypatch):

@@ -102,14 +102,33 @@ def test_a_point_that_contradicts_the_optics_is_warned_of() -> None:
         ((64, 3, 1.0), "outside of the picture"),
         ((3, 3, 0.0), "must be positive"),
         ((3, 3), "a column and a row"),
-        ((5, 5, 2.0), r"no pixel has a valid depth; the nearest that has is \(\d+, 5\)"),
+        (
+            (5, 5, 2.0),
+            r"the nearest that has is \(40, 5\), 35 pixels away.*point at a textured surface",
+        ),
+        ((25, 5, 0.7), r"the nearest surface that has, at \(40, 5\), lies at 1.87 m, which is not where"),
     ],
 )
 def test_points_that_cannot_be_used_are_refused(point: tuple[float, ...], words: str) -> None:
     depth = wall(0.5, pair(focus_tolerance=0.1))
-    depth.valid[:, :20] = False
+    depth.valid[:, :40] = False
     with pytest.raises(InputError, match=words):
         with_known_points(depth, [point])  # type: ignore[list-item]
+
+
+def test_a_point_beside_valid_depth_is_read_from_the_nearest_surface() -> None:
+    """With the scatter of depth over the distance to it: a slanted wall costs more than a flat one."""
+    left = []
+    for slope in (0.0, 2e-3):
+        depth = wall(0.5, pair(focus_tolerance=0.1))
+        depth.vergence[:] += (slope * np.arange(64)).astype(np.float32)
+        depth.valid[:, :20] = False
+        tied = with_known_points(depth, [(9, 30, 2.05)])
+        (point,) = tied.details["known_points"]
+        assert point["read_px_away"] == 11
+        left.append((point["recovered_sd_D"], float(tied.common_sd[30, 30])))
+    assert left[1][0] > 1.3 * left[0][0]
+    assert float(depth.common_sd[30, 30]) > left[1][1] > left[0][1]
 
 
 def test_recover_depth_states_and_corrects_a_wrong_focus() -> None:

@@ -95,6 +95,9 @@ def test_magnification_tells_the_order_of_two_foci():
 
     assert "opposite order" not in text((0, 1))
     assert "opposite order (focus_distance)" in text((1, 0))
+    assert "check telecentric" not in text((0, 1)) + text((1, 0))
+    angles = [angles[0]] * 2  # as of a lens that is telecentric on the image side
+    assert "a lens that is not telecentric" in text((0, 1))
 
 
 def test_the_order_of_foci_is_that_of_the_magnifications():

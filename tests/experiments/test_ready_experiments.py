@@ -18,6 +18,7 @@ from focalgradient.dataset import read_dataset, validate
 from focalgradient.design import answers_of, check_design
 from focalgradient.design.words import load_words
 from focalgradient.observers import simulate
+from focalgradient.report import make_report
 from focalgradient.scales import Scale
 from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import FILES
@@ -57,6 +58,17 @@ def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> 
     assert validate(tmp_path / "data").problems == ()
     (table,) = (one for one in read_dataset(tmp_path / "data", [task.name]).tables.values() if len(one))
     assert len(table) == 3 * sum(trial.phase == "main" for trial in design.trials("01"))
+
+
+def test_a_staircase_has_its_trace_drawn_and_its_level_not_tested(tmp_path: Path) -> None:
+    task = task_of("blur_discrimination")
+    assert task.adapted_fields == ("level",)
+    simulate(task.design(pedestals_arcmin=[0.0, 4.0], repetitions=6), tmp_path / "data", observers=2, seed=2)
+    files = make_report(tmp_path / "data").files
+    assert "blurdiscrimination_level_trace.png" in files
+    tests = files["blurdiscrimination_tests.csv"].decode()
+    assert "correct on pedestal" in tests or "correct, pedestal" in tests
+    assert "level" not in tests
 
 
 @pytest.mark.slow

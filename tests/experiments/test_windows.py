@@ -206,6 +206,9 @@ def test_experiment_1_from_form_to_data_set_through_two_kills(screen, tmp_path):
     assert table["confidence"].nunique() == 3  # from wherever the marker came
     assert (table["response_time"] > 0).all()
     assert table["sitting"].tolist() == [2, 3, 3]
+    # One trial was on the screen at each kill: the first main trial at its question, the second at its picture.
+    assert table["interruptions"].tolist()[:2] == [1, 1]
+    assert table["interruptions"].isna().tolist() == [False, False, True]
     people = read_dataset(tmp_path / "data").participants
     assert people.iloc[0].to_dict() == {
         "participant_id": "sub-a7",

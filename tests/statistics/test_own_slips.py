@@ -195,7 +195,7 @@ def test_steady_people_who_see_no_effect_are_not_copies(tmp_path: Path, scenes: 
     assert found.notices == ()
 
 
-@pytest.mark.parametrize("code", ["999", "-99", "9999", "-9", "999.0", "-999,0"])
+@pytest.mark.parametrize("code", ["999", "-99", "9999", "-9", "999.0", "-999.0"])
 def test_codes_for_missing_answers_are_no_ratings(tmp_path: Path, code: str) -> None:
     own = rows()
     own[3][4] = own[40][4] = code
@@ -249,11 +249,14 @@ def test_cells_may_state_millimetres(tmp_path: Path) -> None:
 
 def test_times_in_milliseconds_are_refused_or_converted(tmp_path: Path) -> None:
     own = [[*row, str(800 + 10 * number)] for number, row in enumerate(rows())]
+    found = read(tmp_path, own, [*HEAD, "rt"])  # nobody asked for times
+    assert "response_time" not in found.table
+    assert "The column rt was not used: the median of response_time is 1115" in found.notices[0]
     with pytest.raises(InputError, match="the median of response_time is 1115, but must be a time in seconds"):
-        read(tmp_path, own, [*HEAD, "rt"])
+        read(tmp_path, own, [*HEAD, "rt"], columns={"response_time": "rt"})
     found = read(tmp_path, own, [*HEAD, "rt_ms"])
     assert found.table["response_time"].max() == pytest.approx(1.43)
-    assert "in milliseconds: divided by 1000" in found.notices[0]
+    assert "rt_ms was multiplied by 0.001, for the unit" in found.notices[0]
 
 
 def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) -> None:
@@ -318,7 +321,7 @@ def test_reports_in_milliseconds_and_unknown_words(tmp_path: Path) -> None:
     path.write_text("\n".join(["subject,trial,gradient,percept,duration_ms", *CUBE]))
     found = read_reports(path)
     assert found.table["duration"].tolist() == [6, 4, 9, 1]
-    assert "in milliseconds" in found.notices[0]
+    assert "duration_ms was multiplied by 0.001" in found.notices[0]
     path.write_text("\n".join(["subject,trial,gradient,percept,dur", "A,1,ohne,starr,6", "a ,1,ohne,weich,4"]))
     with pytest.raises(InputError, match=r"'starr'.*'weich'.*'ohne'"):
         read_reports(path)

@@ -37,7 +37,7 @@ def test_trials_that_are_numbered_alike_are_numbered_anew(tmp_path: Path) -> Non
     rows = "1,1,0,near,1\n1,1,f11,near,2\n1,1,f11,near,2\n"
     own = read_ratings(write(tmp_path, f"subject,trial,aperture,focus,rating\n{rows}"))
     assert own.table["trial"].tolist() == [1, 2, 3]
-    assert any("does not tell all trials apart" in note for note in own.notes)
+    assert any("does not tell all trials apart" in note for note in own.notices)
 
 
 def test_names_that_are_plain_need_no_columns(tmp_path: Path) -> None:
@@ -260,7 +260,10 @@ BAD = {
         r"participant \(its columns are a, aperture, focus, rating\): name it with columns=",
     ),
     "no rating": ("subject,focus\n1,near\n", "no column of ratings"),
-    "twice": ("subject,subject\n1,1\n", "the column subject twice"),
+    "twice": (
+        "subject,subject,aperture,focus,rating\n1,2,0,near,1\n",
+        "the column subject twice, with different cells",
+    ),
     "text": ("subject,aperture,focus,rating\n1,0,near,deep\n", "row 2: rating is 'deep', but must be a number"),
     "negative": ("subject,aperture,focus,rating\n1,0,near,-1\n", "row 2 .*rating is -1.0"),
     "repeated": (
@@ -274,7 +277,7 @@ BAD = {
     "all empty": ("subject,aperture,focus,rating\n1,0,near,\n", "holds no rating"),
     "catch": ("subject,aperture,focus,rating,catch\n1,0,near,1,perhaps\n", "catch is 'perhaps'"),
     "too long": ("subject,aperture,focus,rating\n1,0,near,1,2,3\n", "row 2: there are 6 cells, but must be 4"),
-    "binary": ("a\0b,c\n", "is not a table of text"),
+    "binary": ("a\0b,c\n", "is not text in a known encoding"),
 }
 
 

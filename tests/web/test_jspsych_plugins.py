@@ -263,6 +263,18 @@ def test_plugins_simulate(site: tuple[browser.Browser, str, Path], mode: str) ->
 
 
 @pytest.mark.slow
+def test_without_what_set_up_makes_the_build_says_what_it_needs(tmp_path: Path) -> None:
+    folder = tmp_path / "plugins" / "jspsych"
+    folder.mkdir(parents=True)
+    shutil.copy(PLUGINS / "build.py", folder)
+    words = [sys.executable, "-I", "-S", str(folder / "build.py")]
+    ran = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert ran.returncode == 1
+    assert ran.stderr.startswith("The plugins cannot be bundled (No module named")
+    assert "run 'make' in the checkout" in ran.stderr
+    assert ran.stderr.count("\n") == 1
+
+
 def test_the_package_holds_what_it_declares(tmp_path: Path) -> None:
     npm = shutil.which("npm")
     if npm is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,6 +46,24 @@ blur of 15 pixels took 1.1 s (`benchmarks/blurred_pictures.py --speed`)."""
 AUTOMATIC = ShapeAsked(AUTO.name, {})
 
 
+def _names_of_foci(focus: Sequence[float], states: Mapping[str, Any]) -> list[str]:
+    """Return the part of a file's name that states each focus: that asked for (m), or where an eye is focused instead.
+
+    Raises `InputError` for two foci that an eye cannot tell apart.
+    """
+    names = [f"{metres}m" for metres in focus]
+    for number, state in enumerate(states.get("eyes", [])):
+        if not state["in_reach"]:
+            names[number] = f"{state['focus_D']:.3f}D" if state["focus_m"] is None else f"{state['focus_m']:.3f}m"
+    for number, name in enumerate(names):
+        if (first := names.index(name)) < number:
+            raise InputError(
+                f"this eye cannot focus on {focus[first]:g} m and {focus[number]:g} m: both give focus at {name}, and "
+                "the same picture; give one --focus."
+            )
+    return names
+
+
 def _different(option: str, given: tuple[float, ...]) -> tuple[float, ...]:
     """Raise `InputError` for two distances that would have the same file name."""
     if len(set(given)) < len(given):
@@ -81,7 +100,8 @@ def blur(
     are --f-number and --focal-length, or --pupil, or --eye; the size of a pixel is --field, or --pixel-pitch with a
     lens, or that of the display (--display, or --screen-width and --distance).
 
-    For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light; also
+    For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light (M is
+    where an eye is focused, if its refraction and age do not allow --focus); also
     DIR/distance.npy, the depth in metres with holes filled, and DIR/summary.json with all settings. Two folders instead
     of two files: every picture with the depth file of the same name, written to DIR/NAME-M.png and .npy. A video and a
     folder: each frame with one file of the folder, in order of name. After an interruption the same command continues.
@@ -146,23 +166,25 @@ def blur(
     click.get_current_context().with_resource(given_as(NAMED))
     pairs, several = depth_pairs(picture, depth), depth.is_dir()
     stems = [pair.stem for pair in pairs] if several else ["blurred"]
-    names = [f"{stem}-{metres}m{end}" for stem in stems for metres in focus for end in (".png", ".npy")]
-    names.append(SETTINGS if several else "distance.npy")
-    tables = [file for file in (optics.eye_file, display_file) if file is not None]
-    writable(out, [*names, "summary.json"], [picture, depth, *tables])
-    refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
     with warnings_given() as early:
         display, angle = _display(display_file, screen, screen_width, distance, gamma)
         lenses, shape = [optics.focused(1 / metres) for metres in focus], psf.shape_or_none()
+        states = optics.states(lenses, [1 / metres for metres in focus])
+        foci = _names_of_foci(focus, states)
         how: dict[str, Any] = {"chromatic": chromatic, "wavelengths": wavelengths, "illuminant": illuminant}
         how |= {"age": optics.person.age, "white": white}
         through = [
             Viewing(lens, shape, screen=metres if to_show else None, **how)
             for lens, metres in zip(lenses, focus, strict=True)
         ]
+    names = [f"{stem}-{name}{end}" for stem in stems for name in foci for end in (".png", ".npy")]
+    names.append(SETTINGS if several else "distance.npy")
+    tables = [file for file in (optics.eye_file, display_file) if file is not None]
+    writable(out, [*names, "summary.json"], [picture, depth, *tables])
+    refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
     left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
-    settings |= settings_given("focus", "psf")
+    settings |= settings_given("focus", "psf") | states
     settings |= {"psf": psf.name, "psf_parameters": {} if shape is None else shape.stated()}
     if several:
         _same_settings(out, settings)
@@ -172,12 +194,12 @@ def blur(
     with warnings_given() as said, resumable(left) as say:
         frames = with_frames(pairs, picture if several and not picture.is_dir() else None)
         for number, (stem, (pair, frame)) in enumerate(zip(stems, frames, strict=True)):
-            if several and all((out / f"{stem}-{metres}m.npy").exists() for metres in focus):
+            if several and all((out / f"{stem}-{name}.npy").exists() for name in foci):
                 continue
             tell = part_of(say, number, len(pairs))
             tell(0.0, "reading")
             shown = read_picture_and_depth(pair.picture, pair.depth, lenses, **read, **sizes, frame=frame)
-            ready = {f"{stem}-{metres}m": one.resolved(shown) for metres, one in zip(focus, through, strict=True)}
+            ready = {f"{stem}-{name}": one.resolved(shown) for name, one in zip(foci, through, strict=True)}
             if not found:
                 pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())
                 announce(SECONDS_PER_MEGAPIXEL * 1e-6 * shown.metres.size * pictures, f"{pictures} blurred pictures")
@@ -200,6 +222,7 @@ def blur(
     write_set(out, last if several else files | last, "summary.json", names)
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
+        *optics.notes(states),
         *(
             f"Blur: up to {max(facts['largest_blur_px']):.3g} px in radius, {facts['pixel_arcmin']:.3g} arcmin per "
             "pixel"

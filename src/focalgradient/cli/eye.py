@@ -16,7 +16,7 @@ import numpy as np
 
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import Work, Workers
-from focalgradient.cli.person import Person, eye_of
+from focalgradient.cli.person import Person, eye_notes, eye_of, eye_state
 from focalgradient.cli.program import (
     announce,
     nothing_valid,
@@ -222,8 +222,10 @@ def eye(
             writable(out, QUALITY_FILES if scene is None else SCENE_FILES)
             place: dict[str, Any] = {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
             conditions = ViewingConditions(illuminant, person.age, scatter, **place)
-            seeing = conditions.off_axis(eye_of(person, eye_file, pupil, accommodation), person.periphery)
+            looking = eye_of(person, eye_file, pupil, accommodation)
+            seeing = conditions.off_axis(looking, person.periphery)
             settings: dict[str, Any] = {"pupil_mm": 1e3 * seeing.pupil_diameter, "accommodation_D": accommodation}
+            settings |= {"eyes": [eye_state(person, looking, accommodation)]}
             settings |= {"illuminant": illuminant}
             settings |= {name: value for name, value in asdict(person).items() if value is not None}
             settings |= {} if eye_file is None else {"eye": eye_file.name}
@@ -239,7 +241,8 @@ def eye(
     content = summary_json(summary | {"seconds": time.perf_counter() - start})
     write_set(out, {**result.files, "summary.json": content}, "summary.json")
     written = [printable(out / name) for name in (*result.files, "summary.json")]
-    show(summary | {"written": written}, *result.lines, f"Written: {', '.join(written)}")
+    notes = eye_notes(result.record["settings"].get("eyes", []))
+    show(summary | {"written": written}, *notes, *result.lines, f"Written: {', '.join(written)}")
     nothing_valid(result.record.get("details", {}).get("rejected"))
 
 
@@ -366,6 +369,7 @@ def _stated(settings: Mapping[str, Any]) -> Sequence[str]:
     """Return the settings of the eye that the title states."""
     stated = [f"pupil {settings['pupil_mm']:.1f} mm", f"light {settings['illuminant']}"]
     stated.append(f"looking at {settings['accommodation_D']:g} D")
+    stated += [f"focused at {state['focus_D']:.2f} D" for state in settings["eyes"] if not state["in_reach"]]
     for name, unit in UNITS.items():
         if (value := settings.get(name)) is not None:
             words = f"{value:g}{unit}" if isinstance(value, float) else re.sub(r"-(?=\d)", "−", str(value))

@@ -71,6 +71,7 @@ def focus_series(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.live import FocusSeries, packed
     from focalgradient.live.kept import MARK
+    from focalgradient.optics import refocused
 
     names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if web else [])]
     writable(out, names, [picture, depth])
@@ -85,8 +86,11 @@ def focus_series(
         raise InputError(
             f"--farthest is {1 / low:g} m, but must not be nearer than --nearest, {1 / high:g} m: change them."
         )
-    lens = optics.focused((low + high) / 2)
     with warnings_given() as said, resumable("finished planes are kept; the same command continues.") as say:
+        # The planes lie where they are asked for; an eye that cannot focus at both ends is named.
+        ends = [optics.focused(vergence) for vergence in (low, high)]
+        states = optics.states(ends, [low, high])
+        lens = refocused(ends[0], (low + high) / 2)
         made = FocusSeries.of(
             shown.light / white,
             shown.metres,
@@ -108,11 +112,13 @@ def focus_series(
         "median_error_steps": median,
         "largest_error_steps": largest,
         "texture_bytes": made.texture_bytes,
+        **states,
         "warnings": said,
         "written": [printable(out / name) for name in ("series.json", "focus.json") if name in names],
     }
     show(
         result,
+        *optics.notes(states),
         f"Planes: {len(made.planes)}, from {made.vergences[0]:.3g} to {made.vergences[-1]:.3g} D; "
         f"{made.texture_bytes / 2**20:.0f} MB as textures",
         f"Interpolation error: {median:.2g} 8-bit steps in the median pixel, {largest:.2g} in the worst",

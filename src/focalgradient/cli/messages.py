@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 
@@ -43,7 +44,7 @@ def options_named(names: Mapping[str, str]) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        words = _ENTRY.sub(r"--\1 \2=\3", str(error))
+        words = _ENTRY.sub(lambda found: f"--{found[1]} {shlex.quote(f'{found[2]}={found[3]}')}", str(error))
         if names:
             words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
         raise InputError(words) from error

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from focalgradient.cli.generate import Made, options_named
+from focalgradient.errors import FocalGradientWarning
 
 if TYPE_CHECKING:
     from focalgradient.eye import Eye, EyeDescription
 
-__all__ = ["PERSON", "Person", "eye_of"]
+__all__ = ["PERSON", "Person", "eye_notes", "eye_of", "eye_state", "focus_words"]
 
 PERSON = Made("focalgradient.eye:EyeDescription")
 """Options that describe a person's eye."""
 
 Person = Annotated[Any, PERSON]
 """A `focalgradient.eye.EyeDescription`."""
+
+OUT_OF_REACH = 0.05
+"""Difference in dioptres between the vergence looked at and that in focus above which the former is out of reach: the
+least change of blur that people notice (Campbell & Westheimer 1958)."""
 
 NAMED = {
     "typical aberrations": "--aberrations typical",
@@ -29,10 +36,57 @@ NAMED = {
 
 
 def eye_of(person: EyeDescription, eye_file: Path | None, pupil_mm: float | None, vergence: float) -> Eye:
-    """Return the eye of a file, or a person's with a pupil (mm; None: the natural one), focused at a vergence (D)."""
+    """Return the eye of a file, or a person's with a pupil (mm; None: the natural one), that looks at a vergence (D).
+
+    Warns
+    -----
+    FocalGradientWarning
+        If the person cannot focus there.
+    """
     from focalgradient.eye import read_eye
 
     if eye_file is not None:
         return read_eye(eye_file, vergence)
     with options_named(NAMED | {field.name: f"--{field.name}" for field in fields(person)}):
-        return person.eye(vergence, None if pupil_mm is None else 1e-3 * pupil_mm)
+        eye = person.eye(vergence, None if pupil_mm is None else 1e-3 * pupil_mm)
+    if not eye_state(person, eye, vergence)["in_reach"]:
+        warnings.warn(
+            f"this eye cannot focus on {focus_words(vergence)}: it is focused at {focus_words(eye.focus_vergence)}, as "
+            "its refraction, correction and age allow.",
+            FocalGradientWarning,
+            stacklevel=2,
+        )
+    return eye
+
+
+def eye_state(person: EyeDescription, eye: Eye, vergence: float) -> dict[str, Any]:
+    """Return the state, for a summary, of an eye that looks at a vergence (D): what follows from its description."""
+    focus = eye.focus_vergence
+    return {
+        "looking_at_D": vergence,
+        "focus_D": focus,
+        "focus_m": 1 / focus if focus > 0 else None,
+        "in_reach": abs(focus - vergence) <= OUT_OF_REACH,
+        "accommodation_D": person.response(vergence),
+        "pupil_mm": 1e3 * eye.pupil_diameter,
+    }
+
+
+def eye_notes(states: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return a line for the terminal about each state of an eye (`eye_state`)."""
+    return [
+        f"Eye: looks at {focus_words(state['looking_at_D'])}, focused at {focus_words(state['focus_D'])}, accommodates "
+        f"by {state['accommodation_D']:.2f} D, pupil {state['pupil_mm']:.2f} mm"
+        for state in states
+    ]
+
+
+def focus_words(vergence: float) -> str:
+    """Return a plane of focus at a vergence (D) as its distance, or, behind the eye, as its vergence.
+
+    >>> focus_words(2.0), focus_words(0.0), focus_words(-0.5)
+    ('0.5 m', 'infinity', '-0.5 D (beyond infinity)')
+    """
+    if abs(vergence) < 1e-9:
+        return "infinity"
+    return f"{1 / vergence:.3g} m" if vergence > 0 else f"{vergence:.3g} D (beyond infinity)"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -65,9 +65,6 @@ class Model:
     bound
         Ratio scales: equivalence bound, the smallest relevant effect as a ratio; thresholds: the factor within which
         the mean must be known.  [default: 1.2]
-    deciding_test
-        Ratio scales: the deciding test, robust to skewness or Student's t, as in the rules of the report.  [default:
-        robust]
     """
 
     effect: float | None = None
@@ -79,7 +76,6 @@ class Model:
     between_levels: float | None = None
     lapses: float | None = None
     bound: Annotated[float | None, POSITIVE] = None
-    deciding_test: Literal["robust", "t"] | None = None
 
     def given(self) -> dict[str, Any]:
         """Return the parameters that were given."""
@@ -104,7 +100,7 @@ def power(
 
     TASK is depth-rating (on the response scale of its design), necker, blur-threshold, or a user-defined task, given by
     its name or Python file. Subjects are drawn from a statistical model given by the options, or are a user-defined
-    task's simulated observers; each experiment is analysed with exclusions and tests by Holm's p, as in a report. For
+    task's simulated observers; each experiment is analysed with exclusions and tests as in a report. For
     thresholds, which are estimated, the precision is evaluated. Writes power.csv and the figure (PNG, PDF). Every
     experiment is saved in experiments.jsonl as soon as it is complete: after an interruption the same command
     continues.

@@ -32,6 +32,27 @@ def _pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
     return pairs
 
 
+def _where(given: tuple[str, ...]) -> dict[str, list[str]]:
+    """Parse conditions on rows such as "trial_type=slider" as values by column."""
+    chosen: dict[str, list[str]] = {}
+    for pair in given:
+        name, equals, value = (text.strip() for text in pair.partition("="))
+        if not (name and equals):
+            raise InputError(f"--where is {pair}, but must be a column and its value, such as trial_type=slider.")
+        chosen.setdefault(name, []).append(value)
+    return chosen
+
+
+def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[tuple[Path, ...]]:
+    """Return the data sets: tables of one participant each are one."""
+    if len(folders) > 1 and all(path.is_file() for path in folders):
+        from focalgradient.statistics.own_tables import of_one_data_set
+
+        if of_one_data_set(folders, columns.get("participant")):
+            return [folders]
+    return [(folder,) for folder in folders]
+
+
 def _tables(_: str, given: tuple[Path, ...]) -> tuple[Path, ...]:
     """Raise `InputError` for files that are neither tables nor designs."""
     from focalgradient.statistics.own_tables import TABLES, read_table
@@ -47,7 +68,7 @@ def report(
     folders: Annotated[tuple[Path, ...], _tables, "DATASET..."],
     /,
     *,
-    out: Folder,
+    out: Folder | None = None,
     bound: Annotated[float | None, POSITIVE, "RATIO"] = None,
     ordinal: bool = False,
     bayes: bool = False,
@@ -55,6 +76,9 @@ def report(
     rules: File | None = None,
     columns: Annotated[tuple[str, ...], "OURS=YOURS,..."] = (),
     conditions: Annotated[tuple[str, ...], "YOURS=OURS,..."] = (),
+    where: Annotated[tuple[str, ...], "NAME=VALUE"] = (),
+    by: Annotated[tuple[str, ...], "COLUMN"] = (),
+    explain: bool = False,
     guess_rate: Annotated[float | None, "RATE"] = None,
     focal_length: Annotated[float | None, MILLIMETRES] = None,
     preregister: bool = False,
@@ -62,7 +86,7 @@ def report(
     far_effect: Annotated[float | None, POSITIVE] = None,
     workers: Workers,
 ) -> None:
-    """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX).
+    """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX, JSON).
 
     Writes report.html (one page, with all pictures), report.md, the figures (PNG, PDF), every table (CSV), all trials
     as one table, and R scripts of the headline test to the folder --out. Analyses that cannot be computed are listed in
@@ -78,8 +102,9 @@ def report(
     or interval and response, and may have condition, session, catch and alternatives (their number, for the guess
     rate).
 
-    Several data sets with one design are pooled: a random-effects meta-analysis of their main results, with a forest
-    plot of each result. The report of each data set is written by a separate command.
+    Tables of one participant each are read as one. Several data sets with one design are pooled: a random-effects
+    meta-analysis of their main results, with a forest plot of each result. The report of each data set is written
+    by a separate command.
 
     The workers check the sessions of a data set; those of a --scheduler must see it under the same path.
 
@@ -89,6 +114,7 @@ def report(
     \b
     Examples:
       focalgradient report demo/ratings.csv --columns participant=subject,fixation=focus --out report --bound 1.2
+      focalgradient report data/*.csv --where trial_type=slider --explain --out report
       focalgradient report data --out report --bound 1.2
       focalgradient report reports.csv --columns participant=subject,percept=seen --out report
       focalgradient report answers.csv --columns level=blur_D --out report
@@ -98,7 +124,7 @@ def report(
     Parameters
     ----------
     out
-        Folder for the report.
+        Folder for the report; required, except with --explain.
     bound
         Equivalence bound: smallest relevant ratio of ratings at the largest aperture, set in advance.  [default: 1.2]
     ordinal
@@ -113,6 +139,14 @@ def report(
         Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports on
         the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds:
         level=blur,correct=hit.
+    where
+        Only rows of a table whose column NAME has the value VALUE: trial_type=slider. Repeatable: several values of one
+        column add rows, several columns narrow them down.
+    by
+        Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
+        blur_D, or the contrasts of a factor. Repeatable.  [default: the apertures of a table without fixations]
+    explain
+        Print how each column of a table is read, and compute nothing.
     conditions
         Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.
     guess_rate
@@ -133,10 +167,15 @@ def report(
 
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)
+    chosen = _where(where)
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
     if preregister and len(folders) > 1:
         raise InputError("--preregister takes one design: give one file.")
+    if out is None:
+        if not explain:
+            raise InputError("--out is missing: give the folder for the report.")
+        out = Path()
     if preregister:
         from focalgradient.report.preregister import preregistration
 
@@ -161,11 +200,20 @@ def report(
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")
         return
+    if explain:
+        from focalgradient.report.reading import explained_table
+
+        with options_named({}):
+            for group in _data_sets(folders, pairs):
+                for line in explained_table(group, pairs, meanings, chosen, by):
+                    click.echo(line)
+        return
     if effect is not None or far_effect is not None:
         raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
+    sets = _data_sets(folders, pairs)
     for one in folders:
         if given and one.is_file() and (other := other_than_ratings(one, pairs)):
             raise InputError(
@@ -187,26 +235,28 @@ def report(
     ):
         reports = [
             make_report(
-                one,
+                one if len(one) > 1 else one[0],
                 bound=bound,
                 scale="ordinal" if ordinal else None,
                 stated=stated,
                 columns=pairs,
                 conditions=meanings,
                 guess_rate=guess_rate,
+                where=chosen,
+                by=by,
                 focal_length_mm=focal_length,
                 bayes=bayes,
                 observers=observers,
                 executor=executor,
                 progress=say,
             )
-            for one in folders
+            for one in sets
         ]
     made = reports[0]
-    if len(folders) > 1:
+    if len(reports) > 1:
         from focalgradient.report.meta import combined_report, file_names
 
-        made = combined_report(dict(zip(file_names([str(one) for one in folders]), reports, strict=True)))
+        made = combined_report(dict(zip(file_names([str(one[0]) for one in sets]), reports, strict=True)))
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):

@@ -46,9 +46,10 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
     from focalgradient import lab
     from focalgradient.tasks import task_named
 
+    program = f"{context.command_path} {name}"
     if name.endswith(".py"):
         name = task_named(name).called
     check_one_of("EXPERIMENT", name, [*lab.EXPERIMENTS, GAZE])
     if name == GAZE:
-        context.exit(lab.gaze_focus.run(given, program=f"{context.command_path} {name}"))
-    context.exit(lab.run(lab.EXPERIMENTS[name], given, program=f"{context.command_path} {name}"))
+        context.exit(lab.gaze_focus.run(given, program=program))
+    context.exit(lab.run(lab.EXPERIMENTS[name], given, program=program))

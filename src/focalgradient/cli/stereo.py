@@ -103,10 +103,11 @@ def stereo(
     if no_blur and blur_at is not None:
         raise InputError("--no-blur and --blur-at both set the blur: give one of them.")
     display, size = Display(gamma=gamma_of("--gamma", gamma)), screen_size("--screen", screen)
-    left = optics.focused(1 / focus)
-    right = left if right_focus is None else optics.focused(1 / right_focus)
-    zero = screen_at or focus
+    zero, foci = screen_at or focus, [focus, right_focus or focus]
     with warnings_given() as said, resumable("nothing was written.") as say:
+        left = optics.focused(1 / focus)
+        right = left if right_focus is None else optics.focused(1 / right_focus)
+        states = optics.states([left, right], [1 / metres for metres in foci])
         shown = read_picture_and_depth(picture, depth, [left, right], **read, focal_length=optics.focal_length)
         pair = see(
             shown.light / white,
@@ -128,7 +129,7 @@ def stereo(
         files |= {"left.npz": pair.left.write, "right.npz": pair.right.write}
     found = pair.summary()
     summary = {
-        "settings": {"picture": printable(picture), "depth": printable(depth), **settings_given("show")},
+        "settings": {"picture": printable(picture), "depth": printable(depth), **settings_given("show"), **states},
         **found,
         "warnings": said,
     }
@@ -136,6 +137,7 @@ def stereo(
     (low, high), (left_share, right_share) = found["disparity_px"], found["share_completed"]
     show(
         summary | {"written": [printable(out / name) for name in (*files, "summary.json")]},
+        *optics.notes(states),
         f"Disparity: {low:.3g} to {high:.3g} pixels, positive if nearer than the screen",
         f"Completed: {left_share:.1%} of the left view, {right_share:.1%} of the right one",
         f"Written: {len(files) + 1} files in {printable(out)}",

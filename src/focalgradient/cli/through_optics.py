@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args
@@ -12,7 +12,7 @@ import click
 
 from focalgradient.cli.generate import File, Given
 from focalgradient.cli.groups import OF_DEPTH, DepthFile
-from focalgradient.cli.person import PERSON, eye_of
+from focalgradient.cli.person import PERSON, eye_notes, eye_of, eye_state
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.quantities import APERTURE_RATIO, DEGREES, METRES, MICROMETRES, MILLIMETRES
@@ -92,6 +92,17 @@ class Through:
         if self.f_number is None or self.focal_length is None:
             raise InputError("a lens needs both --f-number and --focal-length: add the missing one.")
         return Lens(1e-3 * self.focal_length, self.f_number, 1 / vergence if vergence > 0 else math.inf)
+
+    def states(self, optics: Sequence[Any], vergences: Sequence[float]) -> dict[str, Any]:
+        """Return, for a summary, the pupil (mm) and state of each eye that looks at a vergence (D); not of lenses."""
+        if self.is_lens:
+            return {}
+        states = [eye_state(self.person, eye, vergence) for eye, vergence in zip(optics, vergences, strict=True)]
+        return {"pupil": states[0]["pupil_mm"], "eyes": states}
+
+    def notes(self, states: Mapping[str, Any]) -> list[str]:
+        """Return a line for the terminal about each of the eyes' `states`."""
+        return eye_notes(states.get("eyes", []))
 
 
 class _LensOrEye(Given):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from typing import Any, Literal
 
 from focalgradient.dataset.append import append
 from focalgradient.dataset.columns import NOTED, TIMES, Column, cell, columns_of
+from focalgradient.dataset.conduct import failed_practice
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
@@ -56,6 +58,10 @@ ABOUT: dict[str, dict[str, Any]] = {
     "handedness": {"Description": "Hand preferred, as stated."},
 }
 """Columns of ``participants.tsv`` after the label, with their descriptions."""
+
+FAILED = "practice_failed"
+FAILED_ABOUT = {FAILED: {"Description": "Tasks whose practice was not passed in its last round, separated by spaces."}}
+"""Column of ``participants.tsv`` where a participant did not pass a practice."""
 
 README = """\
 Behavioural data in BIDS, written by focalgradient {version}. Each participant's tables are in sub-*/.../beh; the JSON
@@ -289,6 +295,31 @@ def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> N
         append(file, path, f"{line}\n".encode())
 
 
+def _state_practice(root: Path, participant: str, task: str) -> None:
+    """Name a task whose practice a participant did not pass in ``participants.tsv``, in a column added if necessary."""
+    path, about = root / "participants.tsv", root / "participants.json"
+    with locked(path):
+        text = read_tsv(path, "a table of participants")
+        header = text.splitlines()[0].split("\t")
+        rows = _participant_rows(path, text)
+        row = next((row for row in rows if row["participant_id"] == f"sub-{participant}"), None)
+        failed = (row or {}).get(FAILED, "n/a")
+        if row is None or task in failed.split():
+            return
+        row[FAILED] = task if failed == "n/a" else f"{failed} {task}"
+        names = [*dict.fromkeys([*header, FAILED])]
+        lines = ["\t".join(names), *("\t".join(row.get(name, "n/a") for name in names) for row in rows)]
+        content = "".join(f"{line}\n" for line in lines).encode()
+        if sys.platform != "win32":
+            create_whole(path, content, replace=True)
+    if sys.platform == "win32":  # where open files cannot be replaced
+        create_whole(path, content, replace=True)
+    with suppress(InputError):
+        create_whole(
+            about, json_text(read_json(about, "the columns' descriptions") | FAILED_ABOUT).encode(), replace=True
+        )
+
+
 def table_rows(log: Log) -> list[dict[str, Any]]:
     """Return the rows of the long table derived from a journal."""
     rows: list[dict[str, Any]] = []
@@ -352,6 +383,8 @@ def make_table(journal: Path) -> Files:
         create_whole(files.table, text.encode(), replace=True)
         for path, content in gaze_of(log, files).items():
             create_whole(path, content, replace=True)
+        if failed_practice(log) and (files.root / "participants.tsv").exists():
+            _state_practice(files.root, files.participant, files.task)
     return files
 
 

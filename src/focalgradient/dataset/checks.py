@@ -20,6 +20,7 @@ import numpy as np
 from focalgradient.dataset.alike import REMEDY, same_content
 from focalgradient.dataset.arrival import late_arrivals
 from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, source_files, table_text
+from focalgradient.dataset.conduct import asked_for_removal, conduct, wrong_exposures
 from focalgradient.dataset.consistency import (
     is_age,
     pictures_of,
@@ -127,7 +128,7 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     place = root if executor is None else root.absolute()  # workers may have another working folder
     there = [replace(files, root=place) for files in ordered]
     jobs = [(place, checked.simulated, there[first : first + BATCH]) for first in range(0, len(there), BATCH)]
-    return partial(_ended, checked, in_order(executor, _check_sessions, jobs), stimuli, len(of_files))
+    return partial(_ended, checked, in_order(executor, _check_sessions, jobs), stimuli, len(of_files) + len(of_focus))
 
 
 def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, sessions: int) -> Findings:
@@ -136,7 +137,8 @@ def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, s
     checked.alike()
     checked.people()
     if stimuli is not None:
-        checked.problems += _other_stimuli(stimuli, set(checked.manifests))
+        shown = {stated["StimuliSHA256"] for _, stated in checked.stated.values()}
+        checked.problems += _other_stimuli(stimuli, shown)
     if gone := len(withdrawals(checked.root)):
         checked.notes.append(
             f"{gone} {'participant' if gone == 1 else 'participants'} withdrew; the data were removed."
@@ -258,7 +260,8 @@ class _Checked:
             return None
         if (head["kind"] == "simulated") != self.simulated:
             self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json states the other.")
-        if any(note.get("kind") == "keep" and note.get("kept") is False for note in log.of("note")):
+        self.notes += [f"{path}: {sentence}" for sentence in conduct(log)]
+        if asked_for_removal(log.events):
             self.problems.append(
                 f"{path}: the participant asked for removal of the answers: run 'focalgradient withdraw {self.root} "
                 f"sub-{files.participant}'."
@@ -297,6 +300,7 @@ class _Checked:
         self.stated[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
         if log is not None:
             self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
+            self.problems += [f"{log.path}: {sentence}" for sentence in wrong_exposures(log)]
             if (waited := late_arrivals(log, design, trials)) is not None:
                 self.notes.append(f"{log.path}: {waited}")
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
@@ -421,7 +425,7 @@ def _differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str
     yield from sorted(key for key in {*own, *usual} - {"given_trials"} if own.get(key) != usual.get(key))
 
 
-def _other_stimuli(stimuli: Path, manifests: set[str]) -> Iterator[str]:
+def _other_stimuli(stimuli: Path, manifests: set[Any]) -> Iterator[str]:
     try:
         sha256 = check_stimuli(stimuli).sha256
     except InputError as error:

@@ -63,6 +63,8 @@ def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | 
         return _wrong_sitting(event)
     if kind == "note" and event.get("kind") in ("gaze", "eye tracker"):
         return _wrong_gaze(event)
+    if kind == "note" and event.get("kind") == "exposure":
+        return _wrong_exposure(event)
     if kind == "note" and event.get("kind") in ("events", "frames"):
         return _wrong_times(event)
     if kind != "trial":
@@ -207,6 +209,14 @@ def _wrong_presses(event: Event) -> str | None:
     if not all(one[0] <= other[0] for one, other in pairwise(presses)):
         return "presses are not in order of time"
     return None
+
+
+def _wrong_exposure(event: Event) -> str | None:
+    """Return why an exposure does not name its trial; None if it does."""
+    whole = all(type(event.get(name, 1)) is int and event.get(name, 1) >= 1 for name in ("trial", "round"))
+    if event.get("phase") in ("practice", "main") and "trial" in event and whole:
+        return None
+    return "an exposure does not name its phase, trial and round"
 
 
 def _wrong_times(event: Event) -> str | None:

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.dataset.bids import Files, read_description
+from focalgradient.dataset.bids import Files, journals, read_description
 from focalgradient.dataset.columns import APERTURE, FORMULA, Column, columns_of, columns_stated
+from focalgradient.dataset.conduct import removals
 from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
@@ -55,6 +56,8 @@ class DataSet:
         Sidecar of each session.
     problems
         Reasons why sessions were left out, one sentence each, with file and row.
+    withdrawn
+        Participants with sessions of these tasks who asked for removal of their answers: their sessions are left out.
     """
 
     root: Path
@@ -62,6 +65,7 @@ class DataSet:
     tables: Mapping[str, pd.DataFrame]
     sidecars: Mapping[Files, Mapping[str, Any]]
     problems: tuple[str, ...] = ()
+    withdrawn: tuple[str, ...] = ()
 
     @property
     def depth_rating(self) -> pd.DataFrame:
@@ -243,6 +247,8 @@ def read_dataset(
 ) -> DataSet:
     """Read a data set, or the tables of some of its tasks; files are not changed.
 
+    Sessions of participants who asked for removal of their answers are left out.
+
     Every table has the columns participant_id ("sub-01"), session (its label, or ""), simulated, those of its design
     (`focalgradient.dataset.columns.columns_of`; SI units unless stated otherwise), and those of additional values.
     Other columns are ignored.
@@ -280,7 +286,12 @@ def read_dataset(
     kinds = dict(zip(participants["participant_id"], participants["kind"], strict=True))
     problems: list[str] = []
     whole: dict[str, list[SessionTable]] = {task: [] for task in OURS}
+    withdrawn = removals(journals(root))
+    gone = set[str]()
     for files in sessions_of(root, tasks):
+        if f"sub-{files.participant}" in withdrawn:
+            gone.add(f"sub-{files.participant}")
+            continue
         found = read_session(files)
         found.text = ""
         if f"sub-{files.participant}" not in kinds:
@@ -296,7 +307,7 @@ def read_dataset(
             whole.setdefault(files.task, []).append(found)
     tables = {task: _table(task, sessions, kinds) for task, sessions in whole.items()}
     sidecars = {found.files: found.sidecar for sessions in whole.values() for found in sessions}
-    return DataSet(root, participants, tables, sidecars, tuple(problems))
+    return DataSet(root, participants, tables, sidecars, tuple(problems), tuple(sorted(gone)))
 
 
 def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import platform
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -24,13 +24,14 @@ from focalgradient.dataset.bids import (
     make_table,
 )
 from focalgradient.dataset.columns import TIMES
+from focalgradient.dataset.conduct import EXPOSURE, exposures
 from focalgradient.dataset.events import Event, cell_test
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, Trial, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.tasks import task_named
-from focalgradient.tasks.noted import check_noted
+from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, Noted, check_noted
 
 __all__ = ["Session"]
 
@@ -67,13 +68,14 @@ class Session:
     ['1', 'real', 'tube', 'room', '1', '0.0', '1.2']
     """
 
-    def __init__(self, files: Files, design: Design, journal: Journal, done: Sequence[Event]):
+    def __init__(self, files: Files, design: Design, journal: Journal, events: Sequence[Event] = ()):
         self.files = files
         self.design = design
         self.task = task_named(design.task)
         self.trials: tuple[Trial, ...] = design.trials(files.participant, files.session)
         self._journal = journal
-        self._recorded: list[Event] = list(done)
+        self._recorded = [event for event in events if event["event"] == "trial"]
+        self._exposures = exposures(events)
 
     @classmethod
     def check(
@@ -115,7 +117,7 @@ class Session:
         files = Files(root, design.task, participant, session)
         if resume:
             with Journal.take(files.journal):
-                _, design, _ = _to_resume(files, stimuli)
+                _, design = _to_resume(files, stimuli)
         else:
             _new(files, stimuli)
             check_folder(root, kind)
@@ -203,7 +205,7 @@ class Session:
         except InputError:
             journal.close()
             raise
-        return cls(files, design, journal, ())
+        return cls(files, design, journal)
 
     @classmethod
     def resume(
@@ -242,7 +244,7 @@ class Session:
         files = Files(root, task, participant, session)
         journal = Journal.take(files.journal)
         try:
-            log, design, done = _to_resume(files, stimuli)
+            log, design = _to_resume(files, stimuli)
             kind = log.head["kind"]
             with writing(root):  # the row may be missing after a crash
                 add_participant(root, participant, {"kind": kind, **log.head.get("about", {})})
@@ -250,7 +252,7 @@ class Session:
         except BaseException:
             journal.close()
             raise
-        return cls(files, design, journal, done)
+        return cls(files, design, journal, log.events)
 
     def remaining(self) -> tuple[Trial, ...]:
         """Return the remaining trials in order, including practice."""
@@ -260,6 +262,29 @@ class Session:
     def recorded(self) -> tuple[Event, ...]:
         """Trials recorded so far with their answers, in order; input of adaptive procedures."""
         return tuple(self._recorded)
+
+    def expose(self, trial: Trial, round: int = 1, **content: Any) -> None:
+        """Record that a trial is about to be shown, and return when that is saved: call it before each exposure.
+
+        An interruption of any kind (a key, a signal, a power failure, a reloaded page) thus leaves its exposure in the
+        journal, and `record` counts all exposures but the last in the column ``interruptions``.
+
+        Parameters
+        ----------
+        trial
+            Trial that begins.
+        round
+            Round of practice, which shows its trials again on purpose.
+        content
+            Further content of the event, which is kept in the journal only.
+
+        Raises
+        ------
+        InputError
+            If it cannot be written.
+        """
+        self.note(EXPOSURE, phase=trial.phase, trial=trial.trial, round=round, **content)
+        self._exposures[trial.phase, trial.trial, round] += 1
 
     def record(
         self, trial: Trial, answer: Answer, *, notes: Sequence[tuple[str, Mapping[str, Any]]] = (), **noted: Any
@@ -274,6 +299,8 @@ class Session:
         InputError
             If it is not the trial's turn, the answer has the wrong type, or it cannot be written.
         """
+        if (begun_again := self._exposures[trial.phase, trial.trial, 1] - 1) > 0:
+            answer = replace(answer, extra={**answer.extra, AGAIN: Noted(begun_again, description=AGAIN_ABOUT)})
         self.check_answer(trial, answer)
         event = {**noted, "event": "trial", **asdict(trial), **answer_event(answer)}
         self._journal.write(*(_note(kind, about) for kind, about in notes), event)
@@ -328,8 +355,8 @@ def _taken(files: Files, there: Path) -> InputError:
     )
 
 
-def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Design, list[Event]]:
-    """Read a session whose journal is locked by the caller: its journal, its design, and the trials recorded."""
+def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Design]:
+    """Read a session whose journal is locked by the caller: its journal and its design."""
     log = read_journal(files.journal)
     if log.changed:
         raise InputError(log.changed[0])
@@ -342,6 +369,13 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
     if len(done) == len(trials):
         make_table(files.journal)  # a crash may have come between the last trial and the table
         raise InputError(f"{files.journal} is finished, all {len(trials)} trials: give a new session label.")
+    practised = [note for note in log.of("note") if note.get("kind") == "practice"]
+    ended = getattr(design, "practice_required", False) and done and trials[len(done)].phase == "main"
+    if ended and not any(note.get("passed") for note in practised) and all(phase == "practice" for phase, _ in done):
+        raise InputError(
+            f"{files.journal} ended with its practice, which was not passed and which the design requires: begin a new "
+            "session."
+        )
     began_with = log.head["stimuli"]
     manifest = check_stimuli(stimuli) if isinstance(stimuli, Path) else stimuli
     if (None if manifest is None else manifest.sha256) != began_with:
@@ -349,7 +383,7 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
             f"{_folder_of(stimuli)} is given for the pictures, but the session began with other ones "
             f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give those."
         )
-    return log, design, recorded
+    return log, design
 
 
 def _folder_of(stimuli: Path | Manifest | None) -> str:

@@ -29,6 +29,14 @@ POINT_REACH = 8.0
 """Radius in pixels around a point within which its depth is averaged with Gaussian weights, whose standard deviation is
 half of it. Chosen by hand: the default window."""
 
+FARTHEST_READ = 4.0
+"""Maximum distance of a point from the nearest valid depth, in `POINT_REACH`: farther away hardly any surface goes on
+unchanged (our choice)."""
+
+CONTAINS_SDS = 3.0
+"""Maximum difference between a point's vergence and that of the nearest surface with depth, in standard deviations with
+all errors, for this surface to contain the point: a test at 0.3 %."""
+
 TAPE = 0.005
 """Standard deviation of a distance measured by tape: this many metres, or this proportion of the distance, whichever is
 larger (our choice)."""
@@ -74,7 +82,8 @@ def with_known_points(depth: DepthMap, points: Iterable[KnownPoint]) -> DepthMap
     Raises
     ------
     InputError
-        If a point lies outside of the map, or where nothing is valid, or the map states no common error.
+        If a point lies outside of the map, or no surface with valid depth near it may contain it, or the map states no
+        common error.
 
     Warns
     -----
@@ -105,7 +114,7 @@ def with_known_points(depth: DepthMap, points: Iterable[KnownPoint]) -> DepthMap
         )
     from scipy.special import chdtrc  # not needed to import the package
 
-    read, sd, effect = zip(*(_read(depth, modes, point) for point in chosen), strict=True)
+    read, sd, effect, away = zip(*(_read(depth, modes, point) for point in chosen), strict=True)
     optical = np.array([distance + depth.offset for _, _, distance in chosen])
     if not (optical > 0).all():
         raise InputError("a known point lies behind the entrance pupil: check its distance and its plane.")
@@ -131,8 +140,16 @@ def with_known_points(depth: DepthMap, points: Iterable[KnownPoint]) -> DepthMap
     left = np.tensordot(root.T, modes, 1)
     details: dict[str, Any] = {
         "known_points": [
-            {"column": x, "row": y, "distance_m": m, "recovered_vergence_D": value, "measured_vergence_D": 1 / at}
-            for (x, y, m), value, at in zip(chosen, read, optical.tolist(), strict=True)
+            {
+                "column": x,
+                "row": y,
+                "distance_m": m,
+                "recovered_vergence_D": value,
+                "measured_vergence_D": 1 / at,
+                "recovered_sd_D": error,
+                "read_px_away": pixels,
+            }
+            for (x, y, m), value, at, error, pixels in zip(chosen, read, optical.tolist(), sd, away, strict=True)
         ]
     }
     common = np.sqrt((left**2).sum(axis=0))
@@ -146,30 +163,57 @@ def with_known_points(depth: DepthMap, points: Iterable[KnownPoint]) -> DepthMap
     )
 
 
-def _read(depth: DepthMap, modes: Any, point: KnownPoint) -> tuple[float, float, Any]:
-    """Return vergence recovered about a point, its standard deviation, and each mode's change of it."""
-    x, y, _ = point
+def _read(depth: DepthMap, modes: Any, point: KnownPoint) -> tuple[float, float, Any, float]:
+    """Return vergence recovered about a point, its standard deviation, each mode's change of it, and its distance (px).
+
+    Where nothing is valid at the point, the nearest valid depth stands for it, with the scatter of depth about there as
+    far as the point is away.
+    """
+    x, y, metres = point
     height, width = depth.shape
     if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):
         raise InputError(
             f"known point ({x:g}, {y:g}) lies outside of the picture of {width} x {height} pixels: give its column and "
             "row, counted from the upper left."
         )
+    where = f"known point ({x:g}, {y:g}) lies where no pixel has a valid depth"
     rows, columns = np.nonzero(depth.valid)
     away = np.hypot(rows - y, columns - x)
+    if not away.size:
+        raise InputError(f"{where}, as nowhere in the map: {_POINT_AT}.")
+    nearest = int(np.argmin(away))
+    gap, place = float(away[nearest]), f"({columns[nearest]}, {rows[nearest]})"
+    is_beside = gap > POINT_REACH
+    if is_beside:
+        away = np.hypot(rows - rows[nearest], columns - columns[nearest])
+    vergence, own_sd = depth.vergence[rows, columns].astype(float), depth.vergence_sd[rows, columns].astype(float)
     near = away <= POINT_REACH
-    if not near.any():
-        where = ""
-        if away.size:
-            nearest = int(np.argmin(away))
-            where = f"; the nearest that has is ({columns[nearest]}, {rows[nearest]})"
-        raise InputError(f"known point ({x:g}, {y:g}) lies where no pixel has a valid depth{where}: choose another.")
-    at = rows[near], columns[near]
-    weight = (
-        np.exp(-((away[near] / POINT_REACH * 2) ** 2) / 2) / np.maximum(depth.vergence_sd[at].astype(float), 1e-9) ** 2
-    )
+    weight = np.where(near, np.exp(-((away / POINT_REACH * 2) ** 2) / 2) / np.maximum(own_sd, 1e-9) ** 2, 0.0)
     weight /= weight.sum()
-    read = float(weight @ depth.vergence[at])
+    read = float(weight @ vergence)
     # Pixels within a window err alike, so their mean is no more accurate than each.
-    sd = float(np.sqrt(weight @ (depth.vergence_sd[at].astype(float) ** 2)))
-    return read, sd, np.array([float(weight @ mode[at]) for mode in modes])
+    sd = float(np.sqrt(weight @ own_sd**2))
+    effect = np.array([float(weight @ mode[rows, columns]) for mode in modes])
+    if not is_beside:
+        return read, sd, effect, 0.0
+    # A surface goes on as it varies about its end, over the distance to the point.
+    varies = float(np.sqrt(np.mean((vergence[away <= gap] - read) ** 2)))
+    shared = float(np.linalg.norm(effect))
+    if gap > FARTHEST_READ * POINT_REACH or varies > shared:
+        raise InputError(
+            f"{where}; the nearest that has is {place}, {gap:.0f} pixels away, where depth varies by {varies:.2g} D "
+            f"over that distance, too much to correct an error of {shared:.2g} D: {_POINT_AT}."
+        )
+    sd = float(np.hypot(sd, varies))
+    optical = metres + depth.offset
+    tape = max(TAPE, TAPE * optical) / optical**2
+    off = 1 / optical - read
+    if abs(off) > CONTAINS_SDS * np.sqrt(sd**2 + shared**2 + tape**2):
+        raise InputError(
+            f"{where}, and the nearest surface that has, at {place}, lies at "
+            f"{1 / max(read, 1e-6) - depth.offset:.3g} m, which is not where the point was measured: {_POINT_AT}."
+        )
+    return read, sd, effect, gap
+
+
+_POINT_AT = "point at a textured surface that the map shows as valid, and measure its distance"

@@ -13,7 +13,7 @@ from scipy import fft, ndimage, sparse
 
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
-from focalgradient.optics import capabilities
+from focalgradient.optics import Lens, capabilities
 from focalgradient.parallel import share_rows
 from focalgradient.view import View
 
@@ -277,6 +277,7 @@ class RegisteredViews:
             shift, error = measure_placement(first, moved, shown & _shown(mask, placement))
             warnings.append(_displacement_warning(number, shift, error, view.shape, align))
             warnings.append(_order_warning(number, shift, error, view.shape, placement.scale))
+            warnings.append(_telecentric_warning(number, shift, error, views[0], view))
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
@@ -360,6 +361,31 @@ def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int
     return (
         f"view {number} is magnified against view 1 by {1 / (expected * shift.scale):.4f}, where its focus makes it "
         f"{1 / expected:.4f}: the focus distances seem to be in the opposite order (focus_distance)."
+    )
+
+
+def _telecentric_warning(number: int, shift: Placement, error: float, first: View, view: View) -> str:
+    """Return the warning for a view whose magnification is that of a lens telecentric where stated not to be, or not.
+
+    Arguments are those of `_order_warning`. The sensor's distance sets the magnification of a lens that is not
+    telecentric.
+    """
+    if not (isinstance(first.optics, Lens) and isinstance(view.optics, Lens)):
+        return ""
+    stated, lens = (
+        first.pixel_angle / view.pixel_angle,
+        view.optics.sensor_distance / first.optics.sensor_distance,
+    )
+    is_telecentric = abs(math.log(stated)) < abs(math.log(lens)) / 2
+    other = lens if is_telecentric else 1.0
+    corner = math.hypot(*view.shape) / 2
+    left, expected = math.log(shift.scale), math.log(other / stated)
+    if abs(expected) * corner < max(1.0, 6 * error) or abs(left / expected - 1) > SCALE_ALIKE:
+        return ""
+    seems, flag = ("not telecentric", "false") if is_telecentric else ("telecentric", "true")
+    return (
+        f"view {number} is magnified against view 1 as by a lens that is {seems} on the image side, but the optics "
+        f"state otherwise, which changes the angle of a pixel and all depths: check telecentric ({flag})."
     )
 
 

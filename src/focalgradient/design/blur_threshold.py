@@ -70,6 +70,7 @@ class BlurThresholdDesign(Plan):
     practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 4
     practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 0.75
     practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    practice_required: bool = False
     break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 33
     least_break_s: OrNone = 10.0
     mark_s: Seconds = 0.5

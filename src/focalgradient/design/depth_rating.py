@@ -130,6 +130,7 @@ class DepthRatingDesign(Plan):
     least_break_s: OrNone = 10.0
     practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
     practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    practice_required: bool = False
 
     scale: Annotated[str, Field(description="the name of a response scale, like 'ratio'")] = "ratio"
     steps: Annotated[int, Field(ge=2, le=21, description="a whole number from 2 to 21")] = 7

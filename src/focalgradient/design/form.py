@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-import math
+import re
 from collections.abc import Collection, Mapping
 
 from focalgradient.errors import InputError
 
-__all__ = ["ABOUT", "LONGEST_ABOUT", "OLDEST", "check_about"]
+__all__ = ["ABOUT", "GIVEN", "LONGEST_ABOUT", "OLDEST", "USUAL", "check_about"]
+
+USUAL = ("age", "sex", "handedness")
+"""Questions that a design asks by default; skipped if the command line gives the participant's label."""
+
+GIVEN = (*USUAL, "eye")
+"""Participant data that the command line accepts."""
 
 ABOUT = r"^[\w ./-]+$"
 """Pattern of valid answers: letters of any language, digits, spaces and . - /."""
 
 LONGEST_ABOUT = 20
 """Maximum number of characters of an answer."""
+
+AGE = re.compile(r"[0-9]{1,3}(\.[0-9]{1,3})?")
 
 OLDEST = 130.0
 """Maximum age in years: the highest verified is 122 (Jeanne Calment)."""
@@ -41,11 +49,7 @@ def check_about(about: Mapping[str, str], ask: Collection[str]) -> None:
     if strange := sorted(set(about) - set(ask)):
         raise InputError(f"about names {strange[0]!r}, which the design does not ask for: leave it out.")
     age = about.get("age", "")
-    try:
-        years = float(age or 0)
-    except ValueError:
-        years = math.nan
-    if not 0 <= years <= OLDEST:
+    if age and not (AGE.fullmatch(age) and float(age) <= OLDEST):
         raise InputError(
             f"age is {age!r}, but must be a number of years from 0 to {OLDEST:g}: correct it or leave it empty."
         )

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
-import csv
 import dataclasses
-import io
-import re
 import typing
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -16,8 +12,7 @@ from typing import Any, Literal
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_bytes
-from focalgradient.files.workbooks import is_workbook, sheet_text
+from focalgradient.files.tables import read_cells
 
 __all__ = ["LEFT_ASIDE", "PARTICIPANT", "listed_rows", "numbered", "read_trials", "trial_row", "trials_of"]
 
@@ -35,50 +30,18 @@ NONE = ("", "n/a")
 GERMAN = {"wahr": "true", "falsch": "false"}
 """Boolean values as German Excel writes them."""
 
-DECIMAL_COMMA = re.compile(r"-?(0,\d+|\d+,(\d{1,2}|\d{4,}))")
-"""Numbers with an unambiguous decimal comma; 1,234 may be a thousand, and is rejected."""
-
 Row = Mapping[str, Any]
 
 
 def read_trials(path: Path) -> list[dict[str, str]]:
-    """Read a trial table: CSV (comma, semicolon or tab), or the only sheet of an Excel workbook.
+    """Read a trial table (CSV, TSV, XLSX or JSON) as cells by column, with decimal points.
 
     Raises
     ------
     InputError
         If it cannot be read, has no header, a duplicate column, or no rows.
     """
-    name = printable(path)
-    data = read_bytes(path, "a table of trials", LARGEST)
-    if is_workbook(data):
-        text, delimiter = sheet_text(data, name), "\t"
-    else:
-        try:
-            text = data.removeprefix(codecs.BOM_UTF8).decode()
-        except UnicodeDecodeError as error:
-            raise InputError(f"{name} is not text in UTF-8 ({error.reason}): save it as CSV UTF-8.") from error
-        first = text.partition("\n")[0]
-        delimiter = max("\t;,", key=first.count)
-    try:
-        rows = [
-            row for row in csv.reader(io.StringIO(text, newline=""), delimiter=delimiter) if any(map(str.strip, row))
-        ]
-    except csv.Error as error:
-        raise InputError(f"{name} cannot be read as a table ({error}): give a CSV file.") from error
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    twice = [one for one, count in Counter(header).items() if count > 1 and one]
-    if twice or not all(header) or len(rows) < 2:
-        what = f"has the column {twice[0]} twice" if twice else "has a column without a name" if header else "is empty"
-        what = what if twice or not all(header) or not header else "has no rows below its header"
-        raise InputError(f"{name} {what}: give one row per trial below a header of their settings.")
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) > len(header) and any(cell.strip() for cell in row[len(header) :]):
-            raise InputError(
-                f"{name}, row {number}: there are {len(row)} cells, but must be {len(header)}, as in the header."
-            )
-    width = len(header)
-    return [dict(zip(header, [cell.strip() for cell in (row + [""] * width)[:width]], strict=True)) for row in rows[1:]]
+    return read_cells(path, "a table of trials", largest=LARGEST).records()
 
 
 def trial_row(trial: Any) -> dict[str, Any]:
@@ -181,7 +144,7 @@ def _value(hint: Any, cell: str) -> Any:
     try:
         return read(cell)
     except ValidationError:
-        local = cell.replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else GERMAN.get(cell.lower(), cell)
+        local = GERMAN.get(cell.lower(), cell)
         if local == cell:
             raise
         return read(local)

@@ -87,6 +87,7 @@ class NeckerDesign(Plan):
     practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 2
     practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
     practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    practice_required: bool = False
     practice_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 15.0
     break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 7
     least_break_s: OrNone = 10.0

@@ -78,7 +78,7 @@ def no_repeats(key: str, values: Sequence[object]) -> None:
 PILOT = 4
 """Number of practice trials, and of main trials, that a pilot run takes from a given list (our choice)."""
 
-LATER = frozenset({"also", "given_trials", "smallest_screen"})
+LATER = frozenset({"also", "given_trials", "practice_required", "smallest_screen"})
 """Settings added after version 0.2 with an empty default: designs without them are recorded as before."""
 
 _LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}

@@ -11,7 +11,7 @@ from focalgradient.eye.measured import read_zernike
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
 from focalgradient.eye.ranges import OLDEST, warn_if_artificial
-from focalgradient.eye.refraction import Refraction
+from focalgradient.eye.refraction import Refraction, worn_of
 from focalgradient.eye.typical import MEASURED, typical_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.files import printable, read_toml
@@ -92,6 +92,15 @@ class EyeDescription:
         if self.refraction is None or Refraction.parse(self.refraction).power_vector[0] > MYOPIA:
             return EMMETROPES
         return MYOPES
+
+    def response(self, looking_at: float) -> float:
+        """Return the dioptres by which the eye accommodates to look at a vergence (D), as far as it can.
+
+        >>> round(EyeDescription(refraction="-2.00", age=30).response(2.5), 2)
+        0.55
+        """
+        refraction = Refraction() if self.refraction is None else Refraction.parse(self.refraction)
+        return worn_of(self.correction).response(refraction, looking_at, self.age)
 
     def eye(self, looking_at: float, pupil_diameter: float | None = None) -> Eye:
         """Return the eye that looks at a vergence (D), with a pupil in metres (None: its natural one).

@@ -19,7 +19,8 @@ from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import check_pupil, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
-from focalgradient.files import LARGEST_LIST, printable, read_text
+from focalgradient.files import LARGEST_LIST, printable, read_bytes
+from focalgradient.files.tables import as_number, parse_table, read_cells
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
 
@@ -42,12 +43,30 @@ TERM = re.compile(r"\s*[ZC]\s*[\[(_{]?\s*\d", re.IGNORECASE)
 
 OTHER_TABLES = {
     "noll": "in Noll's order",
-    "fringe": "in the order of the University of Arizona's fringe polynomials",
-    "waves": "in waves",
-    "nanometres": "in nanometres",
-    "nanometers": "in nanometres",
+    "malacara": "in Malacara's order",
+    **dict.fromkeys(("fringe", "wyant", "arizona", "loomis"), "in the order of the fringe (Wyant) polynomials"),
+    **dict.fromkeys(("born", "wolf", "mahajan", "zemax", "codev", "iso"), "in another order or normalisation"),
+    **dict.fromkeys(("unnormalised", "unnormalized", "peak"), "not normalised"),
+    **dict.fromkeys(("waves", "wave", "wavelengths", "lambda", "λ", "rad", "radians"), "in waves"),
+    **dict.fromkeys(("dioptres", "diopters", "dioptre", "diopter", "dpt"), "in dioptres"),
+    **dict.fromkeys(("inch", "inches", "angstrom", "angstroms", "percent"), "in another unit"),
 }
-"""Words in a heading or comment which show that a table is not in OSA order and micrometres."""
+"""Words in a heading or comment which show that a table is neither in OSA order nor a length."""
+
+IN_BRACKETS = frozenset(
+    ("osa", "ansi", "z", "standard", "normalised", "normalized", "od", "os", "left", "right", "eye")
+)
+"""Words that brackets of a heading may hold beside units of length."""
+
+LENGTHS_UM = {
+    **dict.fromkeys(("um", "µm", "micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers"), 1.0),
+    **dict.fromkeys(("nm", "nanometre", "nanometres", "nanometer", "nanometers"), 1e-3),
+    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 1e3),
+    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1e6),
+    **dict.fromkeys(("pm", "picometres", "picometers"), 1e-6),
+    **dict.fromkeys(("cm", "centimetres", "centimeters"), 1e4),
+}
+"""Units of length that headings state, in micrometres."""
 
 
 def osa_order(index: int) -> tuple[int, int]:
@@ -154,53 +173,58 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     """
     if str(path).lower().endswith(".mat"):
         return _of_matlab(path)
-    text = read_text(path, "a table of Zernike coefficients", LARGEST_LIST).replace("−", "-")
-    lines = [line.strip() for line in text.splitlines()]
-    rows: list[list[float]] = []
-    named = [_named(line) for line in lines]
-    if any(row is not None for row in named):
-        for number, (line, row) in enumerate(zip(lines, named, strict=True), start=1):
-            _refuse_other_table(path, line)
-            if row is None and TERM.match(line):
-                raise InputError(
-                    f"{printable(path)}, line {number}: {line[:40]!r} names a Zernike term, but not with one "
-                    "coefficient in micrometres: give Z(4,0) 0.05."
-                )
-        lines, rows = [], [row for row in named if row is not None]
-    for number, line in enumerate(lines, start=1):
-        if not line or line.startswith("#"):
-            _refuse_other_table(path, line)
-            continue
-        cells = [cell for cell in re.split(r"[,;\s]+", line) if cell]
-        try:
-            rows.append([float(cell) for cell in cells])
-        except ValueError:
-            if not rows:
-                _refuse_other_table(path, line)
-                continue  # a heading
-            raise InputError(
-                f"{printable(path)}, line {number}: {line[:40]!r} is not one, two or three numbers."
-            ) from None
-    width = len(rows[0]) if rows else 0
-    if width not in (1, 2, 3) or any(len(row) != width for row in rows):
-        raise InputError(
-            f"{printable(path)} must have on each line a coefficient, or its OSA index and it, or n, m and it."
-        )
+    data = read_bytes(path, "a table of Zernike coefficients", LARGEST_LIST)
+    rows, factor = _named_terms(data, printable(path)) or _rows(data, printable(path))
     found: dict[int, float] = {}
     for place, row in enumerate(rows):
-        index = place if width == 1 else _index(path, row[:-1])
-        if not math.isfinite(row[-1]) or index in found:
-            problem = "is there twice" if index in found else f"is {row[-1]}"
-            raise InputError(f"{printable(path)}: the coefficient of OSA index {index} {problem}: give one number.")
-        found[index] = row[-1]
-        if abs(row[-1]) > (most := LARGEST_UM[index < 6]) and index > 2:
+        index = place if len(row) == 1 else _index(path, row[:-1])
+        if index in found:
             raise InputError(
-                f"{printable(path)}: the coefficient of OSA index {index} is {row[-1]:g}, but no eye has more than "
+                f"{printable(path)}: the coefficient of OSA index {index} is there twice: give one number."
+            )
+        found[index] = value = row[-1] * factor
+        if abs(value) > (most := LARGEST_UM[index < 6]) and index > 2:
+            raise InputError(
+                f"{printable(path)}: the coefficient of OSA index {index} is {value:g}, but no eye has more than "
                 f"{most:g} micrometres: give the table in micrometres and the OSA's order."
             )
     if max(found) >= MOST:
         raise InputError(f"{printable(path)} has more than {MOST} coefficients, which radial order 20 has.")
     return tuple(found.get(index, 0.0) for index in range(max(found) + 1))
+
+
+def _rows(data: bytes, name: str) -> tuple[list[list[float]], float]:
+    """Return the rows of one, two or three numbers, and the factor from their unit to micrometres."""
+    table = parse_table(data, name, "a table of Zernike coefficients", header=False, spaces=True).with_points()
+    factor = _micrometres(name, [", ".join(table.header)], table.comments)
+    rows = []
+    for number, row in zip(table.places, table.rows, strict=True):
+        filled = [cell for cell in row if cell.strip()]
+        values = [value for cell in filled if (value := as_number(cell)) is not None]
+        if len(values) < len(filled):
+            raise InputError(f"{name}, line {number}: {', '.join(row)[:40]!r} is not one, two or three numbers.")
+        rows.append(values)
+    width = len(rows[0]) if rows else 0
+    if width not in (1, 2, 3) or any(len(row) != width for row in rows):
+        raise InputError(f"{name} must have on each line a coefficient, or its OSA index and it, or n, m and it.")
+    return rows, factor
+
+
+def _named_terms(data: bytes, name: str) -> tuple[list[list[float]], float] | None:
+    """Return the rows of an aberrometer's table, whose lines name their terms, and its factor; None for others."""
+    text = data.decode("utf-8-sig", "replace").replace("−", "-")
+    lines = [line.strip() for line in text.splitlines()]
+    named = [_named(line) for line in lines]
+    if all(row is None for row in named):
+        return None
+    for number, (line, row) in enumerate(zip(lines, named, strict=True), start=1):
+        if row is None and TERM.match(line):
+            raise InputError(
+                f"{name}, line {number}: {line[:40]!r} names a Zernike term, but not with one coefficient in "
+                "micrometres: give Z(4,0) 0.05."
+            )
+    factor = _micrometres(name, [], [line for line, row in zip(lines, named, strict=True) if row is None])
+    return [row for row in named if row is not None], factor
 
 
 def _named(line: str) -> list[float] | None:
@@ -232,15 +256,43 @@ def _of_matlab(path: str | os.PathLike[str]) -> tuple[float, ...]:
     return tuple(float(value) for value in numbers)
 
 
-def _refuse_other_table(path: str | os.PathLike[str], line: str) -> None:
-    """Raise `InputError` if heading or comment name another order or unit."""
-    words = re.findall("[a-z]+", line.lower())
-    for word, what in OTHER_TABLES.items():
-        if word in words:
+def _micrometres(name: str, headings: Sequence[str], comments: Sequence[str] = ()) -> float:
+    """Return the factor from the stated unit to micrometres; refuse other orders and units.
+
+    Comments state a unit in brackets or behind "in" or "unit": they also hold the pupil's size and the wavelength.
+
+    >>> _micrometres("x.csv", ["index, coefficient (nm)"]), _micrometres("x.csv", ["n, m, um"])
+    (0.001, 1.0)
+    """
+    factors = set()
+    for line in (*headings, *comments):
+        text = line.lower().replace("μ", "µ")
+        stated = [
+            word for within in re.findall(r"[(\[]([^)\]]*)[)\]]", text) for word in re.findall("[a-zµλ]+", within)
+        ]
+        foreign = [word for word in stated if word not in LENGTHS_UM and word not in IN_BRACKETS]
+        if foreign and line in headings:
             raise InputError(
-                f"{printable(path)} says {line[:60]!r} and so is {what}, but coefficients must be in micrometres and "
-                "in the OSA's order (ANSI Z80.28): convert them."
+                f"{name} says {line[:60]!r}, but coefficients must be in micrometres and in the OSA's order (ANSI "
+                "Z80.28): convert them, or leave the brackets out."
             )
+        units = text if line in headings else " ".join(re.findall(r"(?:[(\[]|\bin |\bunits?\W+)\s*([a-zµ]+)", text))
+        for word in re.findall(r"[a-zµλ&]+", text):
+            what = OTHER_TABLES.get(word)
+            if what:
+                raise InputError(
+                    f"{name} says {line[:60]!r} and so is {what}, but coefficients must be in micrometres and in the "
+                    "OSA's order (ANSI Z80.28): convert them."
+                )
+            if (
+                word in LENGTHS_UM
+                and re.search(rf"\b{word}\b", units)
+                and not (word == "m" and not re.search(r"[(\[]\s*m\s*[)\]]", text))
+            ):
+                factors.add(LENGTHS_UM[word])
+    if len(factors) > 1:
+        raise InputError(f"{name} states several units of length: state the one of the coefficients.")
+    return factors.pop() if factors else 1.0
 
 
 def _index(path: str | os.PathLike[str], orders: Sequence[float]) -> int:
@@ -301,13 +353,12 @@ class ZernikePopulation:
         measured_diameter: float,
         measured_nm: float = REFERENCE_NM,
     ) -> ZernikePopulation:
-        """Read the mean as `read_zernike` does, and the covariance from a table with comma-separated rows."""
-        text = read_text(covariance, "a table of covariances", LARGEST_LIST)
-        try:
-            rows = [[float(cell) for cell in line.split(",")] for line in text.splitlines() if line.strip()]
-            table = np.array(rows, dtype=float)
-        except ValueError as error:
-            raise InputError(f"{printable(covariance)} is no square of comma-separated numbers.") from error
+        """Read the mean as `read_zernike` does, and the covariance from a table without a header."""
+        cells = read_cells(covariance, "a table of covariances", largest=LARGEST_LIST, header=False, spaces=True)
+        rows = [[as_number(cell) for cell in row if cell.strip()] for row in cells.with_points().rows]
+        if cells.header or not rows or any(len(row) != len(rows) or None in row for row in rows):
+            raise InputError(f"{printable(covariance)} is no square of numbers.")
+        table = np.array(rows, dtype=float)
         return cls(read_zernike(mean), table, measured_diameter, measured_nm)
 
     def _root(self) -> NDArray[np.float64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,8 @@ import numpy as np
 
 from focalgradient.errors import InputError
 from focalgradient.eye.accommodation import Accommodation, target_course
-from focalgradient.files import LARGEST_LIST, printable, read_text
+from focalgradient.files import LARGEST_LIST, printable
+from focalgradient.files.tables import as_number, name_and_unit, read_cells
 
 __all__ = ["TargetMotion"]
 
@@ -88,20 +88,56 @@ class TargetMotion:
     @classmethod
     def read(cls, path: str | Path) -> TargetMotion:
         """Read a table of time (s) and vergence (D), with or without a header; two rows of one time are a step."""
-        name = printable(path)
-        lines = [line.strip() for line in read_text(path, "a target's course", LARGEST_LIST).splitlines()]
-        rows = [re.split(r"[,;\t]", line) for line in lines if line and line[0] != "#"]
-        if rows and not _numbers(rows[0][:1]):
-            rows = rows[1:]  # skip the header
-        table = [_numbers(row) for row in rows]
-        if len(table) < 2 or any(len(row) != 2 for row in table):
+        cells = read_cells(path, "a target's course", largest=LARGEST_LIST, header=False, spaces=True, columns=2)
+        name, points = cells.name, cells.with_points()
+        if len(points.rows) < 2 or any(len(row) != 2 for row in points.rows):
             raise InputError(f"{name} must contain at least two lines of time,dioptres, in seconds and dioptres.")
+        units = [_unit(name, heading, column) for column, heading in enumerate(points.header or ("", ""))]
+        table = []
+        for number, row in zip(points.places, points.rows, strict=True):
+            values = [as_number(cell) for cell in row]
+            for column, (value, unit) in enumerate(zip(values, units, strict=True)):
+                if value is None or (unit < 0 and value <= 0):
+                    wanted = "a number of seconds" if column == 0 else "a number of dioptres" if unit > 0 else "above 0"
+                    raise InputError(
+                        f"{name}, row {number}: cell {column + 1} is {row[column]!r}, but must be {wanted}."
+                    )
+            table.append(
+                [v * u if u > 0 else -1 / (v * u) for v, u in zip(values, units, strict=True) if v is not None]
+            )
         times, vergences = np.array(table).T
         if np.any(np.diff(times) < 0) or times[0] < 0:
             raise InputError(f"{name} has times that decrease or are negative: sort its lines by time.")
         if not 0 < times[-1] <= LONGEST_S:
             raise InputError(f"{name} ends at {times[-1]:g} s, but must end by {LONGEST_S:g} s.")
         return cls(target_course(times, vergences), float(times[-1]), name, name, Path(path))
+
+
+SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "milliseconds": 1e-3, "min": 60.0}
+VERGENCES = {
+    **dict.fromkeys(("", "d", "dpt", "diopters", "dioptres", "diopter", "dioptre"), 1.0),
+    "m": -1.0,
+    "cm": -0.01,
+    "mm": -0.001,
+}
+"""Units that the headings of a course may state, with the factor to seconds and dioptres; negative: of distances."""
+
+
+def _unit(name: str, heading: str, column: int) -> float:
+    """Return the factor of the unit that a heading states; negative if the column holds distances.
+
+    >>> _unit("x.csv", "time (ms)", 0), _unit("x.csv", "distance_m", 1), _unit("x.csv", "dioptres", 1)
+    (0.001, -1.0, 1.0)
+    """
+    text, unit = name_and_unit(heading)
+    known = (SECONDS, VERGENCES)[column]
+    unit = unit or (text if text in known else "")
+    if column == 1 and not unit and "distance" in text:
+        unit = "distance of unknown unit"
+    if unit not in known or (column == 1 and "distance" in text and known[unit] > 0):
+        wanted = "seconds" if column == 0 else "dioptres, or of distances in metres"
+        raise InputError(f"{name}: the heading {heading!r} is of {unit}, but must be of {wanted}: convert the column.")
+    return known[unit]
 
 
 def _numbers(texts: list[str]) -> list[float]:

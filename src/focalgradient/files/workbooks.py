@@ -1,8 +1,8 @@
-"""Conversion of an Excel sheet (XLSX) to text, which then passes the same checks as a CSV file."""
+"""Cells of an Excel sheet (XLSX) as text, which then pass the same checks as those of a CSV file."""
 
 from __future__ import annotations
 
-import csv
+import datetime
 import io
 import re
 import zipfile
@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from focalgradient.errors import InputError
 
-__all__ = ["is_workbook", "sheet_text"]
+__all__ = ["sheet_rows"]
 
 LARGEST = 64 * 2**20
 """Maximum size of one unpacked part of a workbook, in bytes: some 500,000 rows of six cells."""
@@ -21,13 +21,15 @@ MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
 CELL = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
 
 
-def is_workbook(data: bytes) -> bool:
-    """Return whether data begin with the signature of a ZIP archive, as XLSX files do."""
-    return data.startswith(b"PK\x03\x04")
+DAY_ZERO = datetime.datetime(1899, 12, 30)
+"""Day 0 of the numbers by which Excel stores dates."""
+
+DATE_FORMATS = frozenset((*range(14, 23), *range(27, 37), *range(45, 48), *range(50, 59)))
+"""Numbers of Excel's own formats that show dates and times."""
 
 
-def sheet_text(data: bytes, name: str) -> str:
-    """Return the only non-empty sheet as tab-separated text, one line per sheet row.
+def sheet_rows(data: bytes, name: str) -> list[tuple[int, list[str]]]:
+    """Return the rows of the only non-empty sheet, with their numbers; dates are texts like 2026-06-05.
 
     Parameters
     ----------
@@ -44,9 +46,10 @@ def sheet_text(data: bytes, name: str) -> str:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             parts = archive.namelist()
-            sheets = sorted(one for one in parts if re.fullmatch(r"xl/worksheets/[^/]+\.xml", one))
+            sheets = sorted(part for part in parts if re.fullmatch(r"xl/worksheets/[^/]+\.xml", part))
             texts = _texts(_part(archive, "xl/sharedStrings.xml", name)) if "xl/sharedStrings.xml" in parts else []
-            filled = [rows for one in sheets if (rows := _rows(_part(archive, one, name), texts))]
+            dates = _dates(_part(archive, "xl/styles.xml", name)) if "xl/styles.xml" in parts else frozenset()
+            filled = [rows for part in sheets if (rows := _rows(_part(archive, part, name), texts, dates))]
     except (InputError, MemoryError):
         raise
     except Exception as error:  # damaged archives and XML fail in many ways
@@ -55,15 +58,33 @@ def sheet_text(data: bytes, name: str) -> str:
         raise InputError(
             f"{name} has {len(filled)} sheets with cells, but must have one: save the right one as a CSV file."
         )
-    written = io.StringIO()
-    writer = csv.writer(written, delimiter="\t", lineterminator="\n")
     (rows,) = filled
     if sum(max(cells) for cells in rows.values()) > LARGEST:  # empty cells before one far to the right
         raise InputError(f"{name} is too large for a table: leave out what is not needed, or save it as a CSV file.")
-    for number in range(1, max(rows) + 1):
-        cells = rows.get(number, {})
-        writer.writerow([cells.get(column, "") for column in range(1, max(cells, default=1) + 1)])
-    return written.getvalue()
+    return [
+        (number, [cells.get(column, "") for column in range(1, max(cells) + 1)])
+        for number, cells in sorted(rows.items())
+    ]
+
+
+def _dates(root: ElementTree.Element) -> frozenset[str]:
+    """Return the numbers of the cell styles that show dates or times."""
+    own = {
+        element.get("numFmtId", ""): re.sub(r'"[^"]*"|\[[^\]]*\]|\\.', "", element.get("formatCode", ""))
+        for element in root.iter()
+        if _local(element) == "numFmt"
+    }
+    styles = [element for element in root.iter() if _local(element) == "cellXfs"]
+    return frozenset(
+        str(number)
+        for number, style in enumerate(styles[0] if styles else ())
+        if (kind := style.get("numFmtId", "0"))
+        and (
+            re.search("[dmyhs]", own[kind], re.IGNORECASE)
+            if kind in own
+            else kind.isdigit() and int(kind) in DATE_FORMATS
+        )
+    )
 
 
 def _part(archive: zipfile.ZipFile, part: str, name: str) -> ElementTree.Element:
@@ -94,7 +115,7 @@ def _texts(root: ElementTree.Element) -> list[str]:
     return [_text(one) for one in root if _local(one) == "si"]
 
 
-def _rows(root: ElementTree.Element, texts: list[str]) -> dict[int, dict[int, str]]:
+def _rows(root: ElementTree.Element, texts: list[str], dates: frozenset[str]) -> dict[int, dict[int, str]]:
     """Return the texts of non-empty cells by row and column, both counted from 1."""
     rows: dict[int, dict[int, str]] = {}
     for cell in (one for one in root.iter() if _local(one) == "c"):
@@ -104,13 +125,13 @@ def _rows(root: ElementTree.Element, texts: list[str]) -> dict[int, dict[int, st
         column = 0
         for letter in found[1]:
             column = 26 * column + ord(letter) - ord("A") + 1
-        value = _value(cell, texts)
+        value = _value(cell, texts, dates)
         if value.strip() and int(found[2]) <= MOST_ROWS and column <= MOST_COLUMNS:
             rows.setdefault(int(found[2]), {})[column] = value
     return rows
 
 
-def _value(cell: ElementTree.Element, texts: list[str]) -> str:
+def _value(cell: ElementTree.Element, texts: list[str], dates: frozenset[str]) -> str:
     """Return a cell's text; numbers are rounded to 15 significant digits, as spreadsheets store them."""
     kind = cell.get("t", "n")
     held = {_local(one): one for one in cell}
@@ -120,6 +141,9 @@ def _value(cell: ElementTree.Element, texts: list[str]) -> str:
     if kind == "s" and text.isdecimal() and len(text) < 10:
         return texts[int(text)] if int(text) < len(texts) else ""
     try:
+        if kind == "n" and text and cell.get("s") in dates and 0 < float(text) < 3e6:
+            day = DAY_ZERO + datetime.timedelta(days=float(text))
+            return day.isoformat(" ") if day.time() != datetime.time() else day.date().isoformat()
         return f"{float(text):.15g}" if kind == "n" and text else text
     except ValueError:
         return text

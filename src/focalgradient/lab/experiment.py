@@ -20,11 +20,15 @@ if TYPE_CHECKING:
     from focalgradient.lab.gaze import Recorder, Taken
     from focalgradient.lab.screen import Screen
 
-__all__ = ["EVENTS", "GREY", "Again", "Experiment", "Quit", "Sitting"]
+__all__ = ["EVENTS", "GREY", "Again", "Experiment", "Quit", "Sitting", "Unpractised"]
 
 
 class Quit(Exception):  # noqa: N818  not an error
     """Raised when the participant or the experimenter stops the session."""
+
+
+class Unpractised(Quit):
+    """Raised when practice was not passed in its last round, and the design requires that."""
 
 
 class Again(Exception):  # noqa: N818  not an error

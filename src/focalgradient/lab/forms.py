@@ -7,16 +7,31 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from focalgradient.dataset import Press
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["DIGITS", "WARN", "edited", "form", "pages", "rest"]
+__all__ = ["DIGITS", "WARN", "Letters", "edited", "form", "missing_glyphs", "pages", "rest"]
 
 WARN = (1.0, 0.9, -0.3)  # yellow: legible on dark grey and on black
 COLUMN = 1.05  # width of a page's text, in screen heights
 DIGITS = {**{f"num_{digit}": str(digit) for digit in range(10)}, "period": ".", "comma": ".", "num_decimal": "."}
+MODIFIERS = frozenset({"lshift", "rshift", "lalt", "ralt"})
+
+
+def missing_glyphs(text: str) -> str:
+    """Return the characters that the font of the screen's texts lacks, which are shown as boxes.
+
+    Only FreeType (Linux) shows boxes; other systems take these characters from another font.
+    """
+    import pyglet
+
+    face = getattr(pyglet.font.load("", 12), "face", None)
+    if face is None:
+        return ""
+    return "".join(sorted({one for one in text if one.isprintable() and not face.get_character_index(one)}))
 
 
 def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[str] = ("space",), foot: str = "") -> str:
@@ -61,6 +76,30 @@ def _draw(parts: Sequence[Any]) -> None:
 def _side(body: str) -> str:
     """Return the alignment of a text: centred if all lines are short, otherwise left."""
     return "left" if max(map(len, body.splitlines()), default=0) > 60 else "center"
+
+
+class Letters:
+    """Reader of typed letters and digits: with Shift or Alt held, keys of digits and signs give none.
+
+    Keys are named by what they show without Shift, so that "!" would count as "1".
+    """
+
+    def __init__(self) -> None:
+        self._held: set[str] = set()
+
+    def of(self, press: Press) -> str:
+        """Return the character or the name of a key pressed; "" for a release, and for what cannot be known.
+
+        >>> letters = Letters()
+        >>> [letters.of(Press(0.0, key, True)) for key in ("1", "num_2", "lshift", "1", "a")]
+        ['1', '2', 'lshift', '', 'a']
+        """
+        if press.key in MODIFIERS:
+            (self._held.add if press.down else self._held.discard)(press.key)
+        if not press.down:
+            return ""
+        key = DIGITS.get(press.key, press.key)
+        return "" if self._held and len(key) == 1 and not key.isalpha() else key
 
 
 def edited(text: str, key: str, letters: str, longest: int) -> str:
@@ -111,6 +150,7 @@ def form(
         for part in (*heads, *rows, wrong):
             part.draw()
 
+    letters = Letters()
     screen.keys.clear()
     draw()
     screen.on_event("form", screen.frame())
@@ -120,9 +160,9 @@ def form(
         found = screen.keys.events()
         screen.stop_if_asked(found)
         for press in found:
+            key = letters.of(press)
             if not press.down:
                 continue
-            key = DIGITS.get(press.key, press.key)
             typed[names[at]] = edited(typed[names[at]], key, "abcdefghijklmnopqrstuvwxyz0123456789.-/", 20)
             if press.key in ("return", "num_enter") and at == len(names) - 1:
                 try:

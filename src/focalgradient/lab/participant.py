@@ -5,17 +5,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
+from focalgradient.design.form import GIVEN, USUAL, check_about
 from focalgradient.lab.experiment import Sitting
 from focalgradient.lab.forms import form
 from focalgradient.lab.preparation import check_session
 
 __all__ = ["ask_participant"]
-
-USUAL = ("age", "sex", "handedness")
-"""Questions that a design asks by default; skipped if the command line gives the participant's label."""
-
-GIVEN = (*USUAL, "eye")
-"""Participant data that the command line accepts."""
 
 
 def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[str, str]:
@@ -36,6 +31,7 @@ def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[st
         return given
 
     def check(typed: Mapping[str, str]) -> None:
+        check_about({name: text for name, text in typed.items() if name in GIVEN}, GIVEN)
         if "participant" not in typed:
             return
         session = typed.get("session") or options.session

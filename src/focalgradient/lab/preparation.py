@@ -7,6 +7,7 @@ that is slow.
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import os
 import platform
@@ -23,6 +24,7 @@ import numpy as np
 from focalgradient.dataset import Session
 from focalgradient.design import Design, check_label, design_of, design_text
 from focalgradient.design.consent import Consent, read_consent
+from focalgradient.design.form import GIVEN, check_about
 from focalgradient.design.given_list import read_trials
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
@@ -116,7 +118,10 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         if options.resume:
             raise InputError("--trials is given, but a resumed session continues with its own list: leave it out.")
         design = design.with_trials(str(options.trials), read_trials(options.trials))
-    design = check_session(options, _with_gaze(options, design.pilot() if options.pilot else design))
+    given_design = _with_gaze(options, design.pilot() if options.pilot else design)
+    design = check_session(options, given_design)
+    if options.resume and options.design is not None:
+        _same_design(options, given_design, design)
     tracker = _tracker(options, design)
     stimuli = _stimuli(options, experiment, design)
     words = load_words(design.language, None if options.design is None else options.design.parent)
@@ -193,7 +198,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     )
     add("--trials", type=Path, metavar="FILE", help="list of trials instead of the design's own (CSV, XLSX)")
     add("--consent", type=Path, metavar="FILE", help="consent text, shown before everything else")
-    add("--resume", action="store_true", help="continue an interrupted session")
+    add("--resume", action="store_true", help="continue an interrupted session, with the design that it began with")
     add("--pilot", action="store_true", help="make a short test run in a small window")
     add(
         "--windowed",
@@ -219,6 +224,8 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
         add("--gaze", choices=("none", "mouse", "tracker"), help="source of recorded gaze, instead of the design's")
         add_tracker(parser)
     options = parser.parse_args(given)
+    options.given, options.program = _to_repeat(sys.argv[1:] if given is None else given), parser.prog
+    check_about({name: text for name in GIVEN if (text := getattr(options, name))}, GIVEN)
     if options.screen < 0:
         raise InputError(f"--screen is {options.screen}, but must be 0 or more.")
     if options.pilot:
@@ -232,6 +239,18 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
             "--resume is given without the participant whose session is to be resumed: give --participant."
         )
     return options
+
+
+def _to_repeat(given: Sequence[str]) -> list[str]:
+    """Return command-line words for a resumed session, which continues with its own list of trials."""
+    words = iter(given)
+    kept = []
+    for word in words:
+        if word == "--trials":
+            next(words, None)
+        elif not word.startswith("--trials="):
+            kept.append(word)
+    return kept
 
 
 def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
@@ -271,6 +290,18 @@ def check_session(options: argparse.Namespace, design: Design) -> Design:
         resume=options.resume,
         stimuli=options.stimuli,
     )
+
+
+def _same_design(options: argparse.Namespace, given: Design, began: Design) -> None:
+    """Raise `InputError` if a session is resumed with a design other than the one that it began with."""
+    own, recorded = (design.of(options.participant).model_dump(mode="json") for design in (given, began))
+    if changed := sorted(
+        name for name in own if own[name] != recorded.get(name) and name not in ("gaze", "given_trials")
+    ):
+        raise InputError(
+            f"{options.design} has another {', '.join(changed)} than the session began with: give --resume without "
+            "--design, or begin a new session."
+        )
 
 
 def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -> StimulusSet | None:
@@ -321,6 +352,10 @@ def import_screen() -> ModuleType:
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         raise InputError("there is no display (DISPLAY is not set): run this on a machine with a screen.")
     try:
+        importlib.import_module("psychtoolbox")  # PsychoPy would go on without it, and without a keyboard
+    except (ImportError, OSError) as error:
+        raise InputError(_without_keyboard(str(error))) from error
+    try:
         from focalgradient.lab import screen
     except ImportError as error:
         remedy = "reinstall it with pip install 'focalgradient[lab]'"
@@ -332,6 +367,22 @@ def import_screen() -> ModuleType:
             f"no window can be opened ({error or type(error).__name__}): check that a display is connected."
         ) from error
     return screen
+
+
+LIBRARIES = {"libjack": "libjack-jackd2-0", "libasound": "libasound2"}
+"""Debian package of each system library that PsychoPy's keyboard needs."""
+
+
+def _without_keyboard(error: str) -> str:
+    """Return why PsychoPy's keyboard cannot be used, and the remedy.
+
+    >>> _without_keyboard("libjack.so.0: cannot open shared object file")
+    "PsychoPy's keyboard needs libjack: apt-get install libjack-jackd2-0."
+    """
+    for library, package in LIBRARIES.items():
+        if library in error:
+            return f"PsychoPy's keyboard needs {library}: apt-get install {package}."
+    return f"PsychoPy's keyboard cannot be used ({error}): reinstall psychtoolbox with pip."
 
 
 def _made_for(guns: tuple[float, float, float], stimuli: StimulusSet | None) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from focalgradient.lab.forms import DIGITS, WARN, edited
+from focalgradient.lab.forms import WARN, Letters, edited
 from focalgradient.scales import Control, Scale, Steps, Ways
 
 if TYPE_CHECKING:
@@ -232,6 +232,7 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
 
     screen.warm(*still)
     screen.wait_out()
+    letters = Letters()
     screen.keys.clear()
     draw()
     asked = screen.frame()
@@ -240,9 +241,10 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
         found = screen.keys.events()
         screen.stop_if_asked(found)
         for press in found:
+            key = letters.of(press)
             if not press.down:
                 continue
-            typed = edited(typed, DIGITS.get(press.key, press.key), "0123456789.", 8)
+            typed = edited(typed, key, "0123456789.", 8)
             if press.key in ("return", "num_enter"):
                 try:
                     value = float(typed)
@@ -296,6 +298,7 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
 
     screen.warm(*still)
     screen.wait_out()
+    letters = Letters()
     screen.keys.clear()
     draw()
     asked = screen.frame()
@@ -304,9 +307,9 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
         found = screen.keys.events()
         screen.stop_if_asked(found)
         for press in found:
+            key = letters.of(press)
             if not press.down:
                 continue
-            key = DIGITS.get(press.key, press.key)
             if key in ("left", "right"):
                 if at is None:
                     at = random.randrange(len(values))

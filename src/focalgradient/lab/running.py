@@ -6,9 +6,10 @@ disk before the next trial begins, and Escape asks for confirmation before it qu
 
 from __future__ import annotations
 
+import shlex
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import asdict, replace
 from functools import partial
@@ -24,8 +25,8 @@ from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, se
 from focalgradient.errors import InputError, one_line
 from focalgradient.lab.boxes import keys_of, open_gamepad
 from focalgradient.lab.consent import agree
-from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting
-from focalgradient.lab.forms import pages, rest
+from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting, Unpractised
+from focalgradient.lab.forms import missing_glyphs, pages, rest
 from focalgradient.lab.gaze import Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
@@ -33,7 +34,7 @@ from focalgradient.lab.questions import ask, explain
 from focalgradient.lab.stereoscope import align
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
-from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, SHOWN, SHOWN_ABOUT
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -46,6 +47,9 @@ PART = 0.05
 """Tolerated drift between wall clock and monotonic clock during a trial, in s, in addition to 0.1 % of its duration:
 three frames at 60 Hz. Corrections by slewing (at most 500 ppm on Linux) stay within it.
 """
+
+NOTHING = "no session had begun."
+"""Message after Ctrl-C before the first answer can have been saved."""
 
 MOST_REPEATS = 5
 """Number of times that a trial invalidated by clock drift is repeated before the session ends."""
@@ -71,12 +75,21 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
     try:
         ready = prepare(experiment, given, program)
         for warning in ready.warnings:
-            print(f"Warning: {warning}", file=sys.stderr, flush=True)
+            _warn(warning)
         with closing(ready.triggers):
             return _in_window(experiment, ready)
+    except KeyboardInterrupt as stop:
+        if program is not None:
+            raise  # the command states the exit code of its signal
+        print(f"Interrupted: {str(stop) or NOTHING}", file=sys.stderr)
+        return 130
     except InputError as error:
         print(f"Error: {one_line(error)}", file=sys.stderr)
         return 2
+
+
+def _warn(warning: str) -> None:
+    print(f"Warning: {warning}", file=sys.stderr, flush=True)
 
 
 def _in_window(experiment: Experiment, ready: Prepared) -> int:
@@ -91,6 +104,10 @@ def _in_window(experiment: Experiment, ready: Prepared) -> int:
         words=ready.words,
         stereoscope=ready.stereoscope,
     )
+    warnings = [*_of_window(ready, window)]
+    for warning in warnings:
+        _warn(warning)
+    ready = replace(ready, warnings=[*ready.warnings, *warnings])
     sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
     window.keys.boxes += ready.boxes
     if options.pointer:
@@ -109,6 +126,22 @@ def _in_window(experiment: Experiment, ready: Prepared) -> int:
             sitting.recorder.gaze.close()
         window.close()
     return 0
+
+
+def _of_window(ready: Prepared, window: Screen) -> Iterator[str]:
+    """Yield warnings that only an open window can give: of frames, and of texts that the font cannot show."""
+    if window.refresh_hz is None:
+        yield (
+            f"the display does not report its frames (no vertical synchronisation): they are paced at "
+            f"{ready.screen.PACE:g} Hz, and durations are not exact to a frame."
+        )
+    shown = {name: entry for name, entry in ready.words.entries.items() if not name.startswith("web.")}
+    if lacking := missing_glyphs("".join(line for entry in shown.values() for line in entry)):
+        some = f"{', '.join(lacking[:3])}{' and others' if len(lacking) > 3 else ''}"
+        yield (
+            f"the screen's font cannot show {some} of the language {ready.words.language!r}, but shows boxes: install "
+            "a font with these characters, and make it the system's default."
+        )
 
 
 def guard(what: str, call: Callable[[], object], said: set[str]) -> str | None:
@@ -177,6 +210,14 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
             for step in steps:
                 if not _is_last(step):
                     walk.show(step)
+        except KeyboardInterrupt as stop:
+            raise type(stop)(_saved(ready, session)) from None
+        except Unpractised as failed:
+            _note_events(sitting, session)
+            print(f"Stopped: practice was not passed ({failed}), which the design requires.", file=sys.stderr)
+            for step in filter(_is_last, steps):
+                walk.show(step)
+            raise
         except Quit:
             _note_events(sitting, session)
             left = len(session.remaining())
@@ -187,6 +228,21 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     window.on_event("end", window.now())
     for step in filter(_is_last, steps):  # all data have been saved
         walk.show(step)
+
+
+def _saved(ready: Prepared, session: Session) -> str:
+    """Return what an interrupted session has saved, and the command that continues it."""
+    options, files, done = ready.options, session.files, len(session.recorded)
+    answers = "1 answer is" if done == 1 else f"{done} answers are"
+    if not session.remaining():
+        return f"all {answers} saved in {options.data}."
+    given = [word for word in options.given if word != "--resume"]
+    labels = {"--participant": files.participant, "--session": files.session}
+    for name, label in labels.items():
+        if label is not None and not any(word.partition("=")[0] == name for word in given):
+            given += [name, label]
+    call = f"{options.program} {shlex.join([*given, '--resume'])}"
+    return f"{answers} saved in {options.data}; continue with: {call}"
 
 
 def _is_last(step: Step) -> bool:
@@ -331,12 +387,14 @@ class _Walk:
             known = [one for one in right if one is not None]
             passed = not known or sum(known) >= design.practice_right * len(known)
             session.note("practice", round=number, right=sum(known), of=len(known), passed=passed)
+            if not passed and number == design.practice_rounds and design.practice_required:
+                raise Unpractised(f"{sum(known)} of {len(known)} trials right in round {number}")
             if passed or number == design.practice_rounds:
                 return
             _uninterrupted(partial(self._page, repeat.again))
             repeated = []
             for turn in repeat.turns:
-                answer = _timed(experiment, sitting, session, turn.trial)
+                answer = _timed(experiment, sitting, session, turn.trial, number + 1)
                 session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=answer_event(answer))
                 _note_events(sitting, session)
                 sitting.shown = None
@@ -347,33 +405,26 @@ class _Walk:
 
 def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
     """Call a function; repeat it from its start if Escape interrupted it and the session continues."""
-    return _counted(shown)[0]
-
-
-def _counted(shown: Callable[[], Shown]) -> tuple[Shown, int]:
-    """Call a function until it is not interrupted by Escape; return its result and the number of interruptions."""
-    interrupted = 0
     while True:
-        try:
-            return shown(), interrupted
-        except Again:
-            interrupted += 1
+        with suppress(Again):
+            return shown()
 
 
-def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
+def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial, round: int = 1) -> Answer:
     """Run a trial; repeat it if the wall clock drifted from the monotonic clock meanwhile."""
     sitting.begin(trial)
     noted = dict(sitting.noted)  # before the trial
-    interrupted = 0
-    for number in range(MOST_REPEATS):
+
+    def shown() -> Answer:
+        session.expose(trial, round)
+        return _one(experiment, sitting, trial, noted)
+
+    for _ in range(MOST_REPEATS):
         before = time.monotonic(), time.time()
-        answer, more = _counted(partial(_one, experiment, sitting, trial, noted))
+        answer = _uninterrupted(shown)
         by = parted(before, (time.monotonic(), time.time()))
-        interrupted += more
         if not by:
-            if not (begun_again := interrupted + number):
-                return answer
-            return replace(answer, extra={**answer.extra, AGAIN: Noted(begun_again, description=AGAIN_ABOUT)})
+            return answer
         session.note("void", clocks_parted_s=by, **_happened(sitting))
         sitting.events, sitting.first = [], 0
     raise InputError(

@@ -36,6 +36,10 @@ __all__ = ["read_photograph", "read_photographs"]
 _MAX_INVALID_FRACTION = 0.5
 """Maximum fraction of pixels that are saturated, NaN, infinite or transparent."""
 
+_PILED_UP, _VALUES_BELOW, _LEAST_SATURATED = 5.0, 16, 2e-4
+"""Ratio of the pixels at the highest value to those at any of this many values below it, and their minimum proportion,
+above which a 16-bit image is saturated there (our choice)."""
+
 _SATURATED_WARNING_FRACTION = 1e-3
 """Fraction of pixels at the type's maximum above which a warning is issued."""
 
@@ -78,7 +82,7 @@ def read_photograph(
         `focalgradient.photographs.raw`). The orientation tag is applied.
     encoding
         Encoding of the values, ``"linear"`` or ``"srgb"``. None: as stated by the file (`stated_encoding`), otherwise
-        sRGB for 8-bit image files and linear for all others. Camera raw files are always linear.
+        sRGB for 8-bit pixels and linear for all others. Camera raw files are always linear.
     flat
         Flat field: picture of a uniformly lit, blank surface with the same lens, aperture and focus, sharp or not,
         which corrects vignetting. Its smooth fall-off relative to its mean is used, not its noise.
@@ -171,11 +175,33 @@ def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], En
     if is_raw(path):
         return read_raw(path, read_image_bytes(path)), "linear", False
     if path.suffix.lower() == ".npy":
-        return _read_array(path), encoding or "linear", False
+        array = _read_array(path)
+        return array, encoding or ("srgb" if array.dtype == np.uint8 else "linear"), array.dtype == np.uint8
     data = read_image_bytes(path)
     pixels = _decode(path, data)
+    if data.startswith(_TIFF):
+        _name_page(path, data)
     found = encoding or stated_encoding(data, path)
     return pixels, found or ("srgb" if pixels.dtype == np.uint8 else "linear"), found is None
+
+
+def _name_page(path: Path, data: bytes) -> None:
+    """Warn that the first page of a TIFF file with several pages is used; smaller previews do not count."""
+    try:
+        with _quiet(), Image.open(io.BytesIO(data), formats=FORMATS) as image:
+            sizes = []
+            for page in range(getattr(image, "n_frames", 1)):
+                image.seek(page)
+                sizes.append(image.size)
+    except (OSError, ValueError, EOFError, Image.DecompressionBombError):
+        return
+    pages = sum(size[0] * size[1] >= sizes[0][0] * sizes[0][1] for size in sizes)
+    if pages > 1:
+        warnings.warn(
+            f"{printable(path)} has {pages} pages, of which page 1 was read: save the page that you mean as a file.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
 
 
 def _flattened(
@@ -363,8 +389,26 @@ def _valid_pixels(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
             "floating-point numbers: convert it first."
         )
     integer = np.issubdtype(pixels.dtype, np.integer)
-    usable = pixels < np.iinfo(pixels.dtype).max if integer else np.isfinite(pixels)
+    usable = pixels < _ceiling(pixels) if integer else np.isfinite(pixels)
     return np.asarray(usable.all(axis=2) if usable.ndim == 3 else usable, np.bool_)
+
+
+def _ceiling(pixels: NDArray[Any]) -> int:
+    """Return the value from which integer pixels are saturated: their type's maximum, or a lower one in 16 bits.
+
+    Sensors of 10 to 15 bits saturate below it. There far more pixels share the highest value than any of those below.
+
+    >>> ramp = np.minimum(np.arange(8000), 4095).astype(np.uint16)
+    >>> _ceiling(ramp), _ceiling(np.arange(8000).astype(np.uint16))
+    (4095, 65535)
+    """
+    most = int(np.iinfo(pixels.dtype).max)
+    if pixels.dtype != np.uint16 or (top := int(pixels.max())) == most:
+        return most
+    count = np.bincount(pixels.ravel(), minlength=most + 1)
+    below = count[:top][count[:top] > 0][-_VALUES_BELOW:]
+    is_shared = count[top] > _PILED_UP * max(_LEAST_SATURATED * pixels.size, below.max(initial=0))
+    return top if is_shared and count[top] <= _MAX_INVALID_FRACTION * pixels.size else most
 
 
 def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
@@ -379,7 +423,7 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     """Return the fraction of saturated pixels; raise `InputError` if the pixels cannot show blur."""
     bad = 1 - float(mask.mean())
     integer = np.issubdtype(pixels.dtype, np.integer)
-    top = int(np.iinfo(pixels.dtype).max) if integer else 0
+    top = _ceiling(pixels) if integer else 0
     if bad > _MAX_INVALID_FRACTION:
         trouble = (
             f"is saturated: {bad:.0%} of its pixels lie at the maximum, {top}, where at most half may: expose it less."

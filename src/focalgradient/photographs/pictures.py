@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -86,7 +87,7 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     ((4, 6), 0.5)
     """
     if path.suffix.lower() == ".exr":
-        pixels, encoding = _read_exr(path), encoding or "linear"
+        pixels, encoding = _colours_of_exr(path), encoding or "linear"
     else:
         pixels, encoding, _ = read_pixels(path, encoding)
         _check_colours(path, encoding)
@@ -124,7 +125,8 @@ def read_distances(
     Parameters
     ----------
     path
-        A single-channel .npy, EXR, PFM or floating-point TIFF file, or an 8- or 16-bit PNG or TIFF file.
+        A single-channel .npy, PFM or floating-point TIFF file; an EXR file with one channel, or with one named Z or
+        Depth; or an 8- or 16-bit PNG or TIFF file.
     unit
         Unit of the depth values.
     scale
@@ -142,8 +144,9 @@ def read_distances(
     Returns
     -------
     Distances
-        Holes (NaN, infinite, zero or negative values, except zero dioptres and infinite distance) are filled along rows
-        from the farther of the two sides, since hidden surfaces mostly lie behind.
+        Holes (NaN, infinite, zero or negative values, except zero dioptres and infinite distance; and the largest value
+        of the file where it marks them, such as 65535) are filled along rows from the farther of the two sides, since
+        hidden surfaces mostly lie behind.
 
     Raises
     ------
@@ -153,7 +156,7 @@ def read_distances(
     Warns
     -----
     FocalGradientWarning
-        If holes were filled.
+        If holes were filled, or marked by the largest value.
 
     Examples
     --------
@@ -169,7 +172,10 @@ def read_distances(
             f"{named('baseline')} and {named('offset')} are for disparity, but {printable(path)} contains {unit}: "
             "leave them out."
         )
-    values = _depth_values(path, scale).astype(float) * (1.0 if scale is None else scale)
+    stored = _depth_values(path, scale)
+    marker = _marker(stored)
+    marked = np.zeros(stored.shape, bool) if marker is None else stored == stored.dtype.type(marker)
+    values = np.where(marked, np.nan, stored.astype(float)) * (1.0 if scale is None else scale)
     if unit == "disparity":
         if baseline is None or pixel_angle is None:
             raise InputError(
@@ -194,12 +200,15 @@ def read_distances(
             f"{printable(path)} contains distances of {nearest:.2g} m, but they must be {MIN_DISTANCE_M:g} m or more: "
             f"check the {named('unit')} and the {named('scale')}."
         )
-    if holes.any() and fill:
+    filled_in = " and were filled from their neighbours" if fill else ""
+    by_value = "" if marker is None else f" ({marked.mean():.2%} by the value {marker:g}, which marks it)"
+    if holes.any() and (fill or by_value):
         warnings.warn(
-            f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth and were filled from their neighbours.",
+            f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth{by_value}{filled_in}.",
             FocalGradientWarning,
             stacklevel=2,
         )
+    if holes.any() and fill:
         metres = _without_holes(metres)
     return Distances(metres, float(holes.mean()))
 
@@ -238,7 +247,7 @@ def _transparent(path: Path) -> InputError:
 def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     suffix = path.suffix.lower()
     if suffix == ".exr":
-        values = _read_exr(path)
+        values = _depth_of_exr(path)
     elif suffix == ".pfm":
         values = _read_pfm(path)
     else:
@@ -266,6 +275,35 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     return values
 
 
+MARKERS = (65535.0, 65.535, 65504.0, 6553.5, 655.35, 4294967295.0, 999.0, 9999.0, 99999.0, 1e10, 3.4028234663852886e38)
+"""Values of floating-point files that mark pixels without depth, as cameras and programs write them."""
+
+MIN_MARKER_RATIO = 2.0
+"""Minimum ratio of a marker to the next value of a floating-point file."""
+
+
+def _marker(values: NDArray[Any]) -> float | None:
+    """Return the value by which a depth file marks pixels without depth, if it has one.
+
+    In files of integers of 16 or more bits it is the largest value of the type; in files of floating-point numbers one
+    of `MARKERS`, where it is far above all other values.
+
+    >>> _marker(np.array([[1200, 65535]], np.uint16)), _marker(np.array([[1.2, 65.0]]))
+    (65535.0, None)
+    """
+    if values.dtype.kind in "iu":
+        most = np.iinfo(values.dtype).max
+        return float(most) if values.dtype.itemsize > 1 and (values == most).any() else None
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return None
+    largest = finite.max()
+    rest = finite[finite < largest]
+    known = any(np.isclose(float(largest), marker, rtol=1e-6) for marker in MARKERS)
+    apart = rest.size > 0 and float(largest) >= MIN_MARKER_RATIO * float(rest.max())
+    return float(largest) if known and apart else None
+
+
 def _read_pfm(path: Path) -> NDArray[np.float32]:
     """Read a portable float map: three text lines, then rows from bottom to top; negative scale: little-endian."""
     data = read_bytes(path, "a PFM file")
@@ -283,27 +321,90 @@ def _read_pfm(path: Path) -> NDArray[np.float32]:
     return pixels.reshape(shape)[::-1].astype(np.float32)
 
 
-def _read_exr(path: Path) -> NDArray[Any]:
-    """Return the colours of an EXR file, H x W x 3, or its only channel, H x W."""
+COLOURS = frozenset(("", "combined", "rgb", "rgba", "color", "colour", "beauty", "composite", "image", "final"))
+"""Names of layers that hold the picture, where several have colours."""
+
+DEPTHS = ("z", "depth", "distance")
+"""Names of channels and layers that hold depth."""
+
+
+def _channels_of_exr(path: Path) -> dict[str, NDArray[Any]]:
+    """Return the channels of all parts of an EXR file by their full name."""
     check_installed(f"{printable(path)} is an EXR file: it", "exr", "OpenEXR")
     import OpenEXR
 
     read_bytes(path, "an EXR file")  # rejects irregular or too large files
+    channels: dict[str, NDArray[Any]] = {}
     try:
-        with OpenEXR.File(str(path)) as file:
-            channels = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            for number, part in enumerate(file.parts):
+                for name, channel in part.channels.items():
+                    within = "" if len(file.parts) == 1 or name in part.name() else f"{part.name() or number}."
+                    whole = name if name.startswith(within) else f"{within}{name}"
+                    channels[whole] = np.array(channel.pixels)
     except Exception as error:  # the decoder raises various exceptions for invalid files
         raise InputError(f"{printable(path)} cannot be read: expected an intact EXR file.") from error
-    if "RGBA" in channels and (channels["RGBA"][..., 3] < 1).any():
-        raise _transparent(path)
-    for name in ("RGB", "RGBA"):
-        if name in channels:
-            return channels[name][..., :3].astype(np.float32)
-    if len(channels) != 1:
+    return channels
+
+
+def _layers(channels: Mapping[str, NDArray[Any]]) -> dict[str, dict[str, NDArray[Any]]]:
+    """Return the channels by layer, and within it by the last part of their name in upper case."""
+    layers: dict[str, dict[str, NDArray[Any]]] = {}
+    for name, pixels in channels.items():
+        layer, _, last = name.rpartition(".")
+        layers.setdefault(layer, {})[last.upper()] = pixels
+    return layers
+
+
+def _colours_of_exr(path: Path) -> NDArray[Any]:
+    """Return the colours of an EXR file, H x W x 3, or its only channel, H x W."""
+    channels = _channels_of_exr(path)
+    layers = _layers(channels)
+    coloured = [name for name, layer in layers.items() if {"R", "G", "B"} <= {*layer}]
+    coloured = [name for name in coloured if _last(name) not in DEPTHS] or coloured
+    if len(coloured) > 1:
+        coloured = [name for name in coloured if _last(name) in COLOURS]
+    if len(coloured) == 1:
+        layer = layers[coloured[0]]
+        if "A" in layer and (layer["A"] < 1).any():
+            raise _transparent(path)
+        return np.stack([layer[name] for name in "RGB"], axis=-1).astype(np.float32)
+    if len(channels) == 1:
+        return next(iter(channels.values())).astype(np.float32)
+    raise InputError(
+        f"{printable(path)} has the channels {', '.join(sorted(channels))}, but must have R, G and B of one layer, or "
+        "only one: save the layer of the picture by itself."
+    )
+
+
+def _depth_of_exr(path: Path) -> NDArray[Any]:
+    """Return the channel of depth of an EXR file, H x W: the only one, or the one named Z or Depth."""
+    channels = _channels_of_exr(path)
+    layers = _layers(channels)
+    if len(channels) == 1:
+        return next(iter(channels.values())).astype(np.float32)
+    found: dict[str, NDArray[Any]] = {}
+    for layer, own in layers.items():
+        for last, pixels in own.items():
+            named = last.lower() in DEPTHS and not {"X", "Y"} & {*own}  # the Z of a vector is no depth
+            if named or (_last(layer) in DEPTHS and (len(own) == 1 or last == "R")):
+                found[f"{layer}.{last}".lstrip(".")] = pixels
+    best = [name for name in found if "." not in name or _last(name.rpartition(".")[0]) in DEPTHS] or [*found]
+    whole = next(iter(layers.values()))
+    if not best and len(layers) == 1 and {"R", "G", "B"} <= {*whole}:  # depth saved as a grey picture
+        return np.stack([whole[name] for name in "RGB"], axis=-1).astype(np.float32)
+    if best and all(np.array_equal(found[best[0]], found[name]) for name in best):
+        best = best[:1]
+    if len(best) != 1:
         raise InputError(
-            f"{printable(path)} has the channels {', '.join(sorted(channels))}, but must have R, G and B, or only one."
+            f"{printable(path)} has the channels {', '.join(sorted(channels))}, of which {len(best)} may be the depth: "
+            "save the one that is by itself, or as the only one named Z."
         )
-    return next(iter(channels.values())).astype(np.float32)
+    return found[best[0]].astype(np.float32)
+
+
+def _last(layer: str) -> str:
+    return layer.rpartition(".")[2].strip().lower()
 
 
 def _without_holes(metres: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -34,7 +34,7 @@ class Sensor(Table):
     ]
     """Pitch of the sensor's pixels, also for camera raw files."""
     encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None
-    """None: as stated by the files, otherwise sRGB for 8-bit image files, linear for all others."""
+    """None: as stated by the files, otherwise sRGB for 8-bit pixels, linear for all others."""
     telecentric: Annotated[bool, Field(description="true or false")] = False
     """Whether the lens is image-space telecentric: focus does not change magnification; pixel angle = pitch / focal
     length."""

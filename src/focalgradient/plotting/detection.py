@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import special
 
-from focalgradient.plotting.figures import GREY, ORANGE, new_figure, shortened, style
-from focalgradient.plotting.psychometric import COLOURS
+from focalgradient.plotting.figures import COLOURS, GREY, ORANGE, new_figure, shortened, style
 from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics.detection import DetectionGroup, RatingRoc
 

@@ -3,20 +3,53 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
 
 import matplotlib
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_file", "as_files", "new_figure", "shortened", "style"]
+__all__ = [
+    "BLUE",
+    "COLOURS",
+    "GREEN",
+    "GREY",
+    "MM",
+    "ORANGE",
+    "as_file",
+    "as_files",
+    "new_figure",
+    "people_grid",
+    "person_colours",
+    "shortened",
+    "style",
+]
 
 MM = 1 / 25.4
 """Length of a millimetre in inches."""
 
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"  # colour-blind safe palette (Okabe & Ito)
+
+
+COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
+"""Colours of conditions and of few people (Okabe & Ito)."""
+
+
+def person_colours(count: int) -> list[str]:
+    """Return a different colour for each of `count` people.
+
+    >>> person_colours(2)
+    ['#0072B2', '#D55E00']
+    """
+    if count <= len(COLOURS):
+        return [*COLOURS[:count]]
+    return [to_hex(colour) for colour in colormaps["viridis"](np.linspace(0, 0.9, count))]
 
 
 @contextmanager
@@ -51,6 +84,20 @@ def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any)
     figure = Figure(figsize=(width_mm * MM, height_mm * MM), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
+
+
+def people_grid(people: Sequence[str], row_mm: float = 36.0) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one panel per person, four in a row, with shared axes; titles are the shortened names."""
+    columns = min(4, max(len(people), 1))
+    rows = -(-len(people) // columns)
+    figure = new_figure(max(44.0 * columns + 10, 70), row_mm * rows + 14, layout="constrained")
+    panels = [*figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()]
+    for panel, person in zip(panels, people, strict=False):
+        panel.set_title(shortened(person))
+    for hidden in range(len(people), len(panels)):
+        panels[hidden].set_visible(False)
+        panels[hidden - columns].tick_params(labelbottom=True)  # the last panel of its column
+    return figure, panels[: len(people)]
 
 
 def shortened(name: str, room: int = 24) -> str:

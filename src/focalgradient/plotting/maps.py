@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from textwrap import fill
+from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -44,6 +45,9 @@ REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatc
 """Style of the background that shows at rejected pixels: a hatched grey distinct from all colour maps used here."""
 
 _MOST_VIEWS = 4
+
+_OUTSIDE = ("#bbbbbb", "white", "#c0392b")
+"""Colours of what lies farther than the search, and nearer (the middle one is not used)."""
 
 _MOST_PIXELS = 2000
 """Side in pixels of the largest picture drawn without subsampling: 180 mm at 280 pixels per inch."""
@@ -200,12 +204,17 @@ def draw_depth(
     # The map is drawn in vergence relative to the entrance pupil; its colour bar is labelled in the user's distance.
     labels = f"distance from {depth.plane} (m)", "metres"
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, *labels)
+    if depth.beyond is not None and depth.beyond.any():
+        outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
+        ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest")
+        farther, nearer = (_percent(np.mean(depth.beyond == way)) for way in (-1, 1))
+        title += f"\nred: nearer than searched ({nearer}); grey: farther ({farther})"
     return _with_metres(ax, bar, limits, title, depth.offset)
 
 
 def draw_distance(ax: Axes, distance: NDArray[np.floating], *, limits: tuple[float, float], title: str = "") -> Axes:
     """Draw `distance` (m, H x W, ``nan`` where unknown) as `draw_depth` does, between `limits` in dioptres."""
-    bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)")
+    bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)", "metres")
     return _with_metres(ax, bar, limits, title)
 
 
@@ -310,7 +319,7 @@ def _map(
 ) -> Colorbar:
     """Draw `values` where `drawn` is True over the hatched background, with a colour bar on the right.
 
-    The bar has the `label` in at most two lines; the `short` one where it is too low for that.
+    The bar has the `label` in at most two lines, or the `short` one where it is too low for that.
     """
     low, high = limits
     image = ax.imshow(np.where(drawn, values, np.nan), cmap=colours, vmin=low, vmax=high)
@@ -319,10 +328,22 @@ def _map(
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0, 0.04, 1)), extend=extend, extendfrac=0.03)
     letters = int(25.4 * ax.get_window_extent().height / ax.figure.dpi / LETTER)
-    bar.set_label(fill(label if 2 * letters > len(label) else short or label, letters))
+    bar.set_label(_wrapped(label, letters) or _wrapped(short, letters) or short or label)
     bar.ax.spines["outline"].set_linewidth(0.4)
     bar.ax.set_visible(bool(drawn.any()))  # without values the scale would be arbitrary
     return bar
+
+
+def _wrapped(label: str, letters: int) -> str | None:
+    r"""Return a label in at most two lines of `letters`, without a unit alone on a line; None if it does not fit.
+
+    >>> _wrapped("distance from the entrance pupil (m)", 20), _wrapped("distance (m)", 9)
+    ('distance from the\nentrance pupil (m)', None)
+    """
+    kept = "\N{NO-BREAK SPACE}("
+    lines = wrap(label.replace(" (", kept), letters, break_long_words=False)
+    fits = len(lines) <= 2 and max(map(len, lines), default=0) <= letters
+    return "\n".join(lines).replace(kept, " (") if fits else None
 
 
 def _picture(ax: Axes, title: str) -> Axes:

@@ -49,12 +49,11 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
             if not all(map(math.isnan, widths)):
                 right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
         right.set(ylabel=_folded(study.width_label, 30))
-        least = 1 if study.logs else 0
-        right.set_ylim(least, least + 1.3 * (right.get_ylim()[1] - least))  # room for the legend
-        right.legend(loc="upper right", fontsize=7)
+        right.set_ylim(bottom=1 if study.logs else 0)
+        right.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)
-        right.text(0.03, 0.03, "simulated subjects", transform=right.transAxes, va="bottom")
+        left.set_title("simulated subjects", fontsize=8)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
     return figure

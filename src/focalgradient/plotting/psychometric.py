@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, shortened, style
+from focalgradient.plotting.figures import COLOURS, GREY, ORANGE, new_figure, people_grid, shortened, style
 from focalgradient.plotting.subjects import SIMULATED
-from focalgradient.plotting.thresholds import logarithmic
+from focalgradient.plotting.thresholds import draw_interval, logarithmic
 from focalgradient.statistics import SHAPES, Interval, PersonFunction, PsychometricGroups
 
 __all__ = ["draw_condition", "draw_person_thresholds", "person_figure", "psychometric_figure"]
 
-COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
-"""Colours of the conditions, used cyclically (Okabe & Ito)."""
-
 MOST_ROWS = 40
 """Maximum number of participant names on the axis; with more participants, every second, third, ... is named."""
-
-PANEL_MM, PANELS_PER_ROW = 44.0, 4
-"""Width of a participant's panel in mm, and number of panels per row."""
 
 
 def psychometric_figure(result: PsychometricGroups, *, simulated: bool = False) -> Figure:
@@ -43,20 +38,13 @@ def psychometric_figure(result: PsychometricGroups, *, simulated: bool = False) 
 def person_figure(result: PsychometricGroups, *, simulated: bool = False) -> Figure:
     """Draw one panel per participant: proportions (disc area by trials), fitted function, and threshold interval."""
     people = result.participants
-    rows = math.ceil(len(people) / PANELS_PER_ROW)
     with style():
-        figure = new_figure(PANEL_MM * min(PANELS_PER_ROW, len(people)) + 10, 36.0 * rows + 12, layout="constrained")
-        panels = figure.subplots(
-            rows, min(PANELS_PER_ROW, len(people)), sharex=True, sharey=True, squeeze=False
-        ).ravel()
+        figure, panels = people_grid(people)
         names = [group.condition for group in result.groups]
-        for panel, person in zip(panels, people, strict=False):
+        for panel, person in zip(panels, people, strict=True):
             for one in result.people:
                 if one.participant_id == person:
                     _draw_person(panel, result, one, COLOURS[names.index(one.condition) % len(COLOURS)])
-            panel.set_title(shortened(person))
-        for panel in panels[len(people) :]:
-            panel.set_visible(False)
         if len(names) > 1:
             figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
         figure.supxlabel(_level(result), fontsize=8)
@@ -95,22 +83,24 @@ def _draw_person(ax: Axes, result: PsychometricGroups, one: PersonFunction, colo
     at = one.threshold
     if at.low is not None and at.high is not None:
         height = float(one.correct(at.estimate))
-        ax.plot([at.low, at.high], [height, height], color=colour, linewidth=2)
+        draw_interval(ax, (at.low, at.high), height, (float(x[0]), float(x[-1])), colour=colour, width=2)
     ax.set_ylim(-0.03, 1.03)
-    _scaled(ax, result, _levels(result))
+    _scaled(ax, result, _grid(result))
 
 
 def draw_person_thresholds(ax: Axes, result: PsychometricGroups) -> Axes:
     """Draw each participant's threshold with its 95 % interval, and the mean of each condition in bold."""
     people, names = result.participants, [group.condition for group in result.groups]
     values: list[float] = []
+    limits = _limits(result)
     step = 0.6 / max(1, len(names))
 
     def interval(found: Interval, row: float, colour: str, marker: str, size: float, width: float) -> None:
         if found.low is not None and found.high is not None:
-            ax.plot([found.low, found.high], [row, row], color=colour, linewidth=width)
+            draw_interval(ax, (found.low, found.high), row, limits, colour=colour, width=width)
             values.extend((found.low, found.high))
-        ax.plot(found.estimate, row, marker, color=colour, markersize=size)
+        if limits[0] <= found.estimate <= limits[1]:
+            ax.plot(found.estimate, row, marker, color=colour, markersize=size)
         values.append(found.estimate)
 
     for one in result.people:
@@ -142,12 +132,18 @@ def _grid(result: PsychometricGroups) -> np.ndarray:
     return np.linspace(levels[0] - margin, levels[-1] + margin, 200)
 
 
-def _scaled(ax: Axes, result: PsychometricGroups, values: list[float]) -> None:
-    """Use a logarithmic axis for logarithmic levels, up to a factor of 2 beyond the levels shown."""
+def _limits(result: PsychometricGroups) -> tuple[float, float]:
+    """Return the limits beyond which intervals are cut: a factor of 2, or half of their range, beyond the levels."""
     levels = _levels(result)
     if SHAPES[result.shape].logarithmic:
-        low, high = levels[0] / 2, levels[-1] * 2
-        logarithmic(ax, [min(max(value, low), high) for value in values])
+        return levels[0] / 2, levels[-1] * 2
+    return 1.5 * levels[0] - 0.5 * levels[-1], 1.5 * levels[-1] - 0.5 * levels[0]
+
+
+def _scaled(ax: Axes, result: PsychometricGroups, values: Iterable[float]) -> None:
+    """Use a logarithmic axis for logarithmic levels, with all `values` that lie within the limits."""
+    if SHAPES[result.shape].logarithmic:
+        logarithmic(ax, [*np.clip([*values], *_limits(result))])
 
 
 def _level(result: PsychometricGroups) -> str:

@@ -59,6 +59,7 @@ def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
         ax.plot(at, ordered.mean() + spread * at, color=GREY, linewidth=0.8)
     ax.plot(at, ordered, "o", color=colour, markersize=3.5 if count < 60 else 2)
     ax.set_xlabel("normal quantile")
+    ax.locator_params(axis="x", nbins=4)
     return ax
 
 
@@ -67,4 +68,5 @@ def draw_residuals(ax: Axes, found: Residuals, colour: str) -> Axes:
     ax.axhline(0, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.plot(found.fitted, found.residual, "o", color=colour, markersize=2.5, alpha=0.7)
     ax.set(xlabel="fitted value", ylabel="residual")
+    ax.locator_params(axis="x", nbins=4)
     return ax

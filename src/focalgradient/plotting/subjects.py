@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,9 +16,6 @@ from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable
 
 __all__ = [
     "SIMULATED",
@@ -175,7 +171,6 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.subject_means})
     place, apart = {mm: mm for mm, _ in sizes}, _apart(sizes)
     ratio = any(mean.ratio is not None for mean in result.subject_means)
-    drawn = [1.0] if ratio else []
     labels = []
     looks = fixation_looks(mean.fixation for mean in result.subject_means)
     for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
@@ -190,7 +185,6 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
             ax.plot(
                 *zip(*points, strict=True) if points else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1
             )
-            drawn += [y for _, y in points]
         intervals = (
             (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
             for mean in result.means
@@ -198,13 +192,13 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         )
         means = [(x, mean) for x, mean in intervals if isinstance(mean, Interval)]
         if means:
-            drawn += _means(ax, means, colour, marker)
+            _means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))
-        elif any(mean.fixation == fixation for mean in result.subject_means):
-            labels.append((drawn[-1], label, colour))
-    low, high = min(drawn), max(drawn)
-    room = 0.04 * (high - low) or 0.05 * abs(high) or 1.0  # in case all values are equal
-    ax.set_ylim(low - room, high + room)
+        elif heights := [
+            mean.ratio if ratio else mean.rating for mean in result.subject_means if mean.fixation == fixation
+        ]:
+            labels.append((next(filter(None, reversed(heights)), 1.0), label, colour))
+    ax.margins(y=0.04)
     _apertures(ax, sizes)
     if ratio:
         ax.set_ylabel("perceived depth (ratio to the pinhole)")
@@ -275,7 +269,7 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
     ax.axvline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     small = max(4.0, min(8.0, 130 / max(len(order), 1)))
     ax.set_yticks(range(len(order)), order, fontsize=small)
-    ax.set_xlabel("depth effect at the largest aperture (ratio to the pinhole)")
+    ax.set_xlabel("depth effect at the largest aperture\n(ratio to the pinhole)")
     return ax
 
 
@@ -320,9 +314,8 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
 
 
 def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> Axes:
-    """Draw the nonrigid percept's proportion of the unambiguous time, of each subject and the mean."""
+    """Draw the nonrigid percept's proportion of both readings' time: each subject, mean and 95 % interval."""
     conditions = _conditions(result)
-    shares: dict[Hashable, list[float]] = {condition: [] for condition in conditions}
     for participant in result.participants:
         own = {
             (each.gradient, each.strength): 100 * each.nonrigid
@@ -331,16 +324,16 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
         }
         points = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
         ax.plot(*zip(*points, strict=True) if points else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
-        for condition, share in own.items():
-            shares[condition].append(share)
-    means = [(float(x), shares[condition]) for x, condition in enumerate(conditions) if shares[condition]]
-    ax.plot([x for x, _ in means], [np.mean(values) for _, values in means], "o-", color=ORANGE, markersize=5)
-    for x, values in means:
-        if len(values) > 1:
-            half = stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values))
-            mean = float(np.mean(values))
-            ends = [[min(half, mean)], [min(half, 100 - mean)]]  # clipped to 0 to 100 %
-            ax.errorbar(x, mean, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
+    means = [
+        (conditions.index((each.gradient, each.strength)), each.of_readings)
+        for each in result.shares
+        if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
+    ]
+    ax.plot([x for x, _ in means], [100 * mean.estimate for _, mean in means], "o-", color=ORANGE, markersize=5)
+    for x, mean in means:
+        if mean.low is not None and mean.high is not None:
+            ends = [[100 * (mean.estimate - mean.low)], [100 * (mean.high - mean.estimate)]]
+            ax.errorbar(x, 100 * mean.estimate, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
     ax.axhline(50, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.set(ylim=(-2, 102), ylabel="nonrigid percept (% of the time)", title="Nonrigid percept")
     _gradients(ax, conditions)
@@ -414,17 +407,14 @@ def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
     ax.set_xlabel("aperture (diameter in mm)")
 
 
-def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str) -> list[float]:
-    """Draw means with their intervals; return all values drawn."""
+def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str) -> None:
+    """Draw means with their intervals."""
     ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], color=colour, linewidth=2, zorder=3)
-    ends = []
     for x, mean in means:
         if mean.low is not None and mean.high is not None and mean.low < mean.high:
             bar = [[mean.estimate - mean.low], [mean.high - mean.estimate]]
             ax.errorbar(x, mean.estimate, bar, color=colour, linewidth=2, capsize=3, capthick=1.6, zorder=3)
-            ends += [mean.low, mean.high]
     ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], marker, color=colour, markersize=6, zorder=4)
-    return ends + [mean.estimate for _, mean in means]
 
 
 def _conditions(result: NeckerResult) -> list[tuple[str, float]]:
@@ -437,7 +427,7 @@ def _conditions(result: NeckerResult) -> list[tuple[str, float]]:
 def _gradients(ax: Axes, conditions: Sequence[tuple[str, float]]) -> None:
     ax.set_xticks(range(len(conditions)), [f"{strength:g}" for _, strength in conditions])
     ax.set_xlim(-0.6, len(conditions) - 0.4)
-    ax.set_xlabel("aperture (mm)\nrigid  ←  blur consistent with  →  nonrigid")
+    ax.set_xlabel("aperture (mm)\nrigid  ←  blur  →  nonrigid")
 
 
 def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> None:
@@ -450,8 +440,10 @@ def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> Non
     for index in reversed(range(len(places))):  # move labels beyond the top down again
         places[index] = top = min(places[index], top)
         top -= apart
+    beside = ax.get_yaxis_transform()  # at a height in data, which axes that share their limits may still change
     for place, (_, label, colour) in zip(places, sorted(labels), strict=True):
-        ax.text(1.02, place, label, transform=ax.transAxes, ha="left", va="center", color=colour, fontweight="bold")
+        y = low + place * (high - low)
+        ax.text(1.02, y, label, transform=beside, ha="left", va="center", color=colour, fontweight="bold")
 
 
 def _count(number: int, word: str) -> str:

@@ -179,7 +179,7 @@ def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, Any], seed
     'nearest in focus: rises with blur'
     """
     if design.response_scale.analysis.ratios:
-        own = {name: value for name, value in assumed.items() if name in ("bound", "deciding_test")}
+        own = {name: value for name, value in assumed.items() if name == "bound"}
         return Study(model_of(Model, assumed, design.task, own), design, **own, seed=seed)
     return LatentStudy(model_of(LatentModel, assumed, design.task), design, seed)
 
@@ -240,9 +240,8 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
     Returns
     -------
     dict
-        For each number of subjects, proportion of experiments with a significant result by Holm's p: "near_rise", the
-        slope of the first fixation; "interaction", that it exceeds the slope of each other one, if the report compares
-        them.
+        For each number of subjects, proportion of experiments with a significant result: "near_rise", the slope of the
+        first fixation; "interaction", that it exceeds the slope of each other one, if the report compares them.
 
     Raises
     ------
@@ -292,7 +291,7 @@ def _share(
     singles: int,
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Return the proportion of drawn estimates that are significant in each test, by Holm's p."""
+    """Return the proportion of drawn estimates that are significant in each test; several differences by Holm's p."""
     from scipy import stats
 
     normal = rng.normal(size=(DRAWS, singles)) * np.sqrt(spread[:singles])
@@ -304,7 +303,8 @@ def _share(
     estimates = mean + np.column_stack([normal, *apart]) if apart else mean + normal
     errors = np.sqrt(error * rng.chisquare(df, size=(DRAWS, len(mean))) / df)
     t = estimates / errors
-    found = (holm(2 * stats.t.sf(np.abs(t), df)) < ALPHA) & (t > 0)
+    p = np.asarray(2 * stats.t.sf(np.abs(t), df))
+    found = (np.column_stack([p[:, :singles], holm(p[:, singles:])]) < ALPHA) & (t > 0)
     shares = {"near_rise": float(found[:, 0].mean())}
     first = [singles + at for at, (one, _) in enumerate(pairs) if one == 0]
     return shares | ({"interaction": float(found[:, first].all(axis=1).mean())} if first else {})

@@ -25,11 +25,10 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy
 from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, depth_rating, quality
-from focalgradient.statistics.crossed import FEWEST_SCENES, moments, noise_shares
-from focalgradient.statistics.hypotheses import check_bound, one_sided, robust_decides
+from focalgradient.statistics.crossed import FEWEST_SCENES, moments
+from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
-from focalgradient.statistics.skewness import Scatter, error_skewness, two_sided_p
 
 __all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "rise_power", "simulated_ratings"]
 
@@ -38,10 +37,10 @@ TESTS = {
     "far_equivalent": "far: equivalent to zero",
     "interaction": "near rises more than far",
 }
-"""Tests and their meaning; each at .05 by the report's criterion, the first and the last by Holm's p."""
+"""Tests and their meaning, each at .05 as in the report."""
 
 
-ANALYSIS = 4
+ANALYSIS = 5
 """Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 
@@ -103,21 +102,17 @@ class Study(AnyStudy):
         Equivalence bound, a ratio above 1: see `focalgradient.statistics.depth_rating`.
     seed
         Seed of all random draws.
-    deciding_test
-        Deciding test, "robust" or "t": see `focalgradient.statistics.depth_rating`.
 
     Raises
     ------
     InputError
-        If the bound is not above 1 and at most 10, `deciding_test` is unknown, or the design lacks the conditions to be
-        compared.
+        If the bound is not above 1 and at most 10, or the design lacks the conditions to be compared.
     """
 
     model: Model
     design: DepthRatingDesign
     bound: float = 1.2
     seed: int = 1
-    deciding_test: str = "robust"
 
     seconds: ClassVar[float] = 0.005
     logs: ClassVar[bool] = True
@@ -126,7 +121,6 @@ class Study(AnyStudy):
     def __post_init__(self) -> None:
         check_fields(self)
         check_bound("bound", self.bound)
-        robust_decides(self.deciding_test)
         if not self.design.response_scale.analysis.ratios:
             raise InputError(
                 f"scale is {self.design.scale!r}, but must have answers that are ratios: use LatentStudy, or another "
@@ -144,7 +138,6 @@ class Study(AnyStudy):
         stated = {
             "bound": self.bound,
             "seed": self.seed,
-            "deciding_test": self.deciding_test,
             "model": dataclasses.asdict(self.model),
             "analysis": ANALYSIS,
         }
@@ -170,7 +163,7 @@ class Study(AnyStudy):
 
     def analysed(self, table: pd.DataFrame) -> DepthRatingResult:
         """Analyse ratings as the report does."""
-        return depth_rating(table, equivalence_bound=self.bound, deciding_test=self.deciding_test)
+        return depth_rating(table, equivalence_bound=self.bound)
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
         """Simulate and analyse one experiment: see `experiment`."""
@@ -284,7 +277,7 @@ def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
     for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
         rise = of[fixation].rise if fixation in of else None
         if isinstance(rise, Effect):
-            outcome[width] = rise.deciding.high - rise.deciding.low
+            outcome[width] = rise.high - rise.low
     if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
         outcome["near_rise"] = float(near.significant and near.estimate > 0)
     if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
@@ -317,8 +310,7 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     >>> found["near_rise"] > 0.95
     True
     """
-    settings = study.model, study.design, study.bound
-    return rise_power(*settings, subjects, experiments, seed=study.seed, deciding_test=study.deciding_test)
+    return rise_power(study.model, study.design, study.bound, subjects, experiments, seed=study.seed)
 
 
 def rise_power(
@@ -329,7 +321,6 @@ def rise_power(
     experiments: int = 2000,
     *,
     seed: int = 1,
-    deciding_test: str = "robust",
 ) -> dict[str, float]:
     """Return the power as `quick_power` does, for a design with any number of fixations.
 
@@ -337,7 +328,6 @@ def rise_power(
     that all others are equivalent to zero, "interaction" that the first effect exceeds each of them; both are absent
     without other fixations.
     """
-    by_t = not robust_decides(deciding_test)
     rng = default_rng(SeedSequence([seed, subjects, experiments]))
     shape = (experiments, subjects, len(design.scenes))
     noise = model.noise * math.sqrt(2 / design.repetitions)
@@ -349,31 +339,18 @@ def rise_power(
         for mean in (model.effect, *[model.far_effect] * (len(design.fixations) - 1))
     ]
     pairs = list(combinations(range(len(rises)), 2))
-    tables = [*rises, *(rises[one] - rises[other] for one, other in pairs)]
-    found = [_tested(cells) for cells in tables]
-    scatters = [
-        Scatter(subjects, error_skewness(cells, error), noise_shares(cells))
-        for cells, (_, error, _) in zip(tables, found, strict=True)
-    ]
-    tests = zip(found, scatters, strict=True)
-    p = np.stack(
-        [
-            2 * stats.t.sf(np.abs(mean / error), df) if by_t else two_sided_p(mean / error, df, scatter)
-            for (mean, error, df), scatter in tests
-        ],
-        axis=-1,
-    )
-    corrected = holm(p) < ALPHA
-    shares = {"near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean())}
+    found = [_tested(cells) for cells in [*rises, *(rises[first] - rises[second] for first, second in pairs)]]
+    p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
+    shares = {"near_rise": float(((p[:, 0] < ALPHA) & (found[0][0] > 0)).mean())}
     if not pairs:
         return shares
     none = np.ones(experiments, bool)
-    for one in range(1, len(rises)):
-        none &= np.maximum(*one_sided(*found[one], math.log(bound), None if by_t else scatters[one])) < ALPHA
-    larger = np.ones(experiments, bool)
-    for at, (one, _) in enumerate(pairs, start=len(rises)):
-        if one == 0:
-            larger &= corrected[:, at] & (found[at][0] > 0)
+    for mean, error, df in found[1 : len(rises)]:
+        none &= np.maximum(*one_sided(mean, error, df, math.log(bound))) < ALPHA
+    larger, apart = np.ones(experiments, bool), holm(p[:, len(rises) :])
+    for at, (first, _) in enumerate(pairs):
+        if first == 0:
+            larger &= (apart[:, at] < ALPHA) & (found[len(rises) + at][0] > 0)
     return shares | {"far_equivalent": float(none.mean()), "interaction": float(larger.mean())}
 
 

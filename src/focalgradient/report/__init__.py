@@ -17,6 +17,7 @@ from typing import Any
 from focalgradient.dataset import checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
+from focalgradient.files import printable
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
 from focalgradient.report.choices import chosen, explained
@@ -25,18 +26,22 @@ from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.observers import fitted_observers
+from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.rules import Stated, as_toml, load_rules
+from focalgradient.report.tables import many
 from focalgradient.report.tidy import tidy_results
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
+from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_detection import holds_detection
 from focalgradient.statistics.own_reports import holds_reports
+from focalgradient.statistics.own_tables import Paths, Where
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
 
@@ -77,7 +82,7 @@ class Report:
 
 
 def make_report(
-    root: str | os.PathLike[str],
+    root: Paths,
     *,
     bound: float | None = None,
     scale: Analysis | str | None = None,
@@ -86,6 +91,8 @@ def make_report(
     conditions: Mapping[str, str] | None = None,
     focal_length_mm: float | None = None,
     guess_rate: float | None = None,
+    where: Where | None = None,
+    by: Sequence[str] = (),
     bayes: bool = False,
     observers: bool = False,
     executor: Executor | None = None,
@@ -96,7 +103,8 @@ def make_report(
     Parameters
     ----------
     root
-        Folder of the data set; or a CSV, TSV or XLSX file, which is read according to its columns by
+        Folder of the data set; or a CSV, TSV, XLSX or JSON file (or the files of one data set, one per participant),
+        which is read according to its columns by
         `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
         answers) or `read_detection` (signals and answers).
     bound
@@ -107,9 +115,12 @@ def make_report(
         1, else ratios.
     stated
         Exclusion rules: see `load_rules`.
-    columns, conditions, focal_length_mm, guess_rate
-        Settings of the user's own table; the guess rate is for answers at levels, see
-        `focalgradient.statistics.read_thresholds`.
+    columns, conditions, focal_length_mm, guess_rate, where
+        Settings of the user's own table; `where` gives values by column, of which an analysed row has one; the
+        guess rate is for answers at levels, see `focalgradient.statistics.read_thresholds`.
+    by
+        Columns of conditions of a table of ratings, whose effects are tested instead of the depth effect: slopes of
+        numbers, contrasts of others.  [default: the apertures of a table without fixations]
     bayes
         True to add a Bayesian analysis of the ratings: see `focalgradient.statistics.bayes`.
     observers
@@ -126,22 +137,38 @@ def make_report(
         If nothing can be analysed (the message gives the first reason), or if a setting is given that applies to none
         of the data: `bound`, `scale`, `bayes` and `focal_length_mm` apply to ratings, rules also to the cube.
     """
-    root, stated = Path(root), stated or Stated(Rules())
+    paths = [Path(root)] if isinstance(root, str | os.PathLike) else [Path(path) for path in root]
+    root, stated = paths[0], stated or Stated(Rules())
+    files = paths if len(paths) > 1 else root
+    if len(paths) > 1 and not all(path.is_file() for path in paths):
+        raise InputError("several data sets are reported by themselves: give the folder of one, or tables of one.")
+    if by and not root.is_file():
+        raise InputError(f"by is for a table, but {printable(root)} is a data set: leave it out.")
+    if where and not root.is_file():
+        raise InputError(f"where chooses rows of a table, but {printable(root)} is a data set: leave it out.")
     if bayes:
         check_installed(*NEEDED)
-    if guess_rate is not None and not (root.is_file() and other_than_ratings(root, columns) == LEVELS):
+    if guess_rate is not None and not (root.is_file() and other_than_ratings(files, columns) == LEVELS):
         raise InputError(f"guess_rate is for answers at levels, but {root.name} contains none: leave it out.")
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
-    elif other := other_than_ratings(root, columns):
+    elif by or (other_than_ratings(files, columns) is None and holds_conditions(files, columns)):
+        ordinal = scale is not None and analysis_named(scale).whole
+        ratings_by = read_conditions(files, columns, by, where, steps=ordinal)
+        for name, value in {"bound": bound, "bayes": bayes or None, "focal_length_mm": focal_length_mm}.items():
+            if value is not None:
+                raise InputError(f"{name} is for ratings by aperture and fixation, not by condition: leave it out.")
+        parts: list[Part] = [ConditionPart.of(ratings_by)]
+        found = _Analysed(root.stem, parts, [], [*ratings_by.notes], [*ratings_by.notices])
+    elif other := other_than_ratings(files, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
             raise InputError(f"{given[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
-        found = _of_table(root, asked, columns, conditions, guess_rate)
+        found = _of_table(files, root.stem, asked, columns, conditions, guess_rate, where)
     else:
         whole = scale is not None and analysis_named(scale).whole
-        own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm, steps=whole)
+        own = read_ratings(files, columns, conditions, where=where, focal_length_mm=focal_length_mm, steps=whole)
         scale = Choices() if scale is None and own.choices else scale
         asked = replace(asked, scale=scale)
         ratings = RatingPart.of(
@@ -168,18 +195,18 @@ def make_report(
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
-    body += output.tables(provenance(root, found.parts, applied, asked.used_bound, stated))
-    files = _files(found.title, body, output)
+    body += output.tables(provenance(paths, found.parts, applied, asked.used_bound, stated))
+    written = _files(found.title, body, output)
     for part in found.parts:
-        files |= part.exports()
+        written |= part.exports()
     if applied:
         used = asked.used_bound if "bound" in applied else None
-        files["rules.toml"] = as_toml(stated.rules, used, applied).encode()
+        written["rules.toml"] = as_toml(stated.rules, used, applied).encode()
     results = main_results(output.sheets)
     problems = [_local(one, root) for one in found.problems]
     found_in_all = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
-    files["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
-    return Report(files, tuple(found.problems), tuple(results), tuple(found.notices))
+    written["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
+    return Report(written, tuple(found.problems), tuple(results), tuple(found.notices))
 
 
 def _refuse_unused(
@@ -211,7 +238,7 @@ LEVELS = "answers at levels"
 """Description of threshold data in messages."""
 
 
-def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> str | None:
+def other_than_ratings(path: Paths, columns: Mapping[str, str] | None = None) -> str | None:
     """Return a description of the content of the user's own table; None for ratings."""
     if holds_reports(path, columns):
         return "reports on the cube"
@@ -221,24 +248,26 @@ def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> 
 
 
 def _of_table(
-    path: Path,
+    path: Paths,
+    title: str,
     asked: Asked,
     columns: Mapping[str, str] | None,
     conditions: Mapping[str, str] | None,
     guess: float | None,
+    where: Where | None,
 ) -> _Analysed:
     """Analyse reports on the cube, detection data or threshold data of the user's own table."""
     if holds_reports(path, columns):
-        read = read_reports(path, columns, conditions)
+        read = read_reports(path, columns, conditions, where)
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
-        return _Analysed(path.stem, [cube], notes=[*read.notes], notices=[*read.notices])
+        return _Analysed(title, [cube], notes=[*read.notes], notices=[*read.notices])
     if holds_detection(path, columns):
-        found = read_detection(path, columns, conditions)
+        found = read_detection(path, columns, conditions, where)
         detected = DetectionPart.of(found)
-        return _Analysed(path.stem, [detected], notes=[*found.notes], notices=[*found.notices])
-    own = read_thresholds(path, columns, conditions, guess)
+        return _Analysed(title, [detected], notes=[*found.notes], notices=[*found.notices])
+    own = read_thresholds(path, columns, conditions, guess, where)
     part = OwnThresholdPart.of(own, asked.progress)
-    return _Analysed(path.stem, [part], notes=[*own.notes], notices=[*own.notices])
+    return _Analysed(title, [part], notes=[*own.notes], notices=[*own.notices])
 
 
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:
@@ -269,6 +298,10 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
         found.notes.extend(valid.notes)
     except InputError as error:
         problems.append(str(error))
+    if gone := {label for part in parts if part.data for label in part.data.withdrawn}:
+        found.notices.append(
+            f"Left out whatever the rules: {many(len(gone), 'participant')} who asked for removal of the answers."
+        )
     left_out = [one for part in parts if part.data for one in part.data.problems]
     found.problems.extend(
         f"Left out of the analysis: {one}" if one in left_out else one for one in dict.fromkeys(problems)

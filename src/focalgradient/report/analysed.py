@@ -128,7 +128,7 @@ def analyse_ratings(
     scale
         Analysis of the ratings; None: that of the designs.
     rules
-        Exclusion rules and deciding test.
+        Exclusion rules.
     progress
         See `focalgradient.statistics.depth_rating`.
 
@@ -190,7 +190,7 @@ def _main(
     """Apply the main analysis that belongs to the answers."""
     if rows["catch"].all():
         return _nobody(found)
-    return analyse(rows, meant, bound=bound, deciding_test=found.rules.deciding_test, progress=progress)
+    return analyse(rows, meant, bound=bound, progress=progress)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:

@@ -219,7 +219,7 @@ def _notes(notes: Sequence[str], csv: str | None) -> list[str]:
 _CSS = """
 :root { color-scheme: light dark; --ink: #1d1d1f; --paper: #fff; --soft: #555; --line: #dcdcdc; --warn: #fdf3ec; }
 body { font: 16px/1.55 Charter, "Bitstream Charter", "Iowan Old Style", Cambria, Georgia, serif; color: var(--ink);
-  background: var(--paper); max-width: 58rem; margin: 3rem auto 5rem; padding: 0 1.25rem; }
+  background: var(--paper); max-width: 66rem; margin: 3rem auto 5rem; padding: 0 1.25rem; }
 p, figcaption { max-width: 46rem; } h1 { font-size: 2rem; line-height: 1.15; font-weight: 600; margin: 0 0 1rem; }
 h2 { font-size: 1.4rem; font-weight: 600; border-top: 1px solid var(--line); padding-top: 1.4rem; margin: 2.6rem 0
 .8rem; } h3 { font-size: 1.1rem; font-weight: 600; margin: 1.8rem 0 .5rem; }

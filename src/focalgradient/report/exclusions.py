@@ -173,10 +173,6 @@ def _as_it_is(value: float) -> float:
     return value
 
 
-def _percent(value: float) -> float:
-    return 100 * value
-
-
 Analysed = DepthRatingResult | ComparisonResult | NeckerResult
 
 
@@ -187,10 +183,9 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
     if isinstance(result, NeckerResult):
         return [
             Headline(
-                f"change of the nonrigid share of time, {each.gradient} gradient, {each.strength:g} mm "
-                "(percentage points)",
-                each.share,
-                _percent,
+                f"odds ratio of the nonrigid reading's time, {each.gradient} gradient, {each.strength:g} mm",
+                each.odds_of_time,
+                _ratio,
             )
             for each in result.effects
         ]
@@ -261,7 +256,7 @@ def sensitivity(
     rows = [[one.what, which, *_cells(one)] for which, listed in both for one in listed]
     rows.sort(key=lambda row: [one.what for one in both[1][1]].index(row[0]) if both[1][1] else 0)
     header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (Holm where corrected)"]
-    caption = "Main results with and without exclusions; interval and p are those of the deciding test"
+    caption = "Main results with and without exclusions"
     file = f"{name}{EFFECT}"
     columns = ["exclusions", "what"] if not digits else None
     sheet = Sheet(file, Table(caption, header, rows, csv=file), pd.DataFrame(digits, columns=columns))
@@ -274,22 +269,21 @@ def sensitivity(
 
 
 def _as_shown(one: Headline) -> dict[str, float]:
-    """Return estimate and interval of the deciding test in the unit that `what` names."""
+    """Return estimate and interval in the unit that `what` names."""
     if isinstance(one.effect, NotComputed):
         return {}
-    decides = one.effect.deciding
-    ends = {"value": one.effect.estimate, "value_low": decides.low, "value_high": decides.high}
+    ends = {"value": one.effect.estimate, "value_low": one.effect.low, "value_high": one.effect.high}
     return {name: one.shown(end) for name, end in ends.items()}
 
 
 def _cells(one: Headline) -> list[str]:
-    """Return subjects, estimate, interval and p of the deciding test, and Student's t."""
+    """Return subjects, estimate, interval, Student's t and p."""
     if isinstance(one.effect, NotComputed):
         return ["–", "–", "–", one.effect.reason, "–"]
     found = one.effect
-    ends = interval(one.shown(found.deciding.low), one.shown(found.deciding.high))
+    ends = interval(one.shown(found.low), one.shown(found.high))
     test = f"t({freedom(found.df)}){SPACE}={SPACE}{decimals(found.statistic)}"
-    p = probability(found.deciding_p)
+    p = probability(found.corrected_p)
     return [str(found.subjects), number(one.shown(found.estimate)), ends, test, p]
 
 

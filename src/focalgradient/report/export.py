@@ -17,7 +17,6 @@ from focalgradient.statistics import (
     OrdinalResult,
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.skewness import BASE, BASE_OF_FEW, FEWEST, NOISE, NOISE_OF_FEW, SKEW
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["reader", "report_files", "safe_csv", "trial_files"]
@@ -57,23 +56,25 @@ CUBE_MEANING = {
     "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
 }
 
-CUBE = """# The headline test of the report: the nonrigid share of the time with one of the two readings, each gradient
-# against none, over subjects. Base R only. Run in the report's folder: Rscript necker_headline.R
-# In JASP the same: open necker_wide.csv, then T-Tests, Paired Samples T-Test, each condition with "none 0".
+CUBE = """# The headline test of the report: log odds of the time of the nonrigid reading (half of the mean duration of
+# a report added to each reading), each gradient against none, over subjects. Base R only. Run in the report's folder:
+# Rscript necker_headline.R
+# In JASP the same: open necker_wide.csv (log odds), then T-Tests, Paired Samples T-Test, each condition with "none 0".
 d <- read.csv("necker_reports.csv", colClasses = c(participant_id = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
 d$condition <- paste(d$gradient, d$strength)
 time <- function(of) tapply(ifelse(d$percept == of, d$duration, 0), list(d$participant_id, d$condition), sum)
-share <- time("nonrigid") / (time("nonrigid") + time("rigid"))
-found <- do.call(rbind, lapply(setdiff(colnames(share), "none 0"), function(name) {
-  change <- na.omit(share[, name] - share[, "none 0"])
+half <- mean(d$duration[d$percept %in% c("rigid", "nonrigid")]) / 2
+odds <- log((time("nonrigid") + half) / (time("rigid") + half))
+odds[time("nonrigid") + time("rigid") == 0] <- NA
+found <- do.call(rbind, lapply(setdiff(colnames(odds), "none 0"), function(name) {
+  change <- na.omit(odds[, name] - odds[, "none 0"])
   if (length(change) < 2 || sd(change) < 1e-12) return(NULL)  # no test
   t <- t.test(change)
-  ranks <- suppressWarnings(wilcox.test(change)$p.value)
   data.frame(condition = name, change = mean(change), low = t$conf.int[1], high = t$conf.int[2], t = t$statistic,
-             df = t$parameter, p = t$p.value, wilcoxon_p = ranks)
+             df = t$parameter, p = t$p.value)
 }))
-found$p_holm <- p.adjust(found$p, "holm"); found$wilcoxon_p_holm <- p.adjust(found$wilcoxon_p, "holm")
+found$p_holm <- p.adjust(found$p, "holm")
 print(found, row.names = FALSE, digits = 6)
 """
 
@@ -81,7 +82,7 @@ HEADLINE = """# The headline test of the report: the depth effect (log ratio of 
 # the pinhole) over subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
 # Complete tables: base R, by mean squares; before it, with the packages lme4 and lmerTest, the same by REML, which may
 # take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
-# Tables with empty cells: REML, by lmerTest where it is installed, else in base R. {decides}
+# Tables with empty cells: REML, by lmerTest where it is installed, else in base R.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
 of <- depth_effects(d)
@@ -94,23 +95,18 @@ for (f in names(of)) {{
   }}
   print(headline(y), digits = 7)
 }}
-cat("p of the test that decides: {column}\\n")
 """
-
-BY_ROBUST = "The robust test decides."
-BY_T = 'Student\'s t decides (deciding_test = "t").'
 
 JASP = """# The same for JASP. By its menus: open depth_rating_wide.csv, a row for each subject and scene; Mixed Models,
 # Linear Mixed Models; dependent variable nearest, farthest or difference (log ratios); random grouping factors
 # participant_id and scene; no fixed effect but the intercept; degrees of freedom by Satterthwaite. Where the scene is
 # "all scenes", no scene was rated at both apertures (or with both objects in focus): T-Tests, One Sample T-Test, of
-# that column. By its R console: open depth_rating_trials.csv, then run this on `data`; base R only. {decides}
+# that column. By its R console: open depth_rating_trials.csv, then run this on `data`; base R only.
 d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 {prepare}
 of <- depth_effects(d)
 for (f in names(of)) {{ cat("depth effect:", f, "\\n"); print(headline(of[[f]]), digits = 7) }}
-cat("p of the test that decides: {column}\\n")
 """
 
 MEANS = """student <- function(mean, error, df) {
@@ -163,24 +159,6 @@ by_reml <- function(y) {  # the same in base R: deviance in relative SDs, Satter
   df <- 2 * variance(point)^2 / sum(2 * along^2 / e$values[kept]); unit <- sd(y[at])
   student(s[["mean"]] * unit, point[3] / sqrt(s[["information"]]) * unit, df)
 }
-robust <- function(found, own, noise) {  # the test robust to skewed subjects; `own`: the subjects' means
-  n <- length(own); error <- (found[["mean"]] - found[["low"]]) / qt(.975, found[["df"]]); df <- found[["df"]]
-  third <- if (n < 3) 0 else n / ((n - 1) * (n - 2)) * sum((own - mean(own))^3)
-  skewness <- third / n^2 / error^3 * sqrt(n); few <- 1 / max(n, FEWEST_SUBJECTS)
-  factor <- function(towards) exp(max(0, BASE + (NOISE) * noise - SKEW * towards))
-  q <- function(towards) qt(.025 / factor(towards), df, lower.tail = FALSE); t <- found[["t"]]
-  p <- factor(sign(t) * skewness) * pt(abs(t), df, lower.tail = FALSE)
-  c(found, robust_low = found[["mean"]] - q(skewness) * error, robust_high = found[["mean"]] + q(-skewness) * error,
-    robust_p = min(1, 2 * p))
-}
-noise_share <- function(y) {  # share of the variance of the subjects' means that the noise of their answers explains
-  y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
-  if (ncol(y) < 2) return(1)
-  line <- lm(value ~ participant_id + scene, cells_of(y))
-  if (anyNA(coef(line))) line <- lm(value ~ participant_id, cells_of(y))
-  if (df.residual(line) < 1) return(1)
-  min(1, sum(resid(line)^2) / df.residual(line) * mean(1 / rowSums(!is.na(y))) / var(own_means(y)))
-}
 less <- function(a, b) {  # differences within scenes; of the subjects' means where no scene has both
   y <- if (identical(colnames(a), colnames(b))) a - b
   if (is.null(y) || all(is.na(y)))
@@ -222,9 +200,7 @@ crossed <- function(y) {  # the mean of a table of subjects by scenes, both rand
   student(mean(y), sqrt(v / (s * n)), df)
 }
 """
-MEANS = MEANS.replace("FEWEST_SCENES", str(FEWEST_SCENES)).replace("FEWEST_SUBJECTS", str(FEWEST))
-MEANS = MEANS.replace("BASE", f"{BASE:g} + {BASE_OF_FEW:g} * few").replace("SKEW", f"{SKEW:g}")
-MEANS = MEANS.replace("NOISE", f"{NOISE:g} + {NOISE_OF_FEW:g} * few")
+MEANS = MEANS.replace("FEWEST_SCENES", str(FEWEST_SCENES))
 """R functions that test a mean over subjects and scenes, or over subjects if there are few scenes."""
 
 LARGEST = """show("largest aperture, over subjects and scenes:", largest, crossed)
@@ -266,8 +242,7 @@ here <- function(y) {
 show <- function(title, tables, test) {
   found <- lapply(tables, test); found <- found[!sapply(found, is.character)]
   if (!length(found)) return(invisible())
-  found <- as.data.frame(do.call(rbind, found)); found$p_holm <- p.adjust(found$p, "holm")
-  cat(title, "\n"); print(found, digits = 7)
+  cat(title, "\\n"); print(as.data.frame(do.call(rbind, found)), digits = 7)  # p is not corrected
 }
 show("slopes, over subjects and scenes:", slopes, crossed)
 show("slopes, over subjects:", slopes, here)
@@ -297,7 +272,7 @@ depth_effects <- function(d) {  # of each object in focus, and the difference of
     + """headline <- function(y) {
   found <- crossed(y)
   if (is.character(found)) return(found)
-  c(robust(found, own_means(y), noise_share(y)), ratio = exp(found[["mean"]]))
+  c(found, ratio = exp(found[["mean"]]))
 }"""
 )
 """R code shared by `headline.R` and `headline_jasp.R`."""
@@ -347,11 +322,8 @@ def trial_files(
         rises = [(each.fixation, each.rise) for each in result.fixations]
         pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
         found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
-        computed = [test for _, test in rises if isinstance(test, Effect)]
-        by_t = any(test.robust is not None and not test.robust.decides for test in computed)
-        said = {"decides": BY_T, "column": "p"} if by_t else {"decides": BY_ROBUST, "column": "robust_p"}
-        files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES, **said) + found).encode()
-        files["headline_jasp.R"] = (JASP.format(prepare=PREPARE, **said) + found).encode()
+        files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES) + found).encode()
+        files["headline_jasp.R"] = (JASP.format(prepare=PREPARE) + found).encode()
     return files
 
 
@@ -422,15 +394,15 @@ def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult |
         "read_necker_reports.R": reader("necker_reports.csv", out),
     }
     found = "".join(
-        f"# focalgradient: {each.gradient} {each.strength:g}: {each.share.summary()}\n"
+        f"# focalgradient: {each.gradient} {each.strength:g}: {each.odds_of_time.summary()}\n"
         for each in (result.effects if result is not None else ())
-        if isinstance(each.share, Effect)
+        if isinstance(each.odds_of_time, Effect)
     )
     if result is not None:
-        shares = {
-            (each.participant_id, f"{each.gradient} {each.strength:g}"): each.nonrigid for each in result.subject_shares
+        odds = {
+            (each.participant_id, f"{each.gradient} {each.strength:g}"): each.log_odds for each in result.subject_shares
         }
-        wide = pd.Series(shares, dtype=float).unstack().rename_axis("participant_id").reset_index()
+        wide = pd.Series(odds, dtype=float).unstack().rename_axis("participant_id").reset_index()
         files["necker_wide.csv"] = safe_csv(wide)
     return files | ({"necker_headline.R": (CUBE + found).encode()} if found else {})
 

@@ -40,7 +40,7 @@ if (length(terms) > 1) {
 }
 t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
 print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)), t = t, p = p,
-                 p_holm = p.adjust(p, "holm"), odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
+                 odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
 # Over scenes, too: they are random here, as subjects are. z instead of t: clmm has no degrees of freedom; and its
 # variance of the scenes is by maximum likelihood, where the report takes Cochran's Q.
 blurs <- grep("^blur_", names(d), value = TRUE)
@@ -105,7 +105,7 @@ if (length(names) > 1) {
 mean <- colMeans(rises); error <- apply(rises, 2, sd) / sqrt(nrow(rises)); df <- nrow(rises) - 1
 p <- ifelse(error > 1e-12, 2 * pt(-abs(mean / error), df), NA); half <- qt(.975, df) * error
 print(data.frame(term = colnames(rises), log_odds_at_largest = mean, low = mean - half, high = mean + half,
-                 error = error, t = mean / error, df = df, p = p, p_holm = p.adjust(p, "holm")),
+                 error = error, t = mean / error, df = df, p = p),
       row.names = FALSE, digits = 7)
 """
 for name, value in {

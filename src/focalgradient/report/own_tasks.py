@@ -15,6 +15,7 @@ from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.design import recorded_design
 from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
+from focalgradient.plotting.traces import trace_figure
 from focalgradient.power import TaskStudy, power, run_here
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
@@ -33,6 +34,11 @@ __all__ = ["OwnTask", "analyse_own_task", "preregister_own_task"]
 
 SUBJECTS = (6, 10, 16, 24, 40)
 """Sample sizes of the power analysis."""
+
+TRACE = (
+    "Levels that the procedure set, trial by trial, of each participant (open: wrong answers). They are no answers, so "
+    "that no test is made of them."
+)
 
 EXPERIMENTS = 200
 """Number of simulated experiments per sample size; the standard error of a power of .5 is then .035."""
@@ -116,6 +122,10 @@ class OwnTask(Part):
             name = self.name if number == 0 else f"{self.name}_{factor}"
             caption = f"Answers by {factor}: each subject thin, mean and its 95 % interval over subjects bold."
             yield output.figure(name, figure, caption)
+        for level in self.task.adapted_fields:
+            by, ratio = factors[0] if factors else None, level in self.task.ratios
+            traced = trace_figure(self.rows, level, by, self.units, ratio=ratio, simulated=self.simulated)
+            yield output.figure(f"{self.name}_{level}_trace", traced, TRACE)
         sheets = [_means(self)]
         if self.tests:
             sheets = [*_tests(self), *sheets]

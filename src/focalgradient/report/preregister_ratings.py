@@ -35,8 +35,8 @@ from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
 __all__ = ["preregister_ratings"]
 
 FAILED_RATIOS = [
-    "The rule for effects that are not normally distributed is part of the analysis above. The report draws the "
-    "subjects’ own effects and the residuals by normal quantiles; no test other than those stated takes their place."
+    "Where subjects’ effects are not normally distributed, the test stated above still decides, and the bootstrap-t is "
+    "reported beside it. The report draws the subjects’ own effects and the residuals by normal quantiles."
 ]
 FAILED_OTHERS = [
     "Where the model does not converge, or cannot be fitted, the hypothesis is reported as not tested, with the "
@@ -58,12 +58,11 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         raise InputError(
             f"ordinal is for answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps'."
         )
-    settings, deciding_test = design.model_dump(), asked.stated.rules.deciding_test
-    plan = plan_of(analysis, design.fixations, len(design.scenes), settings, asked.used_bound, deciding_test)
+    plan = plan_of(analysis, design.fixations, len(design.scenes), design.model_dump(), asked.used_bound)
     ratios = analysis.ratios
     if ratios and "pinhole" not in design.apertures:
         raise InputError("apertures has no pinhole, the reference of the depth effect: add it.")
-    names = (*OF_RATINGS, "deciding_test") if ratios else OF_RATINGS
+    names = OF_RATINGS
     assumed, powers = (_ratios if ratios else _latent)(design, asked)
     orders = "" if len(design.fixations) == 1 else f" ({design.fixation_order} order)"
     focus = " and ".join(in_focus(name) for name in plan.fixations)
@@ -133,8 +132,7 @@ def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
     """Return the assumptions about ratios in words, and the power of their tests."""
     model = Model(**asked.effects)
     settings = model, design, asked.used_bound
-    test = asked.stated.rules.deciding_test
-    powers = {number: rise_power(*settings, number, EXPERIMENTS, deciding_test=test) for number in SUBJECTS}
+    powers = {number: rise_power(*settings, number, EXPERIMENTS) for number in SUBJECTS}
     far = "" if len(design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
     assumed = (
         f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean depth "

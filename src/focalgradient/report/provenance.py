@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -22,6 +23,7 @@ from focalgradient.report.tables import Sheet
 __all__ = ["listed", "provenance"]
 
 PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
+"""Packages whose versions are listed if they were imported."""
 
 
 class Analysed(Protocol):
@@ -49,10 +51,11 @@ def _cell(value: str | float | None) -> str:
 
 
 def provenance(
-    root: Path, parts: Sequence[Analysed], applied: Collection[str], bound: float, stated: Stated
+    paths: Sequence[Path], parts: Sequence[Analysed], applied: Collection[str], bound: float, stated: Stated
 ) -> Iterator[Sheet]:
     """Yield tables of the software, of the data set with the rules `applied` to it, and of its files with hashes."""
-    made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
+    root = paths[0]
+    made = [[name, version(name)] for name in PACKAGES if name in sys.modules] + [["Python", platform.python_version()]]
     yield listed("versions.csv", "Analysed with", ["what", "version"], made)
     sidecars: dict[Files, Mapping[str, Any]] = {}
     for part in parts:
@@ -80,7 +83,7 @@ def provenance(
         for path in (files.table, files.sidecar):
             hashes.append([path.relative_to(root).as_posix(), hashlib.sha256(read_bytes(path)).hexdigest()])
     if not sidecars:
-        hashes.append([root.name, hashlib.sha256(read_bytes(root)).hexdigest()])
+        hashes += [[path.name, hashlib.sha256(read_bytes(path)).hexdigest()] for path in paths]
     whole = hashlib.sha256("".join(f"{sha}  {name}\n" for name, sha in sorted(hashes)).encode()).hexdigest()
     hashes.append(["all of them together", whole])
     yield listed("files.csv", "Files analysed", ["file", "SHA-256"], hashes, folded=True)

@@ -107,7 +107,7 @@ class RatingPart(Part):
 
     @property
     def rules(self) -> tuple[str, ...]:
-        return (*OF_RATINGS, "deciding_test", "bound") if self.ratings.analysis.ratios else OF_RATINGS
+        return (*OF_RATINGS, "bound") if self.ratings.analysis.ratios else OF_RATINGS
 
     def findings(self, output: Output) -> Iterator[Block]:
         part = self.ratings

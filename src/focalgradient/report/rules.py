@@ -1,4 +1,4 @@
-"""Settings file of preregistered rules: exclusions of trials and subjects, deciding test, equivalence bound."""
+"""Settings file of preregistered rules: exclusions of trials and subjects, equivalence bound."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ MEANING = {
     "fast": "largest share of answers in less than the shortest time; false: nobody is left out",
     "same_answer": "largest share of one and the same answer to pictures that must differ; false: nobody is left out",
     "first_press": "largest share of answers left at the first place of the marker; false: nobody is left out",
-    "deciding_test": "of ratios, the test that decides: robust (to skewed subjects) or t (Student's t)",
 }
 """Explanation of each rule, written as a comment into the file."""
 
@@ -108,8 +107,6 @@ def _value(path: Path, key: str, value: Any) -> Any:
                 f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.3, 60]."
             )
         return (float(value[0]), float(value[1]))
-    if key == "deciding_test":
-        return value  # validated by `Rules`
     if type(value) not in ((int,) if key == "dropped_frames" else (int, float)):
         raise InputError(f"{printable(path)}: {key} is {value!r}, but must be a number: {MEANING[key]}.")
     return value if key == "dropped_frames" else float(value)
@@ -141,6 +138,4 @@ def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(ME
 def _as_text(value: Any) -> str:
     if value is None:
         return "false"
-    if isinstance(value, str):
-        return f'"{value}"'
     return str(list(value)) if isinstance(value, tuple) else f"{value:g}"

@@ -29,6 +29,7 @@ from focalgradient.statistics import (
     as_table,
 )
 from focalgradient.statistics.crossed import random_scenes
+from focalgradient.statistics.cube import READINGS
 
 __all__ = [
     "SPACE",
@@ -150,20 +151,15 @@ class _Cells:
         return [decimals(factor * result.estimate, places), interval(low, high, places)]
 
     def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, ratio: bool = False) -> list[str]:
-        """Return estimate, deciding interval, test, p and Holm's p; with `ratio`, the effect is on a logarithm."""
+        """Return estimate, interval, test, p and Holm's p; with `ratio`, the effect is on a logarithm."""
         if isinstance(result, NotComputed):
             return self.missing(result, 5)
         self.notes.update(dict.fromkeys(result.remarks))
         if ratio:
             ends = result.ratio
             return [decimals(ends.estimate), interval(ends.low, ends.high, 2), *self.test(result)]
-        low, high = (None if end is None else factor * end for end in (result.interval.low, result.interval.high))
+        low, high = (None if end is None else factor * end for end in (result.low, result.high))
         return [number(factor * result.estimate), interval(low, high), *self.test(result)]
-
-    def robust(self, result: Effect | NotComputed) -> list[str]:
-        """Return the robust p value, before and after Holm's correction."""
-        test = result.robust if isinstance(result, Effect) else None
-        return [NONE, NONE] if test is None else [probability(test.p), probability(test.p_holm)]
 
     def size(self, result: Effect | NotComputed) -> list[str]:
         """Return the effect size (d over subjects and scenes, or d_z over subjects) and its interval."""
@@ -232,7 +228,7 @@ def _rises(result: DepthRatingResult) -> Sheet:
     for name, test, fixed in tested:
         tests += [(name, "subjects and scenes", test), (name, THESE, fixed)]
     rows = [
-        [fixation, over, *cells.effect(test, ratio=True), *cells.robust(test), *cells.size(test)]
+        [fixation, over, *cells.effect(test, ratio=True), *cells.size(test)]
         for fixation, over, test in tests
         if over == THESE or not isinstance(test, Effect) or random_scenes(test)  # with few scenes the tests coincide
     ]
@@ -241,18 +237,18 @@ def _rises(result: DepthRatingResult) -> Sheet:
         for fixation, over, test in tests
     ]
     header = ["in focus", "holds for other", "depth effect (ratio to pinhole)", "95 %"]
-    header += ["test", "p", "p (Holm)", *ROBUST]
+    header += ["test", "p", "p (Holm)", *SIZE]
     caption = (
-        f"Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s "
-        "correction is over the depth effects and their ratio"
+        f"Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; the first is "
+        "primary. p (Holm): over all secondary comparisons"
     )
     return sheet("depth_rating_rises.csv", caption, header, rows, digits, cells)
 
 
 THESE = "subjects; these scenes"
 
-ROBUST = ("robust p", "robust p (Holm)", "d (over subjects: d_z)", "95 %")
-"""Headings of the test robust to skewed subjects, and of the effect size."""
+SIZE = ("d (over subjects: d_z)", "95 %")
+"""Headings of the effect size."""
 
 
 def _means(result: DepthRatingResult) -> Sheet:
@@ -266,16 +262,15 @@ def _means(result: DepthRatingResult) -> Sheet:
             *cells.interval(mean.rating),
             *(cells.interval(mean.ratio) if mean.aperture_mm else ["1", NONE]),
             *(cells.test(mean.against_pinhole) if mean.aperture_mm else [NONE] * 3),
-            *(cells.robust(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
             *(cells.size(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
         ]
         for mean in result.means
     ]
     header = ["in focus", "aperture", "mm", "N", "rating", "95 % within subjects", "ratio to pinhole", "95 %"]
-    header += ["test of the ratio", "p", "p (Holm)", *ROBUST]
+    header += ["test of the ratio", "p", "p (Holm)", *SIZE]
     caption = (
-        "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over the rows between the "
-        "pinhole and the largest aperture, whose test is that of the depth effect"
+        "Ratings and their ratio to the pinhole: geometric means; at the largest aperture the test is that of "
+        "the depth effect. p (Holm): over all secondary comparisons"
     )
     return sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
 
@@ -285,14 +280,12 @@ def _slopes(result: DepthRatingResult) -> Sheet:
     tests: list[tuple[str, str, Effect | NotComputed]] = []
     for each in result.fixations:
         tests.append((each.fixation, "slope (log ratio / mm)", each.slope))
-    rows = [
-        [fixation, what, *cells.effect(test), *cells.robust(test), *cells.size(test)] for fixation, what, test in tests
-    ]
+    rows = [[fixation, what, *cells.effect(test), *cells.size(test)] for fixation, what, test in tests]
     digits = [
         {"fixation": fixation, "what": what} | as_table([test]).iloc[0].to_dict() for fixation, what, test in tests
     ]
-    header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", *ROBUST]
-    caption = "Trend: straight line through the apertures; Holm’s correction is over the slopes"
+    header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", *SIZE]
+    caption = "Trend: straight line through the apertures. p (Holm): over all secondary comparisons"
     return sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
 
 
@@ -325,12 +318,12 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             bound = math.exp(test.bound)
             ends = interval(math.exp(test.low), math.exp(test.high), 2)
             first = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
-            ps = [probability(p) for p in (test.p_below, test.p_above, test.p, test.p_by_t, test.p_robust)]
+            ps = [probability(p) for p in (test.p_below, test.p_above, test.p)]
             rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
         else:
-            rows.append([each.fixation, *cells.missing(test, 9)])
+            rows.append([each.fixation, *cells.missing(test, 7)])
     header = ["in focus", "bounds", "depth effect at the largest aperture", "90 %"]
-    header += ["p against less", "p against more", "p", "p by t alone", "robust p"]
+    header += ["p against less", "p against more", "p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
     crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
@@ -389,9 +382,11 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     rows = []
     for share in result.shares:
         reports = [NONE, NONE] if share.percept == "none" else cells.interval(share.reports, 100, 1)
+        readings = cells.interval(share.of_readings, 100, 1) if share.percept in READINGS else [NONE, NONE]
         first = [share.gradient, number(share.strength), share.percept]
-        rows.append([*first, *cells.interval(share.time, 100, 1), *reports])
-    header = ["blur agrees with", "mm", "percept", "share of time (%)", "95 %", "share of reports (%)", "95 %"]
+        rows.append([*first, *readings, *cells.interval(share.time, 100, 1), *reports])
+    header = ["blur agrees with", "mm", "percept", "share of both readings' time (%)", "95 %", "share of all time (%)"]
+    header += ["95 %", "share of reports (%)", "95 %"]
     sheets = [
         Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
         sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
@@ -399,14 +394,11 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     cells = _Cells()
     rows = []
     for effect in result.effects:
-        first = [effect.gradient, number(effect.strength)]
-        ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
-        change = [*cells.effect(effect.share, 100), *cells.size(effect.share), *ranks]
-        rows.append([*first, "change of share of time (points)", *change])
-        rows.append([*first, "odds ratio, time", *cells.effect(effect.odds_of_time, ratio=True), *[NONE] * 4])
-    header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
-    header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
-    caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
+        test = effect.odds_of_time
+        odds = [*cells.effect(test, ratio=True), *cells.size(test)]
+        rows.append([effect.gradient, number(effect.strength), *odds])
+    header = ["blur agrees with", "mm", "odds ratio", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
+    caption = "Odds of the nonrigid reading (time), each gradient against none; Holm’s correction is over gradients"
     if result.effects:
         sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()

@@ -34,8 +34,8 @@ __all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresho
 
 CAPTION = (
     "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
-    "dashed the share at threshold. Right: thresholds with 95 % intervals, geometric mean of all bold; grey and open: "
-    "too few catch trials right."
+    "dashed the share at threshold. Right: thresholds with 95 % intervals, geometric mean of all bold; dotted and "
+    "open: too few catch trials right."
 )
 
 

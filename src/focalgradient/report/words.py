@@ -8,7 +8,7 @@ from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
 from focalgradient.report.exclusions import CUBE_CATCH, catch_answers, excluded
-from focalgradient.report.plans import in_focus, plan_of
+from focalgradient.report.plans import ENOUGH_SUBJECTS, in_focus, plan_of
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, probability
 from focalgradient.scales import scale_of
 from focalgradient.statistics import (
@@ -17,13 +17,13 @@ from focalgradient.statistics import (
     Effect,
     Equivalence,
     FixationResult,
+    Interval,
     NeckerResult,
     NotComputed,
     OrdinalResult,
     Quality,
 )
 from focalgradient.statistics.crossed import random_scenes
-from focalgradient.statistics.skewness import WORST_LEVEL_OF_T
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
@@ -73,7 +73,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
 
 
 def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
-    """Describe a depth effect: main test, test for these scenes if different, and equivalence."""
+    """Describe a depth effect: test, test for these scenes if different, bootstrap-t, and equivalence."""
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
@@ -86,42 +86,50 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
     if random_scenes(rise) and isinstance(fixed, Effect):
         ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
         sentence += f" For these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
-    if isinstance(each.equivalence, Equivalence):
+    sentence += _bootstrapped(each, rise)
+    if isinstance(each.equivalence, Equivalence) and (each.equivalence.equivalent or not rise.significant):
         bound = math.exp(each.equivalence.bound)
         ends = interval(math.exp(each.equivalence.low), math.exp(each.equivalence.high), 2)
         within = f"equivalent to zero within a factor of {decimals(bound)}"
         if not each.equivalence.equivalent:
-            said = f"The change is not shown to be {within}"
+            said = f"Equivalence to zero within a factor of {decimals(bound)} was not established"
         elif rise.significant:
-            said = f"Ratings {what}, and the change is {within}: it is reliable, but smaller than what would matter"
+            said = f"The change is nevertheless {within}: smaller than what would matter"
         else:
             said = f"The change is {within}"
-        beside = ""
-        if rise.robust is not None and rise.robust.decides:
-            beside = f"; by Student’s t alone p{SPACE}{p_is(each.equivalence.p_by_t)}"
-        elif rise.robust is not None:
-            beside = f"; robust to skewed subjects p{SPACE}{p_is(each.equivalence.p_robust)}"
-        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)}{beside})."
-    sentence += _assumption(each, rise)
+        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)})."
+    sentence += _assumption(each)
     return sentence
 
 
-def _assumption(each: FixationResult, rise: Effect) -> str:
+def _bootstrapped(each: FixationResult, rise: Effect) -> str:
+    """Report the sensitivity analysis of the primary effect, and what to make of it where it disagrees."""
+    found, fixed = each.bootstrap, each.rise_these_scenes
+    if isinstance(found, NotComputed):
+        return ""
+    ends = interval(math.exp(found.low), math.exp(found.high), 2)
+    said = f" Sensitivity: bootstrap-t over subjects, for these scenes, 95{SPACE}% CI {ends}, p{SPACE}{p_is(found.p)}"
+    if found.significant == rise.significant:
+        return f"{said}; it agrees."
+    if isinstance(fixed, Effect) and fixed.significant == found.significant:
+        return f"{said}. It disagrees because, as the test for these scenes, it does not generalise to other scenes."
+    return (
+        f"{said}. It disagrees, and the test above decides: the result depends on the assumption that subjects’ "
+        "effects are normally distributed. Look at each subject’s effect (Q-Q plot), and do not rely on the result "
+        "before it is repeated with more subjects."
+    )
+
+
+def _assumption(each: FixationResult) -> str:
     """Return advice if the planned check finds the subjects' effects not normally distributed, else an empty text."""
     parts = each.components
     if not isinstance(parts, Components) or not parts.skewed:
         return ""
-    advice = (
-        "so read the robust interval and test, which decide here."
-        if rise.robust is not None and rise.robust.decides
-        else "but it decides here, as the rules state (deciding_test). With very skewed subjects (skewness 4) its "
-        f"false-positive rate is up to {100 * WORST_LEVEL_OF_T:.1f}{SPACE}% instead of "
-        f"5{SPACE}%; the p robust to skewed subjects is also given."
-    )
     return (
         f" Subjects’ depth effects are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
         f"{decimals(parts.subjects_w, 3)}, p{SPACE}{p_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
-        f"the Q-Q plot): Student’s t assumes that they are, {advice}"
+        "the Q-Q plot): Student’s t assumes that they are, and no test of few subjects makes up for it (where one "
+        f"subject in five shows the effect, about {ENOUGH_SUBJECTS} subjects do)."
     )
 
 
@@ -174,19 +182,24 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
 def necker_findings(result: NeckerResult) -> list[str]:
     """Summarise experiment 2 in a few sentences."""
     sentences = []
+    shares = {
+        (each.gradient, each.strength): f"{decimals(100 * each.of_readings.estimate, 1)}{SPACE}%"
+        for each in result.shares
+        if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
+    }
     for effect in result.effects:
         blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
-        if isinstance(effect.share, NotComputed):
-            sentences.append(f"{blur} was not tested: {effect.share.reason}")
+        test = effect.odds_of_time
+        if isinstance(test, NotComputed):
+            sentences.append(f"{blur} was not tested: {test.reason}")
             continue
-        share = effect.share
-        verb = "left" if not share.significant else "raised" if share.estimate > 0 else "lowered"
-        change = f"{decimals(100 * share.estimate, 1)} percentage points, 95{SPACE}% CI "
-        change += interval(100 * share.low, 100 * share.high, 1)
-        unchanged = "" if share.significant else " without reliable change"
+        verb = "left" if not test.significant else "raised" if test.estimate > 0 else "lowered"
+        unchanged = "" if test.significant else " without reliable change"
+        without, with_ = (shares[key] for key in (("none", 0.0), (effect.gradient, effect.strength)))
         sentences.append(
-            f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_size(share)}; "
-            f"Wilcoxon p{SPACE}{p_is(effect.wilcoxon_p_holm)})."
+            f"{blur} {verb} the nonrigid share of the time{unchanged} (odds ratio {decimals(math.exp(test.estimate))}, "
+            f"95{SPACE}% CI {interval(math.exp(test.low), math.exp(test.high), 2)}; {_test(test)}{_size(test)}; "
+            f"mean share {without} without, {with_} with it)."
         )
     if not result.effects:
         return ["No trial had a gradient of blur: nothing was compared."]
@@ -232,8 +245,7 @@ def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[st
     rows = part.kept[~part.kept["catch"]]
     if rows.empty:
         rows = part.table[~part.table["catch"]]
-    decides = part.quality.rules.deciding_test
-    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound, decides)
+    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound)
     return [plan.outcome, plan.analysis]
 
 
@@ -286,15 +298,14 @@ def _cube_shown(part: Reports) -> str:
 def analysis_necker(shortest_both: float) -> str:
     """Describe the analysis of reports on the cube."""
     return (
-        "The nonrigid share of the time with one of the two readings was computed for each subject and gradient. Each "
-        "gradient was compared with none by a paired t-test and by Wilcoxon’s signed-rank test, and the within-subject "
-        "log odds of the time of the nonrigid reading by a paired t-test; half of the mean duration was "
-        "added to each reading, which reduces the bias of log odds. Holm’s method corrects each kind of test "
-        "over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
-        "intervals over subjects by t, those of shares on their log odds. Both keys held for less than "
-        f"{shortest_both:g} s counted as a transition, not as a report. Gamma and log-normal "
-        "distributions were fitted to the durations of each percept by maximum likelihood, with durations cut off by "
-        "the end of a trial as lower limits."
+        "The log odds of the nonrigid reading (its time over that of the rigid reading) were computed for each subject "
+        "and gradient; half of the mean duration of a report was added to each time, which keeps log odds finite and "
+        "reduces their bias. Each gradient was compared with none by a paired t-test over subjects. Holm’s method "
+        "corrects over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
+        "intervals over subjects by t; shares of time only describe, with intervals on the log odds of their mean. "
+        f"Both keys held for less than {shortest_both:g} s counted as a transition, not as a report. Gamma and "
+        "log-normal distributions were fitted to the durations of each percept by maximum likelihood, with durations "
+        "cut off by the end of a trial as lower limits."
     )
 
 
@@ -316,12 +327,9 @@ def _same(designs: list[Mapping[str, Any]]) -> str:
 
 
 def _test(effect: Effect) -> str:
-    """Format the test statistic with its p value and that of the robust test, after Holm's correction if any."""
+    """Format the test statistic with its p value, after Holm's correction in a family."""
     name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
-    said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{p_is(p)}"
-    if effect.robust is None:
-        return said
-    return f"{said}, robust to skewed subjects {name}{SPACE}{p_is(effect.robust.corrected_p)}"
+    return f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{p_is(p)}"
 
 
 def _size(effect: Effect) -> str:

@@ -19,7 +19,7 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
-from focalgradient.statistics.means import family, only_difference, share_interval, t_interval
+from focalgradient.statistics.means import by_role, only_difference, share_interval, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
@@ -79,8 +79,9 @@ class ComparisonResult:
 
     Notes
     -----
-    Holm's correction treats the slopes with their differences as one family and the comparisons with the reference as
-    another; the tests in `these_scenes` form families of their own.
+    The first slope is primary: its p is not corrected, nor is that of a single difference (several are corrected by
+    Holm). The other slopes and the comparisons with the reference are secondary, one family by Holm. The tests in
+    `these_scenes` are not corrected.
     """
 
     analysis: Slopes | Choices
@@ -152,7 +153,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     >>> found
     <ComparisonResult: 4 subjects, 12 answers, scale 'bipolar'>
     >>> print(found.summary().splitlines()[1])
-    steps per mm, nearest in focus: 0.281, 95 % interval 0.178 to 0.384, t(3) = 8.66, p (Holm) = .003
+    steps per mm, nearest in focus: 0.281, 95 % interval 0.178 to 0.384, t(3) = 8.66, p = .003
     >>> round(found.slopes[0].estimate, 2), round(found.means[-1].mean.estimate, 1)
     (0.28, 2.5)
     """
@@ -170,7 +171,10 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     slopes = [_both(own_slopes(of[name])) for name in present]
     slopes += [_difference(of[one], of[other]) for one, other in pairs]
     largest = [_largest(own, analysis) for own in of.values()]
-    both, here = (_tests([test[k] for test in slopes], [test[k] for test in largest], pairs, analysis) for k in (0, 1))
+    size = len(present)
+    tests, here_tests = ([test[k] for test in slopes] for k in (0, 1))
+    both = _tests(*by_role(tests[:size], tests[size:], [test for test, _ in largest]), pairs, analysis)
+    here = _tests(here_tests[:size], here_tests[size:], [test for _, test in largest], pairs, analysis)
     return ComparisonResult(
         analysis,
         tuple(sorted(set(table["participant_id"]))),
@@ -192,14 +196,13 @@ Test = Effect | NotComputed
 
 
 def _tests(
-    slopes: list[Test], largest: list[Test], pairs: list[tuple[str, str]], analysis: Analysis
+    slopes: list[Test], apart: list[Test], largest: list[Test], pairs: list[tuple[str, str]], analysis: Analysis
 ) -> ComparisonTests:
-    """Apply Holm's correction to slopes with their differences, and to the comparisons with the reference."""
-    tests, single = family(slopes), len(slopes) - len(pairs)
-    differences = dict(zip(pairs, tests[single:], strict=True))
+    """Name the differences by their pairs."""
+    differences = dict(zip(pairs, apart, strict=True))
     return ComparisonTests(
-        tuple(tests[:single]),
-        tuple(family(largest)),
+        tuple(slopes),
+        tuple(largest),
         only_difference(differences) if analysis.compares_slopes else CHOICES,
         differences if len(pairs) > 1 else {},
     )
@@ -209,7 +212,7 @@ def _both(values: FloatArray | NotComputed) -> tuple[Test, Test]:
     """Test the mean over subjects and scenes, and over subjects only, for bounded values."""
     if isinstance(values, NotComputed):
         return values, values
-    return crossed_effect(values, bounded=True), over_subjects(values, bounded=True)
+    return crossed_effect(values), over_subjects(values)
 
 
 def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:

@@ -1,4 +1,4 @@
-"""Numerical exclusion criteria and the choice of the deciding test, stated before the data are seen."""
+"""Numerical exclusion criteria, stated before the data are seen."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.statistics.cube import SHORTEST_BOTH
-from focalgradient.statistics.hypotheses import robust_decides
 
 __all__ = ["OF_CUBE", "OF_RATINGS", "Rules"]
 
@@ -56,8 +55,6 @@ class Rules:
         differences most subjects agree on. Without such pictures the rule cannot be applied.
     first_press
         Maximum chance-corrected proportion of answers left at the random starting position of the marker.
-    deciding_test
-        Deciding test of ratios: "robust" (to skewed subjects) or Student's "t"; it excludes nobody.
 
     Raises
     ------
@@ -77,10 +74,8 @@ class Rules:
     fast: float | None = 0.2
     same_answer: float | None = 0.9
     first_press: float | None = 0.5
-    deciding_test: str = "robust"
 
     def __post_init__(self) -> None:
-        robust_decides(self.deciding_test)
         check_fields(self)
         if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
             raise InputError(

@@ -20,7 +20,6 @@ from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed
 from focalgradient.statistics.sizes import crossed_size
-from focalgradient.statistics.skewness import Scatter, error_skewness, robust
 
 __all__ = [
     "CROSSED",
@@ -30,8 +29,6 @@ __all__ = [
     "components",
     "crossed_effect",
     "moments",
-    "noise_share",
-    "noise_shares",
     "over_subjects",
     "own_means",
     "random_scenes",
@@ -69,12 +66,6 @@ class Moments:
     subjects: FloatArray
     scenes: FloatArray
     residual: FloatArray
-
-    @property
-    def noise(self) -> FloatArray:
-        """Fraction (0 to 1) of the variance of subject means that is due to noise of the answers."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(self.residual < self.subjects, self.residual / self.subjects, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,39 +149,29 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     return Moments(mean, np.sqrt(variance / (subjects * scenes)), df, of_rows, of_columns, residual)
 
 
-def over_subjects(cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True) -> Effect | NotComputed:
+def over_subjects(cells: ArrayLike) -> Effect | NotComputed:
     """Test the mean of the subject means by Student's t, for these scenes only.
 
     Parameters
     ----------
     cells
         One row per subject, one column per scene; NaN without a value.
-    bounded, robust_decides
-        See `crossed_effect`.
 
     Examples
     --------
     >>> round(over_subjects([[0.1, 0.3], [0.2, 0.4], [0.3, 0.1]]).p, 3)
     0.02
     """
-    shared = _used(cells)
-    found = paired_effect(own_means(shared), THESE)
-    return found if isinstance(found, NotComputed) or bounded else _robust(found, shared, robust_decides)
+    return paired_effect(own_means(_used(cells)), THESE)
 
 
-def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True) -> Effect | NotComputed:
+def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
     """Test the mean of a table of subjects x scenes, generalised over both with five or more scenes.
 
     Parameters
     ----------
     cells
         One row per subject, one column per scene; NaN without a value.
-    bounded
-        True if the values are from a bounded scale, such as proportions of choices or steps: Student's t then keeps its
-        level even with skewed subjects. Otherwise a test robust to skewness is added
-        (`focalgradient.statistics.skewness`).
-    robust_decides
-        True if the robust test decides, False if Student's t does.
 
     Returns
     -------
@@ -204,13 +185,13 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: b
     >>> effect = crossed_effect(table)
     >>> round(effect.estimate, 2), round(effect.df, 1), effect.method
     (0.32, 7.0, "mean over subjects and scenes, both random, Satterthwaite's t")
-    >>> round(effect.p, 4), round(effect.robust.p, 4), round(effect.d.estimate, 2)
-    (0.0007, 0.0196, 1.33)
+    >>> round(effect.p, 4), round(effect.d.estimate, 2)
+    (0.0007, 1.33)
     """
     shared = _used(cells)
     subjects, scenes = shared.shape
     gaps = int(np.isnan(shared).sum())
-    own = over_subjects(shared, bounded=bounded, robust_decides=robust_decides)
+    own = over_subjects(shared)
     if isinstance(own, NotComputed) or scenes < FEWEST_SCENES:
         return own
     remarks: tuple[str, ...] = ()
@@ -233,16 +214,7 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: b
         squares = float(found.subjects), float(found.scenes), float(found.residual)
         each = subjects, scenes
     size = crossed_size(mean, squares, float(each[0]), float(each[1]), shared.size - gaps)
-    effect = replace(student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks), d=size)
-    return effect if bounded else _robust(effect, shared, robust_decides)
-
-
-def _robust(effect: Effect, cells: FloatArray, decides: bool) -> Effect:
-    """Add the test robust to the skewness of the subject means."""
-    skewness = float(error_skewness(own_means(cells)[:, None], effect.standard_error))
-    scatter = Scatter(effect.subjects, skewness, noise_share(cells))
-    test = robust(effect.estimate, effect.standard_error, effect.df, scatter, decides=decides)
-    return replace(effect, robust=test)
+    return replace(student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks), d=size)
 
 
 def random_scenes(effect: Effect) -> bool:
@@ -326,47 +298,15 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
 
 
 def own_means(cells: FloatArray) -> FloatArray:
-    """Return the subject means; empty cells are imputed by subject + scene if the design is connected.
+    """Return the means of subjects with values; gaps are imputed by subject + scene if the design is connected.
 
     >>> own_means(np.array([[0.1, 0.3], [0.2, 0.6]])).round(2).tolist()
     [0.2, 0.4]
     """
+    cells = _used(cells)
     if not cells.size:
         return np.empty(0)
     return np.asarray(_filled(cells).mean(axis=1) if _connected(cells) else np.nanmean(cells, axis=1))
-
-
-def noise_share(cells: FloatArray) -> float:
-    """Return the fraction (0 to 1) of the variance of subject means that is due to noise of the answers.
-
-    The noise is the residual from subject + scene, or in a disconnected design the variance within subjects. Return 1
-    if neither has a degree of freedom.
-
-    >>> round(noise_share(np.array([[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]])), 3)
-    0.304
-    """
-    filled = np.isfinite(cells)
-    subjects, scenes = cells.shape
-    connected = _connected(cells)
-    residual_df = int(filled.sum()) - subjects - (scenes - 1 if connected else 0)
-    whole = _filled(cells) if connected else cells
-    own = np.nanmean(whole, axis=1)
-    left = whole - own[:, None] - ((whole.mean(axis=0) - whole.mean()) if connected else 0.0)
-    between = float(own.var(ddof=1))
-    if residual_df < 1 or not between > 0:
-        return 1.0
-    each = float((1 / filled.sum(axis=1)).mean())
-    return min(float(np.nansum(left**2)) / residual_df * each / between, 1.0)
-
-
-def noise_shares(cells: ArrayLike) -> FloatArray:
-    """Return `noise_share` of complete tables, shape (..., subjects, scenes).
-
-    >>> noise_shares([[[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]]]).round(3)
-    array([0.304])
-    """
-    cells = np.asarray(cells, dtype=float)
-    return moments(cells).noise if cells.shape[-1] > 1 else np.ones(cells.shape[:-2])
 
 
 def _used(cells: ArrayLike) -> FloatArray:

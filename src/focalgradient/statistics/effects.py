@@ -24,7 +24,6 @@ def analyse(
     analysis: Analysis | str,
     *,
     bound: float = BOUND,
-    deciding_test: str = "robust",
     progress: Progress | None = None,
 ) -> DepthRatingResult | ComparisonResult:
     """Analyse answers by the analysis of their response scale.
@@ -37,8 +36,6 @@ def analyse(
         Analysis, or its name: "ratio", "ordinal", "bipolar" or "choice".
     bound
         Equivalence bound, for ratios: see `depth_rating`.
-    deciding_test
-        Deciding test, for ratios: see `depth_rating`.
     progress
         See `depth_rating`.
 
@@ -50,7 +47,7 @@ def analyse(
     statistic = analysis_named(analysis)
     if isinstance(statistic, Slopes | Choices):
         return compare_pictures(table, statistic)
-    return depth_rating(table, equivalence_bound=bound, scale=statistic, deciding_test=deciding_test, progress=progress)
+    return depth_rating(table, equivalence_bound=bound, scale=statistic, progress=progress)
 
 
 def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:

@@ -8,19 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from focalgradient.errors import InputError, described
+from focalgradient.errors import InputError
 from focalgradient.statistics.records import ALPHA, Effect
-from focalgradient.statistics.skewness import Scatter, half_widths, one_sided_p
 
-__all__ = [
-    "DECIDING_TESTS",
-    "LARGEST_BOUND",
-    "Equivalence",
-    "check_bound",
-    "equivalence",
-    "one_sided",
-    "robust_decides",
-]
+__all__ = ["LARGEST_BOUND", "Equivalence", "check_bound", "equivalence", "one_sided"]
 
 FloatArray = NDArray[np.float64]
 
@@ -38,24 +29,6 @@ def check_bound(name: str, bound: object) -> None:
             f"{name} is {bound!r}, but must be a ratio above 1 and at most {LARGEST_BOUND:g}: give the smallest rise "
             "that matters, 1.2 for 20 %."
         )
-
-
-DECIDING_TESTS = ("robust", "t")
-"""Deciding tests of ratios: robust to skewed subjects, or Student's t."""
-
-
-def robust_decides(deciding_test: object) -> bool:
-    """Return whether the robust test decides; raise `InputError` unless `deciding_test` is one of `DECIDING_TESTS`.
-
-    >>> robust_decides("robust"), robust_decides("t")
-    (True, False)
-    """
-    if not isinstance(deciding_test, str) or deciding_test not in DECIDING_TESTS:
-        raise InputError(
-            f"deciding_test is {described(deciding_test)}, but must be 'robust' (the test robust to skewed subjects) "
-            "or 't' (Student's t)."
-        )
-    return deciding_test == DECIDING_TESTS[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +50,6 @@ class Equivalence:
         True if p is below .05.
     subjects
         Number of subjects.
-    p_by_t
-        p value by Student's t, which assumes symmetric effects of people.
-    p_robust
-        p value by tests robust to skewness; None if not computed.
     """
 
     bound: float
@@ -92,13 +61,9 @@ class Equivalence:
     p: float
     equivalent: bool
     subjects: int
-    p_by_t: float
-    p_robust: float | None = None
 
 
-def one_sided(
-    mean: ArrayLike, standard_error: ArrayLike, df: ArrayLike, bound: float, scatter: Scatter | None = None
-) -> tuple[FloatArray, FloatArray]:
+def one_sided(mean: ArrayLike, standard_error: ArrayLike, df: ArrayLike, bound: float) -> tuple[FloatArray, FloatArray]:
     """Return p values against means of -bound or less, and of bound or more; arrays are broadcast.
 
     Parameters
@@ -107,22 +72,15 @@ def one_sided(
         Mean, standard error and degrees of freedom of each effect.
     bound
         Equivalence bound, above 0.
-    scatter
-        Scatter of the subjects, for tests robust to its skewness (`focalgradient.statistics.skewness`); None for
-        Student's t.
 
     Examples
     --------
     >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2)]
     [0.0005, 0.0021]
-    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, Scatter(12, 0.3, 0.2))]
-    [0.0005, 0.0198]
     """
-    centre, error, freedom = (np.asarray(each, dtype=float) for each in (mean, standard_error, df))
+    centre, error, freedom = (np.asarray(values, dtype=float) for values in (mean, standard_error, df))
     above_lower, below_upper = (centre + bound) / error, (bound - centre) / error
-    if scatter is None:
-        return np.asarray(stats.t.sf(above_lower, freedom)), np.asarray(stats.t.sf(below_upper, freedom))
-    return one_sided_p(above_lower, freedom, scatter), one_sided_p(below_upper, freedom, scatter.mirrored)
+    return np.asarray(stats.t.sf(above_lower, freedom)), np.asarray(stats.t.sf(below_upper, freedom))
 
 
 def equivalence(effect: Effect, bound: float) -> Equivalence:
@@ -131,7 +89,7 @@ def equivalence(effect: Effect, bound: float) -> Equivalence:
     Parameters
     ----------
     effect
-        Effect; the tests are robust to skewness if the deciding test of the effect is.
+        Effect.
     bound
         Equivalence bound above 0, in the unit of the effect.
 
@@ -142,18 +100,8 @@ def equivalence(effect: Effect, bound: float) -> Equivalence:
     >>> round(outcome.p, 4), outcome.equivalent
     (0.0021, True)
     """
-    distances = effect.estimate, effect.standard_error, effect.df, bound
-    reach = [float(stats.t.isf(ALPHA, effect.df))] * 2
-    below, above = (float(p) for p in one_sided(*distances))
-    by_t, robust = max(below, above), None
-    if effect.robust is not None:
-        scatter = Scatter(effect.subjects, effect.robust.skewness, effect.robust.noise)
-        sides = [float(p) for p in one_sided(*distances, scatter)]
-        robust = max(sides)
-        if effect.robust.decides:
-            below, above = sides
-            reach = [float(each) for each in half_widths(effect.df, scatter, 2 * ALPHA)]
-    low = effect.estimate - reach[0] * effect.standard_error
-    high = effect.estimate + reach[1] * effect.standard_error
+    below, above = (float(p) for p in one_sided(effect.estimate, effect.standard_error, effect.df, bound))
+    half = float(stats.t.isf(ALPHA, effect.df)) * effect.standard_error
     p = max(below, above)
-    return Equivalence(bound, effect.estimate, low, high, below, above, p, p < ALPHA, effect.subjects, by_t, robust)
+    ends = effect.estimate - half, effect.estimate + half
+    return Equivalence(bound, effect.estimate, *ends, below, above, p, p < ALPHA, effect.subjects)

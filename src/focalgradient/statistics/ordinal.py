@@ -15,7 +15,7 @@ from scipy import stats
 from focalgradient.progress import Progress
 from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
-from focalgradient.statistics.means import family, only_difference, paired_effect, student_effect
+from focalgradient.statistics.means import by_role, only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
@@ -92,8 +92,9 @@ class OrdinalResult:
 
     Notes
     -----
-    Holm's correction treats effects and interaction as one family; the slopes share its p values, as they are the same
-    tests. The tests in `these_scenes` are another family.
+    The first effect is primary: its p is not corrected, nor is that of a single difference (several are corrected by
+    Holm). The other effects are secondary, one family by Holm; the slopes are the same tests. The tests in
+    `these_scenes` are not corrected.
     """
 
     formula: str
@@ -163,7 +164,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     >>> found.slopes[0].low < 1.0 < found.slopes[0].high, [each.below for each in found.thresholds]
     (True, [1, 2])
     >>> print(found.summary())  # doctest: +ELLIPSIS
-    log odds, nearest in focus: 2.9..., 95 % interval 1.0... to 4.8..., t(7) = 3.6..., p (Holm) = .009
+    log odds, nearest in focus: 2.9..., 95 % interval 1.0... to 4.8..., t(7) = 3.6..., p = .009
     difference: There is only one fixation: nothing can be compared.
     """
     fixations = fixations_of(rows)
@@ -196,21 +197,18 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     scene = pd.factorize(rows["scene"], sort=True)[0]
     levels = design @ fit.fixed + (random * fit.effects[subject]).sum(axis=1)
     deviations = _scene_deviations(answer_derivatives(category, levels, fit.thresholds), random, scene)
-    tests = family(
+    tests = [
         _over_scenes(test, deviations, contrast[: len(fixations)])
         for test, contrast in zip(fixed, contrasts, strict=True)
-    )
-    rises = tuple(tests[: len(fixations)])
+    ]
+    rises, apart, _ = by_role(tests[: len(fixations)], tests[len(fixations) :])
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1))
-    differences = {
-        (fixations[one], fixations[other]): test
-        for (one, other), test in zip(pairs, tests[len(fixations) :], strict=True)
-    }
+    differences = {(fixations[one], fixations[other]): test for (one, other), test in zip(pairs, apart, strict=True)}
     return OrdinalResult(
         formula,
         fixations,
         tuple(_scaled(rise, width) for rise in rises),
-        rises,
+        tuple(rises),
         only_difference(differences),
         tuple(
             Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
@@ -220,7 +218,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         fit.log_likelihood,
         differences if len(fixations) > 2 else {},
-        tuple(family(fixed)),
+        tuple(fixed),
     )
 
 
@@ -287,11 +285,8 @@ def _by_people(
     for each in values:
         test = paired_effect(each, PEOPLE_METHOD)
         tests.append(replace(test, remarks=remarks) if isinstance(test, Effect) else test)
-    tests = family(tests)
-    rises = tuple(tests[:size])
-    differences = {
-        (fixations[one], fixations[other]): test for (one, other), test in zip(pairs, tests[size:], strict=True)
-    }
+    rises, apart, _ = by_role(tests[:size], tests[size:])
+    differences = {(fixations[one], fixations[other]): test for (one, other), test in zip(pairs, apart, strict=True)}
     thresholds: tuple[Threshold, ...] = ()
     if fit is not None:
         thresholds = tuple(
@@ -302,14 +297,14 @@ def _by_people(
         _formula(fixations),
         tuple(fixations),
         tuple(_scaled(rise, width) for rise in rises),
-        rises,
+        tuple(rises),
         only_difference(differences),
         thresholds,
         shares,
         () if fit is None else tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         None if fit is None else fit.log_likelihood,
         differences if size > 2 else {},
-        tuple(tests),
+        (*tests,),
         by_people=True,
     )
 

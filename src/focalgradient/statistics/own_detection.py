@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 
@@ -15,14 +13,14 @@ from focalgradient.statistics.own_names import clean
 from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
+    Paths,
+    Source,
+    Where,
     answered,
-    by_role,
     catch_trials,
     columns_like,
     few,
     found_columns,
-    no_column,
-    numbers,
     place,
     read_table,
 )
@@ -76,35 +74,38 @@ class OwnDetection:
     notices: tuple[str, ...] = ()
 
 
-def holds_detection(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+def holds_detection(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
     """Return whether a table contains detection data: columns of signal and answer, and none of another kind."""
     columns = columns or {}
     if OTHERS & set(columns):
         return False
-    path = Path(path)
-    table = read_table(path)
-    if not OTHERS.isdisjoint({clean(str(name)).casefold() for name in table} - set(columns.values())):
+    name, table, _ = read_table(path)
+    if not OTHERS.isdisjoint({clean(str(column)).casefold() for column in table} - set(columns.values())):
         return False
-    ours = {role: name for role, name in columns.items() if role in (*ROLES, "participant")}
-    return {"signal", "response"} <= set(found_columns(path, table, ROLES, ours))
+    ours = {role: column for role, column in columns.items() if role in (*ROLES, "participant")}
+    return {"signal", "response"} <= set(found_columns(name, table, ROLES, ours))
 
 
 def read_detection(
-    path: str | os.PathLike[str],
+    path: Paths,
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
+    where: Where | None = None,
 ) -> OwnDetection:
     r"""Read detection data from a CSV, TSV or XLSX file with one row per trial.
 
     Parameters
     ----------
     path
-        File with comma-, semicolon- or tab-separated cells, or XLSX.
+        CSV, TSV, XLSX or JSON file, or several of one data set.
     columns
         Name in the file of each column: participant, signal (1 if present, else 0), response (1 for "yes", 0 for "no");
         optionally confidence (integers or ordered steps, at most 10), condition, session, catch.
     conditions
         Meanings of the file's own words in signal and response: {"links": "1"}.
+
+    where
+        Values by column: only rows that have one of them are read.
 
     Raises
     ------
@@ -121,23 +122,20 @@ def read_detection(
     >>> own.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), own.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)
     """
-    path = Path(path)
-    notes: list[str] = []
-    notices: list[str] = []
-    table = read_table(path)
-    theirs = found_columns(path, table, ROLES, columns or {})
+    own = Source.read(path, ROLES, columns, where)
+    notes, notices = own.notes, own.notices
     for role in ("signal", "response"):
-        if role not in theirs:
-            raise no_column(path, role)
-    table = by_role(path, table, theirs, notes, notices)
+        if role not in own.columns:
+            raise own.no_column(role)
+    table = own.rows(["confidence"], ["signal"])
     words = {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
-    table = answered(path, table, "response", "answer", notes)
+    table = answered(own, table, "response", "answer")
     for role, ours in (("signal", "signal"), ("response", "answer")):
-        table[ours] = _truth(table, role, words)
-    table, steps = _steps(path, table, notes, notices)
+        table[ours] = _truth(own, table, role, words)
+    table, steps = _steps(own, table)
     if table["signal"].all() or not table["signal"].any():
         shown = "signals" if table["signal"].all() else "noise"
-        raise InputError(f"{printable(path)} has trials with {shown} only: give trials with signal and trials without.")
+        raise InputError(f"{own.name} has trials with {shown} only: give trials with signal and trials without.")
     table = catch_trials(table, notes)
     for role, plain in (("session", ""), ("condition", ""), ("kind", "human")):
         table[role] = table[role].str.strip() if role in table else plain
@@ -145,7 +143,7 @@ def read_detection(
     return OwnDetection(table[kept + ["confidence"] * bool(steps)].copy(), steps, tuple(notes), tuple(notices))
 
 
-def _truth(table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Series[bool]:
+def _truth(own: Source, table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Series[bool]:
     """Convert a column of yes/no words to booleans."""
     cells = table[role].map(lambda cell: words.get(cell.casefold(), cell.casefold()))
     wrong = ~cells.isin(list(WORDS))
@@ -157,22 +155,22 @@ def _truth(table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Serie
     return cells.map(WORDS).astype(bool)
 
 
-def _steps(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str]) -> tuple[pd.DataFrame, int]:
+def _steps(own: Source, table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
     """Recode confidence as 1, 2, ... in ascending order; return the table and the number of steps."""
     if "confidence" not in table:
         return table, 0
-    table = without_codes(table, "confidence", notices, signed=False)
-    table = answered(path, table, "confidence", "confidence", notes)
-    values = numbers(table, "confidence", table["confidence"])
+    table = without_codes(table, "confidence", own.notices, signed=False)
+    table = answered(own, table, "confidence", "confidence")
+    values = own.numbers(table, "confidence")
     there = sorted(set(values))
     if len(there) > MOST_STEPS:
         raise InputError(
-            f"{printable(path)} has {len(there)} values of confidence, but may have {MOST_STEPS} at most: give it in "
+            f"{own.name} has {len(there)} values of confidence, but may have {MOST_STEPS} at most: give it in "
             f"steps, or leave it out ({columns_like('confidence')} names another column)."
         )
     if len(there) < 2:
-        notes.append("Confidence is the same in all trials: it is not analysed.")
+        own.notes.append("Confidence is the same in all trials: it is not analysed.")
         return table.drop(columns="confidence"), 0
     if there != list(range(1, len(there) + 1)):
-        notes.append(f"Steps of confidence, from the least: {few([f'{each:g}' for each in there])}.")
+        own.notes.append(f"Steps of confidence, from the least: {few([f'{each:g}' for each in there])}.")
     return table.assign(confidence=values.map({each: step for step, each in enumerate(there, start=1)})), len(there)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 
@@ -14,27 +12,26 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.scales import Choices, Ratios
 from focalgradient.statistics.own_names import rows_named
-from focalgradient.statistics.own_rows import in_seconds, without_codes, without_copies
+from focalgradient.statistics.own_rows import check_seconds, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
+    Paths,
+    Source,
+    Where,
     answered,
     catch_trials,
     columns_like,
     few,
-    found_columns,
-    no_column,
-    numbers,
     place,
-    read_table,
     renamed,
     unused,
-    with_participants,
+    where_like,
 )
 from focalgradient.statistics.own_words import FIXED, SHARP, Words, given_words, meant, whole_steps, with_diameters
 from focalgradient.statistics.tables import PINHOLE, rating_table
 
-__all__ = ["OwnRatings", "read_ratings"]
+__all__ = ["OwnRatings", "long_columns", "read_ratings"]
 
 FOCAL_LENGTH_MM = 50.0
 """Default focal length in mm, that of the paper's pictures, without a column aperture_mm or a value from the caller."""
@@ -47,15 +44,32 @@ ROLES = {
     "rating": ("answer", "response", "resp", "choice", "chosen", "chosen_interval"),
     "interval": ("picture_interval", "target_interval"),
     "scene": ("picture", "image", "item", "stimulus"),
-    "trial": (),
+    "trial": ("trial_number", "trial number", "trial_index", "trial_nr", "trial_no", "trials.thisn"),
     "session": (),
     "catch": (),
-    "response_time": ("rt", "reaction_time", "response_time_ms", "rt_ms", "reaction_time_ms", "rt (ms)", "rt [ms]"),
+    "response_time": ("rt", "reaction_time"),
     "repetition": (),
     "dropped_frames": (),
     "kind": (),
 }
 """Required and optional columns, each with the names recognised automatically."""
+
+NUMERIC = ("rating", "aperture_mm", "response_time", "dropped_frames")
+"""Roles of numbers."""
+
+SHOWN = ("aperture", "aperture_mm", "fixation", "scene")
+"""Roles that say what was shown."""
+
+MEASURES = frozenset(("rating", "ratings", "resp", "response", "depth", "score", "value", "judgment", "judgement"))
+"""Words in names of wide columns that say nothing but that these are ratings."""
+
+OTHER_MEASURES = frozenset(
+    (
+        *("rt", "rts", "time", "times", "ms", "latency", "duration", "onset", "confidence", "conf", "certainty"),
+        *("sure", "clicks", "click", "order", "position", "trial", "n", "count", "sd", "se", "sem", "date", "start"),
+    )
+)
+"""Words in names of wide columns of other measures."""
 
 PARTS = re.compile(r"[\s_,;.:()\-]+")
 WITHIN = re.compile(r"pinhole|f/?(?:(?:1_[248]|2_[58]|3_[25]|4_5|5_6|6_3|7_1)(?!\d)|\d+(?:[.,]\d+)?)", re.IGNORECASE)
@@ -91,10 +105,11 @@ class OwnRatings:
 
 
 def read_ratings(
-    path: str | os.PathLike[str],
+    path: Paths,
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     *,
+    where: Where | None = None,
     focal_length_mm: float | None = None,
     steps: bool = False,
 ) -> OwnRatings:
@@ -103,7 +118,7 @@ def read_ratings(
     Parameters
     ----------
     path
-        File with comma-, semicolon- or tab-separated cells (decimal points or commas), or XLSX.
+        CSV, TSV, XLSX or JSON file, or several of one data set (one per participant), told by their content.
     columns
         Name in the file of each column: participant, aperture, fixation, rating; optionally scene, trial, catch,
         session, response_time, aperture_mm; and interval (1 or 2, in which the picture was shown) if the ratings are
@@ -112,6 +127,8 @@ def read_ratings(
     conditions
         Meanings of the file's own words: {"vorn": "nearest", "weit offen": "f/5.6", "scharf": "pinhole"}. "near",
         "far", "f5.6", "5.6" and "0" are recognised automatically.
+    where
+        Values by column: only rows that have one of them are read, as in {"trial_type": ["slider"]}.
     focal_length_mm
         Focal length in millimetres, from which diameters follow by the f-number; None: 50, which is noted.
     steps
@@ -132,27 +149,20 @@ def read_ratings(
     >>> own.table[["participant_id", "aperture", "fixation", "rating"]].values.tolist()
     [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
     """
-    path = Path(path)
-    table = read_table(path)
-    headers = list(table)
-    notes: list[str] = []
-    problems: list[str] = []
-    notices: list[str] = []
+    own = Source.read(path, ROLES, long_columns(columns), where)
+    headers, notes, notices = list(own.cells), own.notes, own.notices
     words = given_words(conditions or {})
-    theirs = found_columns(path, table, ROLES, columns or {})
-    if "rating" not in theirs:
-        others = [str(name) for name in table if name not in theirs.values()]
-        problems += _without_aperture(others, conditions or {})
-        table = _long(path, table, theirs, conditions or {}, notes)
+    if "rating" not in own.columns:
+        others = [str(name) for name in own.cells if name not in own.columns.values()]
+        own.problems.extend(_without_aperture(others, conditions or {}))
+        table = own.cleaned(_long(own, conditions or {}, (columns or {}).get("rating")), NUMERIC, [])
     else:
-        notes += unused([str(name) for name in table if name not in theirs.values()])
-        table = renamed(table, theirs)
-    table = with_participants(path, table, theirs, notes, notices)
+        table = own.rows(NUMERIC, SHOWN)
     if "aperture" in table and "aperture_mm" not in table:
-        table = with_diameters(table, theirs.get("aperture", ""), words, notices)
-    table = _checked_cells(path, table, words, focal_length_mm, notes)
+        table = with_diameters(table, own.columns.get("aperture", ""), words, notices)
+    table = _checked_cells(own, table, words, focal_length_mm)
     table = _of_intervals(table, notes)
-    table = _answers(path, table, theirs, notes, notices)
+    table = _answers(own, table)
     table = meant(table, words, " ".join(map(str, headers)), notices)
     choices = not steps and set(table["rating"]) == {0.0, 1.0}
     if choices:
@@ -162,7 +172,7 @@ def read_ratings(
     if "scene" not in table:
         table["scene"] = "all"
         notes.append("There is no column of scenes: all ratings count as of one scene, and results hold for it only.")
-    table = _trials(without_copies(catch_trials(table, notes), notices, notes), notes)
+    table = _trials(own, without_copies(catch_trials(table, notes), notices, notes))
     lens = FOCAL_LENGTH_MM if focal_length_mm is None else focal_length_mm
     if "aperture_mm" not in table:
         if focal_length_mm is None:
@@ -170,35 +180,83 @@ def read_ratings(
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
     checked = rating_table(table, Choices() if choices else Ratios())
-    return OwnRatings(checked, tuple(notes), tuple(problems), tuple(notices), choices)
+    return OwnRatings(checked, tuple(notes), tuple(own.problems), tuple(notices), choices)
 
 
-def _long(
-    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], conditions: Mapping[str, str], notes: list[str]
-) -> pd.DataFrame:
+def long_columns(columns: Mapping[str, str] | None) -> Mapping[str, str] | None:
+    """Return `columns` without a rating given as a word that names of wide columns hold, like rating=depth_*."""
+    return {role: name for role, name in (columns or {}).items() if role != "rating" or not name.endswith("*")}
+
+
+def _long(own: Source, conditions: Mapping[str, str], measure: str | None) -> pd.DataFrame:
     """Convert a wide table to one row per rating; the index is (file, row, column)."""
-    others = [str(name) for name in table if name not in theirs.values()]
+    others = [str(name) for name in own.cells if name not in own.columns.values()]
     wide = [name for name in others if _aperture_within(name, conditions)]
+    wide = _one_measure(own, wide, conditions, measure)
     if not wide:
         raise InputError(
-            f"{printable(path)} has no column of ratings, only {few([*map(str, table)])}: {columns_like('rating')}, or "
+            f"{own.name} has no column of ratings, only {few([*map(str, own.cells)])}: {columns_like('rating')}, or "
             "give each condition a column whose name holds its aperture, like near_f5.6."
         )
     parts, scenes = [], []
     for name in wide:
         fixation, aperture, scene = _named(name, conditions)
-        part = renamed(table, theirs).assign(aperture=aperture.replace("_", "."), rating=table[name], column=name)
+        part = renamed(own.cells, own.columns)
+        part = part.assign(aperture=aperture.replace("_", "."), rating=own.cells[name], column=name)
         if fixation is not None:
             part["fixation"] = fixation
-        if scene and "scene" not in theirs:
+        if scene and "scene" not in own.columns:
             part["scene"] = scene
             scenes.append(scene)
         parts.append(part.set_index("column", append=True))
-    notes += unused([name for name in others if name not in wide])
+    own.notes.extend(unused([name for name in others if name not in wide]))
     if scenes:
-        notes.append(f"What else stands in the names of the columns is taken for scenes: {few(scenes)}.")
+        own.notes.append(f"What else stands in the names of the columns is taken for scenes: {few(scenes)}.")
     whole = pd.concat(parts).drop(columns="trial", errors="ignore")
+    again = own.cells[own.columns["participant_id"]].duplicated() if "participant_id" in own.columns else None
+    if again is not None and again.any() and "session" not in own.columns:
+        own.notices.append(
+            f"{few([*own.cells[own.columns['participant_id']][again]])} has several rows of this wide table, which are "
+            "taken for repetitions by one person."
+        )
     return whole.sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
+
+
+def _one_measure(own: Source, wide: list[str], conditions: Mapping[str, str], measure: str | None) -> list[str]:
+    """Return the wide columns of ratings, where the table has further measures of each condition."""
+    words = {name: [word.lower() for word in PARTS.split(name) if word] for name in wide}
+    if measure is not None and measure.endswith("*"):
+        stem = measure.rstrip("*_-. ").lower()
+        return [name for name in wide if stem in words[name] or name.lower().startswith(stem)]
+    other = [name for name in wide if not OTHER_MEASURES.isdisjoint(words[name])]
+    if other and len(other) < len(wide):
+        own.notices.append(f"These columns were not taken for ratings, but for other measures: {few(other)}.")
+        wide = [name for name in wide if name not in other]
+    rests = {name: _named(name, conditions) for name in wide}
+    for at in (0, -1):
+        groups: dict[str, dict[tuple[str | None, str, str], str]] = {}
+        for name in wide:
+            fixation, aperture, _ = rests[name]
+            rest = [
+                word for word in PARTS.split(" ".join(name.rsplit(aperture, 1))) if word.lower() not in FIXED and word
+            ]
+            if rest:
+                key = rest.pop(at)
+                groups.setdefault(key.lower(), {})[fixation, aperture, " ".join(rest)] = name
+        if len(groups) < 2 or len({frozenset(group) for group in groups.values()}) > 1 or "scene" in own.columns:
+            continue
+        named = [word for word in groups if word in MEASURES]
+        middles = {
+            word: pd.to_numeric(own.cells[[*group.values()]].stack().str.replace(",", "."), errors="coerce").median()
+            for word, group in groups.items()
+        }
+        unlike = max(middles.values()) > 3 * max(min(middles.values()), 1e-9)
+        if len(named) == 1 or unlike:
+            raise InputError(
+                f"{own.name} has {len(groups)} columns for each condition, which begin or end with {few([*groups])}: "
+                f'say which measure is the rating with columns={{"rating": "{(named or [*groups])[0]}_*"}}.'
+            )
+    return wide
 
 
 def _aperture_within(name: str, conditions: Mapping[str, str]) -> str | None:
@@ -242,26 +300,20 @@ def _named(name: str, conditions: Mapping[str, str]) -> tuple[str | None, str, s
     for word in PARTS.split(rest):
         if fixation is None and word.lower() in FIXED:
             fixation = word
-        elif word and word.lower() not in ("rating", "resp", "response"):
+        elif word and word.lower() not in MEASURES:
             scene.append(word)
     return fixation, aperture, " ".join(scene)
 
 
-def _checked_cells(
-    path: Path,
-    table: pd.DataFrame,
-    words: Words,
-    lens: float | None,
-    notes: list[str],
-) -> pd.DataFrame:
+def _checked_cells(own: Source, table: pd.DataFrame, words: Words, lens: float | None) -> pd.DataFrame:
     """Return the table with apertures and fixations; append assumptions to the notes."""
     if "aperture" not in table and "aperture_mm" in table:
-        diameters = numbers(table, "aperture_mm", table["aperture_mm"].str.strip())
+        diameters = own.numbers(table, "aperture_mm")
         table["aperture"] = [f"{(lens or FOCAL_LENGTH_MM) / mm:.3g}" if mm > 0 else PINHOLE for mm in diameters]
-        notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
+        own.notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
     for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
         if role not in table:
-            raise no_column(path, role, f", or add one that says {add} in each row")
+            raise own.no_column(role, f", or add one that says {add} in each row")
     return table
 
 
@@ -283,41 +335,84 @@ LONGEST_RESPONSE_S = 60.0
 """Maximum median response time in seconds, as in `Rules`; larger values indicate another unit."""
 
 
-def _answers(
-    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
-) -> pd.DataFrame:
+def _answers(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a rating, with numbers parsed and times in seconds."""
-    table = without_codes(table, "rating", notices)
-    table = answered(path, table, "rating", "rating", notes)
-    table["rating"] = numbers(table, "rating", table["rating"])
-    table = without_codes(table, "response_time", notices)
-    for role in ("aperture_mm", "response_time", "dropped_frames"):
-        if role in table:
-            table[role] = numbers(table, role, table[role], empty=role != "aperture_mm")
-    return in_seconds(table, "response_time", theirs.get("response_time", ""), LONGEST_RESPONSE_S, notices)
+    table = without_codes(table, "rating", own.notices)
+    table = answered(own, table, "rating", "rating")
+    table["rating"] = own.numbers(table, "rating")
+    if "aperture_mm" in table:
+        table["aperture_mm"] = own.numbers(table, "aperture_mm")
+    table = own.optional(without_codes(table, "response_time", own.notices), "response_time")
+    table = own.optional(table, "dropped_frames")
+    if "response_time" in table:
+        try:
+            check_seconds(table, "response_time", LONGEST_RESPONSE_S)
+        except InputError as error:
+            if "response_time" in own.given:
+                raise
+            own.notices.append(f"The column {own.columns['response_time']} was not used: {error}")
+            table = table.drop(columns="response_time")
+    return table
 
 
 MIN_REPEATED_NUMBERS = 0.3
 """Fraction of repeated trial numbers above which they count within blocks; below it, trials are duplicates."""
 
+MIN_SHARED_CONDITION = 0.9
+"""Fraction of rows with a repeated trial number that repeat its condition, above which a trial has several rows."""
 
-def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+
+def _trials(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the table with valid trial numbers, numbering the trials if necessary."""
     by = [name for name in ("participant_id", "session") if name in table]
+    condition = ["scene", "aperture", "fixation"]
     if "trial" in table:
         again, same = table.duplicated([*by, "trial"]), table.duplicated()
         if not again.any():
             return table
         if same.equals(again):
             raise InputError(f"{place(table, same)}: a row above is the same in every cell: leave one of them out.")
-        shown = table.duplicated([*by, "trial", "scene", "aperture", "fixation"])
-        if shown.any() and again.mean() < MIN_REPEATED_NUMBERS:
+        shown = table.duplicated([*by, "trial", *condition])
+        keys = table[[*by, "trial", *condition]]
+        after = (keys == keys.shift()).all(axis=1)
+        beside = shown.sum() >= MIN_SHARED_CONDITION * again.sum() and after.sum() >= shown.sum() / 2
+        if shown.any() and (again.mean() < MIN_REPEATED_NUMBERS or beside):
             raise InputError(
                 f"{place(table, shown)}: trial {printable(str(table['trial'][shown].iloc[0]))} of participant "
                 f"{table['participant_id'][shown].iloc[0]} stands in a row above with another answer: leave one of "
-                f"them out ({rows_named(table, shown)})."
+                f"them out ({rows_named(table, shown)}){_told_apart(own, table, keys)}."
             )
-        notes.append("The column of trials does not tell all trials apart and was not used.")
+        own.notices.append(
+            "The column of trials does not tell all trials apart and was not used: where each trial has several rows, "
+            "choose one of them (where)."
+        )
+    else:
+        keys = table[[*by, *condition]]
+        if told := _told_apart(own, table, keys):
+            own.notices.append(f"Rows stand in groups of one condition, as several rows of one trial do{told}.")
     table["trial"] = table.groupby(by, sort=False).cumcount() + 1
-    notes.append("Trials are numbered as they stand in the file.")
+    own.notes.append("Trials are numbered as they stand in the file.")
     return table
+
+
+def _told_apart(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
+    """Return the remedy that names a column which tells the rows of each trial apart; "" if none does.
+
+    Such a column has a few words, each once in every group of consecutive rows of one condition.
+    """
+    if table.index.nlevels != 2:
+        return ""
+    group = (keys != keys.shift()).any(axis=1).cumsum().to_numpy()
+    size, count = len(table), int(group[-1]) if len(group) else 0
+    if count < 2 or size % count or size == count:
+        return ""
+    cells = own.cells.loc[table.index]
+    for name in cells:
+        values = cells[name]
+        if (
+            name not in own.columns.values()
+            and values.nunique() == size // count
+            and not pd.DataFrame({"group": group, "value": values.to_numpy()}).duplicated().any()
+        ):
+            return f"; {printable(str(name))} tells them apart: choose with {where_like(str(name), values.iloc[-1])}"
+    return ""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,16 +12,16 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.statistics.own_names import rows_named
-from focalgradient.statistics.own_rows import in_seconds
+from focalgradient.statistics.own_rows import check_seconds
 from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
+    Paths,
+    Source,
+    Where,
     answered,
-    by_role,
     catch_trials,
     conditions_like,
-    found_columns,
-    no_column,
     numbers,
     place,
     read_table,
@@ -83,32 +81,36 @@ class OwnReports:
     notices: tuple[str, ...] = ()
 
 
-def holds_reports(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+def holds_reports(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
     """Return whether a table contains reports on the cube: a column of percepts, and no ratings."""
     columns = columns or {}
     if "percept" in columns or "rating" in columns:
         return "percept" in columns
-    names = {str(name).lower() for name in read_table(Path(path)).columns}
+    names = {str(name).lower() for name in read_table(path)[1].columns}
     return not {"percept", "gradient"}.isdisjoint(names) and "rating" not in names
 
 
 def read_reports(
-    path: str | os.PathLike[str],
+    path: Paths,
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
+    where: Where | None = None,
 ) -> OwnReports:
     r"""Read reports on the rotating Necker cube from a CSV or TSV file with one row per report.
 
     Parameters
     ----------
     path
-        File with comma-, semicolon- or tab-separated cells; decimal points or commas; times in seconds.
+        CSV, TSV, XLSX or JSON file, or several of one data set.
     columns
         Name in the file of each column: participant, gradient, percept, duration (or onset and end); optionally onset,
         trial, strength, trial_duration, censored, catch, session. Without a trial column, a new trial starts when the
         onset decreases or the condition changes; without onsets, reports are consecutive.
     conditions
         Meanings of the file's own words: {"starr": "rigid", "weich": "nonrigid", "ohne": "none"}.
+
+    where
+        Values by column: only rows that have one of them are read.
 
     Raises
     ------
@@ -125,23 +127,21 @@ def read_reports(
     >>> own.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
     [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]
     """
-    path, words = Path(path), {word.strip().casefold(): meaning for word, meaning in (conditions or {}).items()}
-    notes: list[str] = []
-    notices: list[str] = []
-    table = read_table(path)
-    theirs = found_columns(path, table, ROLES, columns or {})
-    table = by_role(path, table, theirs, notes, notices)
+    words = {word.strip().casefold(): meaning for word, meaning in (conditions or {}).items()}
+    own = Source.read(path, ROLES, columns, where)
+    notes, notices = own.notes, own.notices
     for role in ("percept", "gradient"):
-        if role not in table:
-            raise no_column(path, role)
-    table = answered(path, table, "percept", "report", notes, ABSENT - {"none"})
+        if role not in own.columns:
+            raise own.no_column(role)
+    times = ["onset", "duration", "end", "trial_duration"]
+    table = own.rows([*times, "strength", "dropped_frames"], ["percept", "gradient"])
+    table = answered(own, table, "percept", "report", ABSENT - {"none"})
     table = _meant(table, words)
-    table["strength"] = _strengths(table, notes)
-    table = _timed(path, table, theirs, notes, notices)
+    table["strength"] = _strengths(own, table)
+    table = _timed(own, table)
     table = _ended(catch_trials(table, notes), notes)
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    if "dropped_frames" in table:
-        table["dropped_frames"] = numbers(table, "dropped_frames", table["dropped_frames"].str.strip(), empty=True)
+    table = own.optional(table, "dropped_frames")
     return OwnReports(report_table(table), tuple(notes), tuple(notices))
 
 
@@ -162,41 +162,39 @@ def _meant(table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
     return table
 
 
-def _strengths(table: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
+def _strengths(own: Source, table: pd.DataFrame) -> pd.Series[float]:
     """Return the strengths in mm of aperture; 0 without a gradient, where the cell may be empty."""
     plain = table["gradient"] == "none"
     if "strength" not in table:
         if not plain.all():
-            notes.append(
+            own.notes.append(
                 "There is no column of strengths: each gradient counts as of one strength, written as "
                 f"{ONE_STRENGTH:g} mm."
             )
         return plain.map({True: 0.0, False: ONE_STRENGTH}).astype(float)
     texts = table["strength"].str.strip()
-    return numbers(table, "strength", texts.mask(plain & texts.str.lower().isin(ABSENT), "0"))
+    return numbers(table, "strength", texts.mask(plain & texts.str.lower().isin(ABSENT), "0"), own=own)
 
 
 LONGEST_REPORT_S = 200.0
 """Maximum median duration in seconds; larger values indicate another unit: percepts last some 5 s."""
 
 
-def _timed(
-    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
-) -> pd.DataFrame:
+def _timed(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Complete trials, onsets and durations from one another."""
+    notes = own.notes
     if "duration" not in table and not {"onset", "end"} <= set(table):
-        raise no_column(path, "duration", ", or give onset and end")
+        raise own.no_column("duration", ", or give onset and end")
     if "onset" not in table and "trial" not in table:
-        raise no_column(path, "trial", ", or give the onset of each report within its trial")
+        raise own.no_column("trial", ", or give the onset of each report within its trial")
     for role in ("onset", "duration", "end", "trial_duration"):
         if role in table:
-            table[role] = numbers(table, role, table[role])
-            header, most = theirs.get(role, ""), LONGEST_REPORT_S if role == "duration" else math.inf
-            table = in_seconds(table, role, header, most, notices)
+            table[role] = own.numbers(table, role)
+            check_seconds(table, role, LONGEST_REPORT_S if role == "duration" else math.inf)
     if "duration" not in table:
         table["duration"] = table["end"] - table["onset"]
-        table = in_seconds(table, "duration", "", LONGEST_REPORT_S, notices)
-    table = _lasting(path, table, notes)
+        check_seconds(table, "duration", LONGEST_REPORT_S)
+    table = _lasting(own, table)
     people = [name for name in ("participant_id", "session") if name in table]
     condition = ["gradient", "strength"]
     if "trial" not in table:
@@ -220,13 +218,13 @@ def _timed(
     return table
 
 
-def _lasting(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+def _lasting(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Remove reports of zero duration, which simultaneous key changes produce."""
     momentary = table["duration"] == 0
     if momentary.all():
-        raise InputError(f"{printable(path)} holds no report that lasted: durations are all 0.")
+        raise InputError(f"{own.name} holds no report that lasted: durations are all 0.")
     if momentary.any():
-        notes.append(f"Reports that lasted no time were left out: {momentary.sum()}.")
+        own.notes.append(f"Reports that lasted no time were left out: {momentary.sum()}.")
     return table[~momentary].copy()
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.statistics.own_names import clean, is_summary, maybe_summary, rows_named
 
-__all__ = ["in_seconds", "without_codes", "without_copies", "without_headers", "without_summaries"]
+__all__ = ["check_seconds", "without_codes", "without_copies", "without_headers", "without_summaries"]
 
 CODE = re.compile(r"-?9{2,}|-9|-?8{3,}")
 """Codes of missing answers: 99, 999, -9, -99, -999, 888, ..."""
@@ -77,11 +77,11 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     """
     if role not in table:
         return table
-    texts = table[role].str.strip().str.replace(r"[.,]0+$", "", regex=True)
+    texts = table[role].str.strip().str.replace(r"[.]0+$", "", regex=True)
     codes = texts.map({one: bool(CODE.fullmatch(one)) for one in texts.unique()}).astype(bool)
     if not codes.any():
         return table
-    values = pd.to_numeric(texts.str.replace(",", ".", regex=False), errors="coerce").abs()
+    values = pd.to_numeric(texts, errors="coerce").abs()
     others = values[~codes & np.isfinite(values)]
     negative = texts.str.startswith("-") & (not signed)
     missing = codes & (negative | (values > MIN_CODE_RATIO * others.max()))
@@ -92,26 +92,14 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     return table.assign(**{role: table[role].mask(missing, "")})
 
 
-def in_seconds(table: pd.DataFrame, role: str, header: str, longest: float, notices: list[str]) -> pd.DataFrame:
-    """Convert times to seconds; milliseconds are accepted only if the header states them.
-
-    Raises
-    ------
-    InputError
-        If the median exceeds `longest`, in seconds.
-    """
-    if role not in table:
-        return table
-    if re.search(r"(^|[_\s(\[.\-])(ms|msec|millis|milliseconds)($|[_\s)\].\-])", clean(header).casefold()):
-        notices.append(f"Times in the column {header} are in milliseconds: divided by 1000.")
-        return table.assign(**{role: table[role] / 1000})
-    middle = float(table[role].median())
+def check_seconds(table: pd.DataFrame, role: str, longest: float) -> None:
+    """Raise `InputError` if the median of times exceeds `longest`, in seconds, as milliseconds do."""
+    middle = float(table[role].median()) if role in table else 0.0
     if middle > longest:
         raise InputError(
             f"the median of {role} is {middle:g}, but must be a time in seconds: give seconds, or call the column "
             f"{role}_ms where these are milliseconds."
         )
-    return table
 
 
 def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) -> pd.DataFrame:

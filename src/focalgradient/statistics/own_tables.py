@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import codecs
-import csv
-import io
-import math
-from collections import Counter
-from collections.abc import Mapping
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import check_width, printable, read_bytes
-from focalgradient.files.workbooks import is_workbook, sheet_text
+from focalgradient.files import printable
+from focalgradient.files.tables import RaggedTableError, as_number, is_date, name_and_unit, read_cells, unique_names
 from focalgradient.statistics.own_names import clean, united
 from focalgradient.statistics.own_rows import without_headers, without_summaries
 
@@ -22,14 +20,17 @@ __all__ = [
     "ABSENT",
     "PARTICIPANT",
     "TABLES",
+    "Paths",
+    "Source",
+    "Where",
     "answered",
-    "by_role",
     "catch_trials",
     "columns_like",
     "conditions_like",
     "few",
     "found_columns",
     "numbers",
+    "of_one_data_set",
     "others",
     "place",
     "read_table",
@@ -37,7 +38,7 @@ __all__ = [
     "rows_of",
     "truths",
     "unused",
-    "with_participants",
+    "where_like",
 ]
 
 ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"})
@@ -45,25 +46,26 @@ ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"})
 
 TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False, "": False, "n/a": False}
 
-PARTICIPANT = ("participant", "subject", "subj", "id", "observer")
+PARTICIPANT = (
+    *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
+    *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id", "result"),
+)
 """Recognised names of the participant column."""
-
-
-MOST_ROWS = 200_000
-"""Maximum number of rows: 200 participants x 1,000 trials take half a minute, 900,000 rows take three."""
-
-LARGEST_TABLE = 256 * 2**20
-"""Maximum file size in bytes: the maximum number of rows at 1,300 characters each."""
 
 
 LISTED = 12
 """Maximum number of columns listed in an error message."""
 
+Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+"""One file, or the files of one data set."""
 
-TABLES = (".csv", ".tsv", ".xlsx")
+Where = Mapping[str, str | Sequence[str]]
+"""Value or values by column: the rows that are analysed."""
+
+TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
 """Extensions of tables; a file with another extension is a table only if its text has the form of one."""
 
-TABLE_OR_DATA_SET = "a CSV, TSV or XLSX file, or the folder of a data set (with dataset_description.json)"
+TABLE_OR_DATA_SET = "a CSV, TSV, XLSX or JSON file, or the folder of a data set (with dataset_description.json)"
 """Remedy for a file that is not a table."""
 
 
@@ -72,12 +74,9 @@ def columns_like(role: str) -> str:
     return f'name it with columns={{"{role}": "NAME"}}'
 
 
-def no_column(path: Path, role: str, otherwise: str = "") -> InputError:
-    """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
-    there = ", ".join(str(name)[:40] for name in read_table(path).columns[:LISTED])
-    return InputError(
-        f"{printable(path)} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
-    )
+def where_like(column: str, value: str) -> str:
+    """Return the remedy that chooses the rows of a value."""
+    return f'where={{"{printable(column)}": "{printable(value)}"}}'
 
 
 def conditions_like(meaning: str) -> str:
@@ -85,90 +84,271 @@ def conditions_like(meaning: str) -> str:
     return f'give its meaning with conditions={{"NAME": "{meaning}"}}'
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Read the cells of a CSV, TSV or XLSX file as text, without blank rows; the index is (file, row).
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """Table of the user, with the column of each role and what was said about it.
 
-    The delimiter is the most frequent one of the header: comma, semicolon or tab. Blank lines and lines beginning with
-    # before the header are skipped. Files with more than 4,096 columns or `MOST_ROWS` rows, or larger than
-    `LARGEST_TABLE`, raise `InputError` before their cells are parsed.
+    Parameters
+    ----------
+    name
+        Name of the file or files, for messages.
+    cells
+        All cells as text; the index is (file, row).
+    columns
+        Name in the file of each role's column.
+    given
+        Roles whose column the caller named.
+    notes, notices, problems
+        Sentences on how the table was read: see `focalgradient.statistics.OwnRatings`.
     """
-    text = _text(path)
-    lines = text.splitlines()
-    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    delimiter = max(";\t,", key=first.count)
-    check_width(lines, delimiter, printable(path))
-    if len(lines) > MOST_ROWS:
-        raise InputError(
-            f"{printable(path)} has {len(lines):,} rows, but a table may have {MOST_ROWS:,} at most: leave out what is "
-            "not needed."
+
+    name: str
+    cells: pd.DataFrame
+    columns: dict[str, str]
+    given: frozenset[str] = frozenset()
+    notes: list[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+
+    @classmethod
+    def read(
+        cls,
+        paths: Paths,
+        roles: Mapping[str, tuple[str, ...]],
+        columns: Mapping[str, str] | None,
+        where: Where | None = None,
+    ) -> Source:
+        """Read a table, or the tables of one data set, and find the column of each role."""
+        name, cells, notes = read_table(paths, where)
+        columns = columns or {}
+        given = frozenset("participant_id" if role == "participant" else role for role in columns)
+        own = cls(name, cells, found_columns(name, cells, roles, columns), given, notes)
+        several = cells.index.get_level_values(0).unique()
+        if "participant_id" not in own.columns and len(several) > 1:
+            own.cells["participant (file)"] = [Path(file).stem for file in cells.index.get_level_values(0)]
+            own.columns["participant_id"] = "participant (file)"
+            own.notices.append("There is no column of participants: each file is taken for one person's.")
+        return own
+
+    def no_column(self, role: str, otherwise: str = "") -> InputError:
+        """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
+        there = ", ".join(str(name)[:40] for name in self.cells.columns[:LISTED])
+        return InputError(
+            f"{self.name} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
         )
-    try:
-        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
-    except csv.Error as error:
-        raise InputError(f"{printable(path)} cannot be read as a table ({error}): give a CSV or TSV file.") from error
-    top = next((number for number, row in enumerate(rows) if any(row) and not row[0].startswith("#")), len(rows))
-    header = [name.strip() for name in rows[top]] if top < len(rows) else []
-    again = [name for name, count in Counter(header).items() if name and count > 1]
-    if not any(header) or again:
-        what = f"the column {again[0]} twice" if again else "no header"
-        raise InputError(f"{printable(path)} has {what}: give each column a name of its own in the first row.")
-    width = len(header)
-    ragged = any("".join(row[width:]).strip() for row in rows[top + 1 :])
-    if path.suffix.lower() not in TABLES and (width == 1 or ragged):
-        raise InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
-    kept, places = [], []
-    for number, row in enumerate(rows[top + 1 :], start=top + 2):
-        if any(cell.strip() for cell in row[width:]):
-            raise InputError(f"{printable(path)}, row {number}: there are {len(row)} cells, but must be {width}.")
-        if any(cell.strip() for cell in row):
-            kept.append((row + [""] * width)[:width])
-            places.append((path.name, number))
-    index = pd.MultiIndex.from_tuples(places, names=["file", "row"]) if places else None
-    return pd.DataFrame(kept, columns=header, dtype=str, index=index)
+
+    def rows(self, numeric: Sequence[str], shown: Sequence[str]) -> pd.DataFrame:
+        """Return the columns in use, named by role and cleaned.
+
+        Parameters
+        ----------
+        numeric
+            Roles of numbers, whose decimal mark is decided together.
+        shown
+            Roles that say what was shown; rows with none of them are no trials, and are left out.
+        """
+        self.notes.extend(unused([str(name) for name in self.cells if name not in self.columns.values()]))
+        return self.cleaned(renamed(self.cells, self.columns), numeric, shown)
+
+    def cleaned(self, table: pd.DataFrame, numeric: Sequence[str], shown: Sequence[str]) -> pd.DataFrame:
+        """Return the rows of trials with decimal points, clean cells and merged spellings."""
+        if "participant_id" not in table:
+            raise self.no_column("participant")
+        table = with_points(table, [role for role in numeric if role in table], self.cells.attrs["delimiter"])
+        table = self._shown(table, [role for role in shown if role in table])
+        return with_participants(table, self.columns, self.notes, self.notices)
+
+    def _shown(self, table: pd.DataFrame, shown: Sequence[str]) -> pd.DataFrame:
+        """Leave out rows in which nothing was shown, such as surveys and fixation crosses."""
+        if not shown or table.empty:
+            return table
+        empty = pd.concat([table[role].str.strip().str.casefold().isin(ABSENT - {"none"}) for role in shown], axis=1)
+        nothing = empty.all(axis=1)
+        if nothing.all():
+            raise InputError(
+                f"{self.name} has no row with {' or '.join(shown)}: give the columns' names (columns), or other rows."
+            )
+        if nothing.any():
+            self.notes.append(
+                f"{rows_of(nothing)} left out, which show nothing ({', '.join(shown)} empty)"
+                f"{self.apart(table.index, nothing, '; the others can be chosen with {}')}."
+            )
+        return table[~nothing]
+
+    def apart(self, index: pd.Index[int], wrong: pd.Series[bool], text: str) -> str:
+        """Return `text` with the columns and values that tell wrong rows from the others; "" if none do."""
+        if index.nlevels != 2 or wrong.all():
+            return ""
+        cells = self.cells.loc[index]
+        wrong_rows = wrong.to_numpy(bool)
+        for name in cells:
+            values = cells[name]
+            others = set(values[~wrong_rows])
+            if name not in self.columns.values() and len(others) == 1 and others.isdisjoint(values[wrong_rows]):
+                (value,) = others
+                if value.strip():
+                    return text.format(where_like(str(name), value))
+        return ""
+
+    def numbers(self, table: pd.DataFrame, role: str, *, empty: bool = False) -> pd.Series[float]:
+        """Parse the numbers of a role, in the unit of its heading; see `numbers`."""
+        return numbers(table, role, table[role], empty=empty, own=self)
+
+    def optional(self, table: pd.DataFrame, role: str) -> pd.DataFrame:
+        """Parse the numbers of a role that nobody named; leave the column out, with a notice, if they are none."""
+        if role not in table:
+            return table
+        try:
+            return table.assign(**{role: self.numbers(table, role, empty=True)})
+        except InputError as error:
+            if role in self.given:
+                raise
+            self.notices.append(f"The column {self.columns.get(role, role)} was not used: {error}")
+            return table.drop(columns=role)
 
 
-def _text(path: Path) -> str:
-    data = read_bytes(path, "a table", LARGEST_TABLE)
-    if is_workbook(data):
-        return sheet_text(data, printable(path))
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # "Unicode text" of spreadsheet programs
-        return data.decode("utf-16", "replace")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("cp1252", "replace")
-    if "\0" in text:
-        raise InputError(f"{printable(path)} is not a table of text: give {TABLE_OR_DATA_SET}.")
-    return text
+def read_table(paths: Paths, where: Where | None = None) -> tuple[str, pd.DataFrame, list[str]]:
+    """Read the cells of a CSV, TSV, XLSX or JSON file, or of several, as text, without blank rows.
+
+    Returns
+    -------
+    tuple
+        Name for messages; cells, whose index is (file, row); notes.
+    """
+    files = [Path(paths)] if isinstance(paths, str | os.PathLike) else [Path(path) for path in paths]
+    tables, notes = [], list[str]()
+    for path in files:
+        try:
+            table = read_cells(path, "a table, or the folder of a data set")
+        except RaggedTableError as error:
+            if path.suffix.lower() in TABLES:
+                raise
+            raise InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.") from error
+        header, rows, places = list(table.header), list(table.rows), list(table.places)
+        if not any(header):
+            raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
+        ragged = any(len(row) != len(header) for row in rows)
+        if path.suffix.lower() not in TABLES and (len(header) == 1 or ragged):
+            raise InputError(f"{table.name} is not a table: give {TABLE_OR_DATA_SET}.")
+        if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
+            notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
+            rows, places = rows[2:], places[2:]
+        index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
+        tables.append(pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None))
+        tables[-1].attrs["delimiter"] = table.delimiter
+        notes += [note.replace(table.name, path.name) for note in table.notes]
+    name = printable(files[0]) if len(files) == 1 else f"{printable(files[0])} and {len(files) - 1} more"
+    if len(tables) == 1:
+        cells = tables[0]
+    else:
+        delimiter = tables[0].attrs["delimiter"]
+        for one in tables:
+            one.attrs.clear()
+        cells = pd.concat([one for one in tables if len(one)] or tables).fillna("")
+        cells.attrs["delimiter"] = delimiter
+    return name, chosen_rows(name, cells, where or {}, notes), notes
+
+
+def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | None = None) -> bool:
+    """Return whether tables are the parts of one data set: files of one participant each.
+
+    Parameters
+    ----------
+    paths
+        The tables.
+    participant
+        Column of the participants, if it was named.
+
+    Raises
+    ------
+    InputError
+        If several files hold one participant each, all of the same name.
+    """
+    people: list[set[str]] = []
+    for path in paths:
+        name, cells, _ = read_table(path)
+        columns = {} if participant is None else {"participant": participant}
+        theirs = found_columns(name, cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
+        names = {clean(cell) for cell in cells[theirs]} - {""} if theirs else {Path(path).stem}
+        people.append(names)
+    if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
+        raise InputError(
+            f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
+            "sessions of one person in one table with a column session."
+        )
+    return any(len(names) <= 1 for names in people)
+
+
+def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) -> pd.DataFrame:
+    """Return the rows whose columns have one of the values of `where`."""
+    by_name = {clean(str(column)).casefold(): column for column in cells}
+    for column, given in where.items():
+        values = [given] if isinstance(given, str) else [*given]
+        theirs = by_name.get(clean(column).casefold())
+        if theirs is None:
+            raise InputError(f"where: {name} has no column {column}: it has {few([*map(str, cells)])}.")
+        wanted = {clean(value).casefold() for value in values}
+        kept = cells[theirs].map(lambda cell, wanted=wanted: clean(cell).casefold() in wanted).astype(bool)
+        if not kept.any():
+            raise InputError(
+                f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
+            )
+        notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
+        attrs = dict(cells.attrs)
+        cells = cells[kept].copy()
+        cells.attrs |= attrs
+    return cells
+
+
+def with_points(table: pd.DataFrame, roles: Sequence[str], delimiter: str) -> pd.DataFrame:
+    """Return the table with decimal points in the columns of numbers; the mark is decided for all of them."""
+    from focalgradient.files.tables import TextTable
+
+    if not roles or table.empty:
+        return table
+    cells = [[clean(cell) for cell in table[role]] for role in roles]
+    places = tuple(int(label[1]) for label in table.index)
+    name = str(table.index[0][0])
+    whole = TextTable(name, tuple(roles), tuple(zip(*cells, strict=True)), places, delimiter)
+    changed = whole.with_points()
+    if changed is whole:
+        return table
+    return table.assign(**{role: [row[number] for row in changed.rows] for number, role in enumerate(roles)})
 
 
 def found_columns(
-    path: Path, table: pd.DataFrame, roles: Mapping[str, tuple[str, ...]], columns: Mapping[str, str]
+    name: str, table: pd.DataFrame, roles: Mapping[str, tuple[str, ...]], columns: Mapping[str, str]
 ) -> dict[str, str]:
     """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
-    header = [str(name) for name in table.columns]
-    by_name = {clean(name).casefold(): name for name in header} | {name: name for name in header}
+    header = [str(column) for column in table.columns]
+    by_name = {clean(column).casefold(): column for column in reversed(header)} | {column: column for column in header}
     found: dict[str, str] = {}
     wrong = []
-    for given, name in columns.items():
+    for given, column in columns.items():
         role = "participant_id" if given == "participant" else given
-        theirs = by_name.get(name, by_name.get(clean(name).casefold()))
+        theirs = by_name.get(column, by_name.get(clean(column).casefold()))
         if role not in roles:
             wrong.append(f"{given} is not known: use {', '.join(['participant', *list(roles)[1:]])} = the file's name")
         elif theirs is None:
-            wrong.append(f"{printable(path)} has no column {name} for {given}: it has {few(header)}")
+            wrong.append(f"{name} has no column {column} for {given}: it has {few(header)}")
         elif theirs in found.values():
-            wrong.append(f"{name} is given for {given}, but for another column, too: give each a column of its own")
+            wrong.append(f"{column} is given for {given}, but for another column, too: give each a column of its own")
         else:
             found[role] = theirs
     if wrong:
         raise InputError(f"columns: {'; '.join(wrong)}.")
-    lower = {clean(name).casefold(): name for name in header if name not in found.values()}
+    free = [column for column in reversed(header) if column not in found.values()]
+    lower = {name_and_unit(clean(column))[0]: column for column in free}
+    lower |= {clean(column).casefold(): column for column in free}
     for role, others in roles.items():
         if role not in found:
-            near = next((lower[name] for name in (role, *others) if name in lower), None)
-            if near is not None:
+            near = next((lower[one] for one in (role, *others) if one in lower), None)
+            if near is not None and near not in found.values():
                 found[role] = near
+    for column in found.values():
+        again = [one for one in header if re.fullmatch(re.escape(column) + r" \(column \d+\)", one)]
+        if any((table[one] != table[column]).any() for one in again):
+            raise InputError(f"{name} has the column {column} twice, with different cells: remove or rename one.")
     return found
 
 
@@ -177,11 +357,9 @@ NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"
 
 
 def with_participants(
-    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
+    table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
 ) -> pd.DataFrame:
-    """Return the rows with cleaned cells and merged spellings; a missing participant column or name is an error."""
-    if "participant_id" not in table:
-        raise no_column(path, "participant")
+    """Return the rows with cleaned cells and merged spellings; a missing name is an error."""
     table = without_summaries(without_headers(table, theirs, notices), notices)
     if any(table["participant_id"] != table["participant_id"].str.strip()):
         notes.append("Spaces at the ends of participants’ names were removed.")
@@ -201,29 +379,15 @@ def renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
     return pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
 
 
-def by_role(
-    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str], one: str = ""
-) -> pd.DataFrame:
-    """Name the columns in use by role and clean them; `one`, if set, replaces a missing participant column."""
-    notes += unused([str(name) for name in table if name not in theirs.values()])
-    table = renamed(table, theirs)
-    if one and "participant_id" not in table:
-        table["participant_id"] = one
-        notes.append("There is no column of participants: all trials are one person's.")
-    return with_participants(path, table, theirs, notes, notices)
-
-
-def answered(
-    path: Path, table: pd.DataFrame, role: str, record: str, notes: list[str], absent: frozenset[str] = ABSENT
-) -> pd.DataFrame:
+def answered(own: Source, table: pd.DataFrame, role: str, record: str, absent: frozenset[str] = ABSENT) -> pd.DataFrame:
     """Return the rows with a value in the column `role`; note the others."""
     missing = table[role].str.strip().str.lower().isin(absent)
     if missing.all():
-        raise InputError(f"{printable(path)} holds no {record}: the column given for {role}s is empty.")
+        raise InputError(f"{own.name} holds no {record}: the column given for {role}s is empty.")
     if not missing.any():
         return table
     who = few(sorted(set(table["participant_id"][missing])))
-    notes.append(f"{rows_of(missing)} left out, without a {role} (participants {who}).")
+    own.notes.append(f"{rows_of(missing)} left out, without a {role} (participants {who}).")
     return table[~missing].copy()
 
 
@@ -268,19 +432,85 @@ def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
     return texts.map(TRUTH).astype(bool)
 
 
-def numbers(table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: bool = False) -> pd.Series[float]:
-    """Parse numbers with a decimal point or comma; empty cells become NaN if `empty` is True, else an error."""
-    absent = texts.str.lower().isin(ABSENT)
-    values = pd.to_numeric(texts.str.replace(",", ".", regex=False), errors="coerce").astype(float)
-    wrong = ~values.map(math.isfinite).astype(bool)
+LENGTHS = {"mm": 1, "cm": 10, "m": 1000, "um": 0.001, "µm": 0.001}
+TIMES = {
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 0.001),
+    **dict.fromkeys(("us", "µs"), 1e-6),
+    "min": 60,
+}
+UNITS: dict[str, Mapping[str, float]] = {
+    "aperture_mm": LENGTHS,
+    "strength": LENGTHS,
+    **dict.fromkeys(("response_time", "duration", "onset", "end", "trial_duration"), TIMES),
+    "rating": {"": 1, "%": 0.01, "percent": 0.01, "ratio": 1, "x": 1},
+}
+"""Units that headings of numbers may state, by role, with the factor to the package's unit."""
+
+FOREIGN = ("log", "db", "decibel", "decibels", "in", "inch", "inches", "ft", "deg", "hz", "log10", "ln", "px")
+"""Units that a heading of a role in `UNITS` may not state."""
+
+
+def factor_of(role: str, header: str) -> float:
+    """Return the factor from the unit that a heading states to the package's unit.
+
+    >>> factor_of("response_time", "rt (ms)"), factor_of("aperture_mm", "pupil_cm"), factor_of("rating", "answer")
+    (0.001, 10, 1)
+    """
+    known, (_, unit) = UNITS.get(role, {}), name_and_unit(header)
+    first = re.split(r"[^a-z0-9]+", clean(header).casefold())[0]
+    stated = unit if unit in FOREIGN else first if first in ("log", "log10", "ln", "db") else ""
+    if known and (stated or (unit and unit not in known and any(unit in units for units in UNITS.values()))):
+        raise InputError(
+            f"the heading {printable(header)!r} states the unit {stated or unit}, but {role} must be in "
+            f"{' or '.join(name for name in known if name)}: convert the column and its heading."
+        )
+    return known.get(unit, 1)
+
+
+def numbers(
+    table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: bool = False, own: Source | None = None
+) -> pd.Series[float]:
+    """Parse finite numbers with a decimal point; empty cells become NaN if `empty` is True, else an error."""
+    absent = texts.str.strip().str.lower().isin(ABSENT)
+    parsed = {cell: as_number(cell) for cell in texts.unique()}
+    values = texts.map(parsed).astype(float)
+    wrong = values.isna()
     if empty:
         wrong &= ~absent
     if wrong.any():
-        raise InputError(
-            f"{place(table, wrong)}: {role} is {printable(texts[wrong].iloc[0])!r}, but must be a number, like 1.4"
-            f"{others(texts[wrong])}."
+        text = texts[wrong].iloc[0]
+        damaged = (
+            ", a date: where a spreadsheet program made it of a number, enter the number again as text"
+            if is_date(text)
+            else others(texts[wrong])
         )
+        where = "" if own is None else own.apart(table.index, wrong, ": choose the other rows with {}")
+        raise InputError(
+            f"{place(table, wrong)}: {role} is {printable(text)!r}, but must be a number, like 1.4{damaged}{where}."
+        )
+    if own is not None:
+        header = own.columns.get(role, "")
+        factor = factor_of(role, header)
+        if factor != 1:
+            own.notices.append(f"The column {header} was multiplied by {factor:g}, for the unit that it states.")
+            values = values * factor
+        _check_thousands(table, role, values)
     return values
+
+
+def _check_thousands(table: pd.DataFrame, role: str, values: pd.Series[float]) -> None:
+    """Raise `InputError` if few values are a thousand times the others, as 1.050 read as 1,050 is."""
+    large = (values >= 1000) & (values % 1 == 0)
+    rest = values[~large].dropna()
+    if not large.any() or large.mean() > 0.3 or rest.empty or rest.max() >= 20 or not (rest % 1).any():
+        return
+    if ((values[large] / 1000 >= rest.min() / 2) & (values[large] / 1000 <= rest.max() * 2)).all():
+        value = values[large].iloc[0]
+        raise InputError(
+            f"{place(table, large)}: {role} is {value:g}, but the others go from {rest.min():g} to {rest.max():g}: a "
+            f"spreadsheet program may have taken {value / 1000:.3f} for {value:,.0f}; correct it."
+        )
 
 
 def others(cells: pd.Series[str]) -> str:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,13 +18,14 @@ from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
+    Paths,
+    Source,
+    Where,
     answered,
-    by_role,
     catch_trials,
     columns_like,
     few,
     found_columns,
-    no_column,
     numbers,
     place,
     read_table,
@@ -63,6 +63,12 @@ MAX_P_OF_TWO_ALTERNATIVES = 0.001
 half is rejected; 1 in 1,000 tables with two alternatives is rejected wrongly (our choice).
 """
 
+LOWEST_SHARE = 0.4
+"""Share of correct answers at the lowest level below which two alternatives are not assumed."""
+
+FEWEST = 20
+"""Minimum number of trials at the lowest level by which its share is judged."""
+
 RATE_TOLERANCE = 0.005
 """Tolerance for rounding in a guess rate of 1 / m, such as 0.33 for a third."""
 
@@ -96,33 +102,33 @@ class OwnThresholds:
     guess: float = 0.5
 
 
-def holds_thresholds(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+def holds_thresholds(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
     """Return whether a table contains answers at levels (correct/incorrect, or chosen intervals), and no ratings."""
     columns = columns or {}
     if {"rating", "percept", "aperture", "fixation"} & set(columns):
         return False
-    path = Path(path)
-    table = read_table(path)
+    file, table, _ = read_table(path)
     names = {clean(str(name)).casefold() for name in table}
     if not names.isdisjoint(("rating", "percept")):
         return False
     ours = {role: name for role, name in columns.items() if role in (*ROLES, "participant")}
-    found = _columns(path, table, ours)
+    found = _columns(file, table, ours)
     return "level" in found and ("correct" in found or {"interval", "response"} <= set(found))
 
 
 def read_thresholds(
-    path: str | os.PathLike[str],
+    path: Paths,
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     guess: float | None = None,
+    where: Where | None = None,
 ) -> OwnThresholds:
     r"""Read threshold data from a CSV, TSV or XLSX file, with one row per trial or one row per level with counts.
 
     Parameters
     ----------
     path
-        File with comma-, semicolon- or tab-separated cells (decimal points or commas), or XLSX.
+        CSV, TSV, XLSX or JSON file, or several of one data set.
     columns
         Name in the file of each column: participant, level (above 0), and correct (0 or 1); or for two intervals,
         interval (the correct one) and response (the chosen one). Optionally condition, session, catch; and trials, the
@@ -132,6 +138,8 @@ def read_thresholds(
     guess
         Guess rate, from 0 to below 1. None: 1 / m from a column `alternatives` with m in each row, else one half,
         unless the answers contradict it.
+    where
+        Values by column: only rows that have one of them are read.
 
     Raises
     ------
@@ -148,32 +156,29 @@ def read_thresholds(
     >>> own.table[["participant_id", "level", "correct"]].values.tolist(), own.unit
     ([['A', 0.1, False], ['A', 0.2, True]], 'D')
     """
-    path = Path(path)
-    notes: list[str] = []
-    notices: list[str] = []
-    table = read_table(path)
-    theirs = _columns(path, table, columns or {})
-    table = by_role(path, table, theirs, notes, notices)
-    table = _levels(path, table, notes, notices)
-    table = _right(path, table, _meanings(conditions or {}), notes)
-    table = catch_trials(table, notes)
+    own = Source.read(path, ROLES, columns, where)
+    own.columns.update(_columns(own.name, own.cells, columns or {}))
+    table = own.rows(["level", "correct", "trials", "alternatives"], ["level"])
+    table = _levels(own, table)
+    table = _right(own, table, _meanings(conditions or {}))
+    table = catch_trials(table, own.notes)
     for role, plain in (("session", ""), ("condition", ""), ("kind", "human")):
         table[role] = table[role].str.strip() if role in table else plain
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
-    rate = _guess(path, table, guess, notes)
-    return OwnThresholds(table[kept].copy(), _unit(theirs["level"]), tuple(notes), tuple(notices), rate)
+    rate = _guess(own, table, guess)
+    return OwnThresholds(table[kept].copy(), _unit(own.columns["level"]), tuple(own.notes), tuple(own.notices), rate)
 
 
-def _guess(path: Path, table: pd.DataFrame, given: float | None, notes: list[str]) -> float:
+def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
     """Return the given guess rate, that of the alternatives, or one half if the answers are consistent with it."""
     if given is not None and not 0 <= given < 1:
         raise InputError(f"guess is {given:g}, but must be a rate from 0 to below 1, like 0.25 for four alternatives.")
     stated = 0.5 if "interval" in table and "response" in table else None
     if "alternatives" in table:
-        counts = numbers(table, "alternatives", table["alternatives"].str.strip())
+        counts = numbers(table, "alternatives", table["alternatives"])
         if counts.nunique() != 1 or counts.iloc[0] < 2 or counts.iloc[0] % 1:
             raise InputError(
-                f"{printable(path)} has the alternatives {few(sorted(map(str, counts.unique())))}, but must have one "
+                f"{own.name} has the alternatives {few(sorted(map(str, counts.unique())))}, but must have one "
                 "whole number of 2 or more in all rows: analyse each by itself."
             )
         stated = 1 / float(counts.iloc[0])
@@ -183,16 +188,23 @@ def _guess(path: Path, table: pd.DataFrame, given: float | None, notes: list[str
         return given
     if stated is not None:
         return stated
-    below = _below_half(table)
+    below = _below_half(table) or _below_guess(table)
     if below is not None:
         level, right, shown = below
         raise InputError(
-            f"{printable(path)}: at level {level:g} {right} of {shown} answers are right, fewer than guessing among "
+            f"{own.name}: at level {level:g} {right} of {shown} answers are right, fewer than guessing among "
             "two gives, so the guess rate is not known: give it, like 0.25 for four alternatives and 0 for yes and no, "
             "or a column alternatives."
         )
-    notes.append("The guess rate was taken to be one half, as of two alternatives.")
+    own.notes.append("The guess rate was taken to be one half, as of two alternatives.")
     return 0.5
+
+
+def _below_guess(table: pd.DataFrame) -> tuple[float, int, int] | None:
+    """Return level, correct answers and trials if the lowest level has a share below `LOWEST_SHARE`, else None."""
+    counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
+    right, shown = int(counted["sum"].iloc[0]), int(counted["count"].iloc[0])
+    return (float(counted.index[0]), right, shown) if shown >= FEWEST and right / shown < LOWEST_SHARE else None
 
 
 def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
@@ -205,24 +217,25 @@ def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:
     return float(counted.index[at]), int(counted["sum"].iloc[at]), int(counted["count"].iloc[at])
 
 
-def _columns(path: Path, table: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, str]:
+def _columns(name: str, table: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, str]:
     """Return the file's column for each role; the level column may end with a unit."""
-    theirs = found_columns(path, table, ROLES, columns)
+    theirs = found_columns(name, table, ROLES, columns)
     if "level" not in theirs:
         bare = {_bare(str(name)): str(name) for name in table if str(name) not in theirs.values()}
-        found = next((bare[name] for name in ("level", *ROLES["level"], "blur") if name in bare), None)
+        found = next((bare[one] for one in ("level", *ROLES["level"], "blur") if one in bare), None)
         if found is not None:
             theirs["level"] = found
     return theirs
 
 
 def _bare(header: str) -> str:
-    """Remove the unit from a column name.
+    """Remove unit and logarithm from a column name.
 
-    >>> _bare("Level (D)"), _bare("blur_mm"), _bare("defocus")
-    ('level', 'blur', 'defocus')
+    >>> _bare("Level (D)"), _bare("blur_mm"), _bare("log10_level"), _bare("level (dB)")
+    ('level', 'blur', 'level', 'level')
     """
-    return (UNIT.sub("", clean(header)) or header).strip(" _([").casefold()
+    name = (UNIT.sub("", clean(header)) or header).strip(" _([").casefold()
+    return re.sub(r"^(log10|log|ln|db)[ _-]+|[ _(\[]+(db|log10|log|ln)[\])]*$", "", name)
 
 
 def _unit(header: str) -> str:
@@ -236,13 +249,13 @@ def _meanings(conditions: Mapping[str, str]) -> dict[str, str]:
     return {clean(word).casefold(): clean(meaning).casefold() for word, meaning in conditions.items()}
 
 
-def _levels(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str]) -> pd.DataFrame:
+def _levels(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a level above 0, parsed as numbers."""
     if "level" not in table:
-        raise no_column(path, "level")
-    table = without_codes(table, "level", notices, signed=True)
-    table = answered(path, table, "level", "level", notes)
-    table["level"] = numbers(table, "level", table["level"])
+        raise own.no_column("level")
+    table = without_codes(table, "level", own.notices, signed=True)
+    table = answered(own, table, "level", "level")
+    table["level"] = _amounts(own, table)
     if (table["level"] < 0).any():
         below = table["level"] < 0
         raise InputError(
@@ -251,26 +264,51 @@ def _levels(path: Path, table: pd.DataFrame, notes: list[str], notices: list[str
         )
     none = table["level"] == 0
     if none.all():
-        raise InputError(f"{printable(path)} holds no level above 0: give the amounts that were shown.")
+        raise InputError(f"{own.name} holds no level above 0: give the amounts that were shown.")
     if none.any():
-        notices.append(f"Trials of level 0 were excluded ({rows_named(table, none)}): without a stimulus all guess.")
+        own.notices.append(
+            f"Trials of level 0 were excluded ({rows_named(table, none)}): without a stimulus all guess."
+        )
     table = table[~none].copy()
     if table["level"].nunique() < 2:
         raise InputError(
-            f"{printable(path)} has the one level {table['level'].iloc[0]:g}, but a threshold needs several: give "
+            f"{own.name} has the one level {table['level'].iloc[0]:g}, but a threshold needs several: give "
             "answers at two levels or more."
         )
     return table
 
 
-def _right(path: Path, table: pd.DataFrame, words: Mapping[str, str], notes: list[str]) -> pd.DataFrame:
+LOGARITHMS = {"log10": 10.0, "ln": math.e}
+"""Bases of logarithms that a heading of levels may state."""
+
+
+def _amounts(own: Source, table: pd.DataFrame) -> pd.Series[float]:
+    """Return the levels as amounts: logarithms with a stated base are converted, others are refused."""
+    values = numbers(table, "level", table["level"], own=own)
+    header = own.columns["level"]
+    words = re.findall(r"[a-z]+\d*", clean(header).casefold())
+    for word in words:
+        if word in LOGARITHMS:
+            own.notices.append(
+                f"The column {header} holds logarithms: levels are {word} undone, and so are thresholds."
+            )
+            return pd.Series(LOGARITHMS[word] ** values)
+        if word in ("log", "db", "decibel", "decibels", "logmar", "logcs") or word.startswith("log"):
+            raise InputError(
+                f"the heading {printable(header)!r} says that levels are in {word}, but they must be amounts above 0, "
+                "as thresholds are sought on their logarithm: convert them, or name the column log10_level."
+            )
+    return values
+
+
+def _right(own: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
     """Return the answered rows, one per trial, with `correct` as a boolean."""
     if "correct" not in table:
-        return _of_intervals(path, table, words, notes)
-    table = answered(path, table, "correct", "answer", notes)
+        return _of_intervals(own, table, words)
+    table = answered(own, table, "correct", "answer")
     cells = table["correct"].map(lambda cell: words.get(cell.casefold(), cell.casefold()))
     if "trials" in table:
-        return _of_counts(table, cells, notes)
+        return _of_counts(own, table, cells)
     wrong = ~cells.isin(list(WORDS))
     if wrong.any():
         raise InputError(
@@ -281,10 +319,10 @@ def _right(path: Path, table: pd.DataFrame, words: Mapping[str, str], notes: lis
     return table.assign(correct=cells.map(WORDS).astype(bool))
 
 
-def _of_counts(table: pd.DataFrame, cells: pd.Series[str], notes: list[str]) -> pd.DataFrame:
+def _of_counts(own: Source, table: pd.DataFrame, cells: pd.Series[str]) -> pd.DataFrame:
     """Expand counts of trials and of correct answers to one row per trial."""
     right = numbers(table, "correct", cells)
-    shown = numbers(table, "trials", table["trials"].str.strip())
+    shown = numbers(table, "trials", table["trials"])
     wrong = (shown < 0) | (right < 0) | (right > shown) | (right % 1 != 0) | (shown % 1 != 0)
     if wrong.any():
         raise InputError(
@@ -293,27 +331,27 @@ def _of_counts(table: pd.DataFrame, cells: pd.Series[str], notes: list[str]) -> 
         )
     if shown.sum() > MAX_TRIALS:
         raise InputError(f"There are {shown.sum():,.0f} trials, but may be {MAX_TRIALS:,} at most.")
-    notes.append("Each row holds a number of trials, and how many were right.")
+    own.notes.append("Each row holds a number of trials, and how many were right.")
     counts = shown.astype(int).to_numpy()
     number = np.concatenate([np.arange(count) for count in counts])
     whole = table.iloc[np.repeat(np.arange(len(table)), counts)]
     return whole.assign(correct=number < np.repeat(right.to_numpy(), counts))
 
 
-def _of_intervals(path: Path, table: pd.DataFrame, words: Mapping[str, str], notes: list[str]) -> pd.DataFrame:
+def _of_intervals(own: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
     """Set `correct` if the chosen interval is the correct one."""
     for role in ("interval", "response"):
         if role not in table:
             other = f", or the right one of two intervals and the one chosen ({columns_like(role)})"
-            raise no_column(path, "correct", other)
-    table = answered(path, table, "response", "answer", notes)
+            raise own.no_column("correct", other)
+    table = answered(own, table, "response", "answer")
     asked, given = (
         table[role].str.casefold().map(lambda cell: re.sub(r"[.,]0+$", "", words.get(cell, cell)))
         for role in ("interval", "response")
     )
     known = sorted(set(asked) - ABSENT)
     if len(known) > 2:
-        raise InputError(f"{printable(path)} has the intervals {few(known)}, but must have two: give a column correct.")
+        raise InputError(f"{own.name} has the intervals {few(known)}, but must have two: give a column correct.")
     strange = ~given.isin(known) | asked.isin(list(ABSENT))
     one_sided = (
         len(known) == 1 and strange.any() and given[strange].nunique() == 1 and not asked.isin(list(ABSENT)).any()
@@ -324,5 +362,5 @@ def _of_intervals(path: Path, table: pd.DataFrame, words: Mapping[str, str], not
             f"{place(table, strange)}: response is {word!r}, but the intervals are {few(known)}: "
             f'give the words\' meaning with conditions={{"NAME": "{(known or ["1"])[0]}"}}.'
         )
-    notes.append("An answer is right where the interval chosen is the one given as right.")
+    own.notes.append("An answer is right where the interval chosen is the one given as right.")
     return table.assign(correct=(asked == given).to_numpy())

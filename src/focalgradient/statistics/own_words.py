@@ -10,6 +10,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.files.tables import is_date
 from focalgradient.statistics.own_names import clean, rows_named
 from focalgradient.statistics.own_tables import conditions_like, few, place
 from focalgradient.statistics.tables import PINHOLE
@@ -28,6 +29,9 @@ FIXED = {
 }
 MIN_F_NUMBER = 0.5
 """Minimum f-number of a lens in air, by Abbe's sine condition."""
+
+MAX_F_NUMBER = 1000
+"""Maximum f-number; a larger one is no lens's, but a spreadsheet's number of a day, such as 46178."""
 
 USER_FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Name of a user-defined fixation."""
@@ -203,6 +207,11 @@ def _aperture(text: str, given: bool) -> tuple[str | None, str]:
         return PINHOLE, ""
     found = F_NUMBER.fullmatch(text)
     number = float(found[1].replace(",", ".")) if found else 0.0
+    if is_date(text) or number > MAX_F_NUMBER:
+        return None, (
+            "no lens has such an f-number: a spreadsheet program may have made a date of it, like 5 June of 5.6; "
+            "format the column as text and enter the f-numbers again"
+        )
     if found and 0 < number < MIN_F_NUMBER:
         return None, (
             f"no lens has an f-number below {MIN_F_NUMBER:g}: give the f-number, or name the column aperture_mm if "

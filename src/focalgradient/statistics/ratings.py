@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
+from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
 from focalgradient.statistics.cells import Cells, cells, slope_weights
-from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
-from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence, robust_decides
-from focalgradient.statistics.means import family, t_interval, within_half_widths
+from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects, own_means
+from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence
+from focalgradient.statistics.means import by_role, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import FIXATIONS, check_steps, fixations_of, rating_table
@@ -75,7 +76,8 @@ class RatingMean:
     ratio
         Geometric mean of the within-subject ratios to the pinhole, with the interval of `against_pinhole`.
     against_pinhole
-        Test of the log ratio over subjects and scenes, corrected by Holm over all apertures and fixations.
+        Test of the log ratio over subjects and scenes, in the family of secondary comparisons; at the largest aperture
+        it is the test of the depth effect.
     these_scenes
         The same test over subjects only, for these scenes.
     """
@@ -121,9 +123,8 @@ class FixationResult:
     components
         Variance components of the depth effect, with a check of the residuals.
 
-    Notes
-    -----
-    Holm's correction treats the slopes as one family.
+    bootstrap
+        Sensitivity analysis of the primary effect, over subjects, for these scenes; not done for other fixations.
     """
 
     fixation: str
@@ -132,6 +133,7 @@ class FixationResult:
     slope: Effect | NotComputed
     equivalence: Equivalence | NotComputed
     components: Components | NotComputed
+    bootstrap: BootstrapT | NotComputed
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -172,10 +174,10 @@ class DepthRatingResult:
 
     Notes
     -----
-    Holm's correction is applied separately to these families: the depth effects with their difference (subjects and
-    scenes random; and again for these scenes), the comparisons of the other apertures with the pinhole, and the slopes.
-    At the largest aperture the comparison with the pinhole is the depth effect, in its
-    family. Each equivalence test addresses a separate question and is not corrected.
+    The depth effect at the first fixation is primary: its p is not corrected, nor are those of the equivalence tests
+    and of a single difference of two depth effects (several are corrected by Holm). The other depth effects, the
+    comparisons of the other apertures with the pinhole, and the slopes are secondary and one family by Holm. Tests for
+    these scenes repeat a test over subjects only, and are not corrected.
     """
 
     participants: tuple[str, ...]
@@ -225,7 +227,6 @@ def depth_rating(
     *,
     equivalence_bound: float,
     scale: Analysis | Scale = "ratio",
-    deciding_test: str = "robust",
     progress: Progress | None = None,
 ) -> DepthRatingResult:
     """Analyse depth ratings.
@@ -239,9 +240,6 @@ def depth_rating(
         with 1.2, an effect between 1 / 1.2 and 1.2 is equivalent to none.
     scale
         "ordinal" for ordinal steps, which have no ratios and are analysed by the cumulative-link model.
-    deciding_test
-        Deciding test of ratios, stated before the data are seen: "robust" (to skewed subjects) or Student's "t"; the
-        other is reported next to it.
     progress
         Function called with the completed fraction of the fit of the cumulative-link model.
 
@@ -253,8 +251,7 @@ def depth_rating(
     Raises
     ------
     InputError
-        If the table is invalid (the message states the row), the bound is not above 1 and at most 10, or
-        `deciding_test` is invalid.
+        If the table is invalid (the message states the row), or the bound is not above 1 and at most 10.
 
     Examples
     --------
@@ -268,7 +265,6 @@ def depth_rating(
     (2.15, False)
     """
     check_bound("equivalence_bound", equivalence_bound)
-    decides = robust_decides(deciding_test)
     analysis = analysis_named(scale)
     if not isinstance(analysis, Ratios | OrdinalSteps):
         raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': use compare_pictures instead.")
@@ -282,14 +278,21 @@ def depth_rating(
     remarks: list[str] = []
     present = fixations_of(table)
     of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
-    found = [_fixation(name, of[name], equivalence_bound, analysis, remarks, decides) for name in present]
+    found = [_fixation(name, of[name], equivalence_bound, analysis, remarks, name == present[0]) for name in present]
     pairs = [FIXATIONS] if set(present) <= {*FIXATIONS} else list(combinations(present, 2))
-    against = [_difference(of, one, other, analysis, decides) for one, other in pairs]
-    rises = family([*(each.rise for each in found), *(test for test, _ in against)])
-    here = family([*(each.rise_these_scenes for each in found), *(test for _, test in against)])
-    differences = dict(zip(pairs, zip(rises[len(found) :], here[len(found) :], strict=True), strict=True))
+    against = [_difference(of, one, other, analysis) for one, other in pairs]
+    means = _means(table, of, found, remarks) if analysis.ratios else ()
+    between = [mean for mean in means if mean.aperture_mm < of[mean.fixation].amounts[-1]]
+    rises, apart, secondary = by_role(
+        [each.rise for each in found],
+        [test for test, _ in against],
+        [*(mean.against_pinhole for mean in between), *(each.slope for each in found)],
+    )
+    slopes = secondary[len(between) :]
+    tests = {(mean.fixation, mean.aperture_mm): test for mean, test in zip(between, secondary, strict=False)}
+    tests |= {(name, float(of[name].amounts[-1])): rise for name, rise in zip(present, rises, strict=True)}
+    differences = {pair: (test, here) for pair, test, (_, here) in zip(pairs, apart, against, strict=True)}
     interaction = differences.get(FIXATIONS, (MORE, MORE)) if len(pairs) == 1 else (MORE, MORE)
-    slopes = family(each.slope for each in found)
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
@@ -298,12 +301,9 @@ def depth_rating(
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
         scene_means=_scene_means(table, of) if analysis.ratios else (),
-        means=_means(table, of, dict(zip(present, zip(rises, here, strict=False), strict=False)), remarks, decides)
-        if analysis.ratios
-        else (),
+        means=tuple(replace(mean, against_pinhole=tests[mean.fixation, mean.aperture_mm]) for mean in means),
         fixations=tuple(
-            replace(each, rise=rise, rise_these_scenes=fixed, slope=slope)
-            for each, rise, fixed, slope in zip(found, rises, here, slopes, strict=False)
+            replace(each, rise=rise, slope=slope) for each, rise, slope in zip(found, rises, slopes, strict=True)
         ),
         interaction=interaction[0],
         interaction_these_scenes=interaction[1],
@@ -317,14 +317,15 @@ MORE = NotComputed("There are other fixations than the nearest and the farthest:
 
 
 ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
+SECONDARY = NotComputed("Only the primary depth effect has a sensitivity analysis.")
 RATIO = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
 
 
 def _fixation(
-    fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str], decides: bool
+    fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str], primary: bool
 ) -> FixationResult:
     if not analysis.ratios:
-        return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
+        return FixationResult(fixation, *[ORDINAL] * 6)
     if not own.scenes:
         remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
     missing = _no_ratio(own, fixation)
@@ -332,10 +333,13 @@ def _fixation(
     fixed: Effect | NotComputed = missing
     equal: Equivalence | NotComputed = missing
     parts: Components | NotComputed = missing
+    bootstrap: BootstrapT | NotComputed = missing if primary else SECONDARY
     if not missing.reason:
         rises = own.against_smallest(-1)
-        rise = crossed_effect(rises, robust_decides=decides)
-        fixed, parts = over_subjects(rises, robust_decides=decides), components(rises, "log_ratio")
+        rise = crossed_effect(rises)
+        fixed, parts = over_subjects(rises), components(rises, "log_ratio")
+        if primary:
+            bootstrap = fixed if isinstance(fixed, NotComputed) else bootstrap_t(own_means(rises))
         equal = equivalence(rise, math.log(bound)) if isinstance(rise, Effect) else rise
         if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
             left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
@@ -343,10 +347,8 @@ def _fixation(
                 f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
             )
     weights = slope_weights(own.amounts)
-    slope = (
-        weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights), robust_decides=decides)
-    )
-    return FixationResult(fixation, rise, fixed, slope, equal, parts)
+    slope = weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
+    return FixationResult(fixation, rise, fixed, slope, equal, parts, bootstrap)
 
 
 def _no_ratio(own: Cells, fixation: str) -> NotComputed:
@@ -357,7 +359,7 @@ def _no_ratio(own: Cells, fixation: str) -> NotComputed:
 
 
 def _difference(
-    of: Mapping[str, Cells], one: str, other: str, analysis: Analysis, decides: bool
+    of: Mapping[str, Cells], one: str, other: str, analysis: Analysis
 ) -> tuple[Effect | NotComputed, Effect | NotComputed]:
     """Test the difference of two depth effects within subject and scene: over both, and for these scenes."""
     if not analysis.ratios:
@@ -378,7 +380,7 @@ def _difference(
     difference = (near - far).to_numpy()
     if not np.isfinite(difference).any():
         difference = (near.mean(axis=1) - far.mean(axis=1)).to_frame().to_numpy()
-    return crossed_effect(difference, robust_decides=decides), over_subjects(difference, robust_decides=decides)
+    return crossed_effect(difference), over_subjects(difference)
 
 
 def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
@@ -414,17 +416,11 @@ def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMea
     return tuple(means)
 
 
-Test = Effect | NotComputed
-
-
 def _means(
-    table: pd.DataFrame,
-    of: Mapping[str, Cells],
-    primary: Mapping[str, tuple[Test, Test]],
-    remarks: list[str],
-    decides: bool,
+    table: pd.DataFrame, of: Mapping[str, Cells], found: Iterable[FixationResult], remarks: list[str]
 ) -> tuple[RatingMean, ...]:
-    """Return the means of all conditions; at the largest aperture the test is that of the depth effect."""
+    """Return the means of all conditions, with uncorrected tests; at the largest aperture that of the depth effect."""
+    largest = {each.fixation: each for each in found}
     logs = table.pivot_table(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
@@ -449,21 +445,15 @@ def _means(
             ratio = test = fixed = missing
         else:
             rises = own.against_smallest(int(np.searchsorted(own.amounts, mm)))
-            test = crossed_effect(rises, robust_decides=decides)
-            fixed = over_subjects(rises, robust_decides=decides)
+            if mm == own.amounts[-1]:
+                test, fixed = largest[fixation].rise, largest[fixation].rise_these_scenes
+            else:
+                test, fixed = crossed_effect(rises), over_subjects(rises)
             ratio = test.ratio if isinstance(test, Effect) else _untested(rises, str(aperture[mm]))
         rating = Interval(level, *ends).ratio
         subjects = int(logs[fixation, mm].notna().sum())
         means.append(RatingMean(fixation, str(aperture[mm]), mm, subjects, rating, ratio, test, fixed))
-    largest = {fixation: own.amounts[-1] for fixation, own in of.items()}
-    others = [mean for mean in means if mean.aperture_mm < largest[mean.fixation]]
-    tests = family(mean.against_pinhole for mean in others), family(mean.these_scenes for mean in others)
-    corrected = {(mean.fixation, mean.aperture_mm): pair for mean, *pair in zip(others, *tests, strict=True)}
-    pairs = [corrected.get((mean.fixation, mean.aperture_mm), primary[mean.fixation]) for mean in means]
-    return tuple(
-        replace(mean, against_pinhole=test, these_scenes=fixed)
-        for mean, (test, fixed) in zip(means, pairs, strict=True)
-    )
+    return tuple(means)
 
 
 def _untested(rises: FloatArray, aperture: str) -> Interval | NotComputed:

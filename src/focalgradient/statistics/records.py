@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "Robust", "as_table", "line"]
+__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line"]
 
 ALPHA = 0.05
 """Significance level of all tests."""
@@ -45,38 +45,6 @@ class Interval:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Robust:
-    """Interval and two-sided test of an effect that remain valid for skewed subjects.
-
-    Parameters
-    ----------
-    skewness
-        Skewness of the error of the estimate: see `focalgradient.statistics.skewness.error_skewness`.
-    noise
-        Fraction (0 to 1) of the variance of subject means that is due to noise of the answers.
-    low, high
-        95 % interval.
-    p, p_holm
-        p value, and p value after Holm's correction over its family of tests.
-    decides
-        True if this test decides; otherwise Student's t decides.
-    """
-
-    skewness: float
-    noise: float
-    low: float
-    high: float
-    p: float
-    p_holm: float | None = None
-    decides: bool = True
-
-    @property
-    def corrected_p(self) -> float:
-        """P value, after Holm's correction if the test is in a family."""
-        return self.p if self.p_holm is None else self.p_holm
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
 class Effect:
     """Estimate over subjects, with its interval and two-sided test.
 
@@ -102,8 +70,6 @@ class Effect:
     d
         For tests over subjects and scenes, d of Westfall, Kenny and Judd (2014) with its interval: the mean divided by
         the root of the summed variances of subjects, scenes and residuals.
-    robust
-        Interval and test robust to skewed subjects, which state whether they decide; None if Student's t decides.
     """
 
     estimate: float
@@ -119,32 +85,21 @@ class Effect:
     remarks: tuple[str, ...] = ()
     p_holm: float | None = None
     d: Interval | None = None
-    robust: Robust | None = None
-
-    @property
-    def deciding(self) -> Effect | Robust:
-        """Deciding test: the robust one if it decides, else Student's t."""
-        return self.robust if self.robust is not None and self.robust.decides else self
 
     @property
     def corrected_p(self) -> float:
-        """P value by Student's t, after Holm's correction if the test is in a family."""
+        """P value, after Holm's correction if the test is in a family."""
         return self.p if self.p_holm is None else self.p_holm
 
     @property
-    def deciding_p(self) -> float:
-        """P value of the deciding test, after Holm's correction if it is in a family."""
-        return self.deciding.corrected_p
-
-    @property
     def significant(self) -> bool:
-        """True if the deciding test rejects at .05."""
-        return self.deciding_p < ALPHA
+        """True if the p value, after Holm's correction in a family, is below .05."""
+        return self.corrected_p < ALPHA
 
     @property
     def interval(self) -> Interval:
-        """Estimate with the 95 % interval of the deciding test."""
-        return Interval(self.estimate, self.deciding.low, self.deciding.high)
+        """Estimate with its 95 % interval."""
+        return Interval(self.estimate, self.low, self.high)
 
     @property
     def ratio(self) -> Interval:
@@ -187,10 +142,8 @@ class Effect:
         """
         name = "p" if self.p_holm is None else "p (Holm)"
         df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
-        ends = self.interval
-        text = f"{self.estimate:.3f}, 95 % interval {ends.low:.3f} to {ends.high:.3f}, t({df}) = {self.statistic:.2f}"
-        text += f", {name} {_stated(self.corrected_p)}"
-        return text if self.robust is None else f"{text}, robust {name} {_stated(self.robust.corrected_p)}"
+        text = f"{self.estimate:.3f}, 95 % interval {self.low:.3f} to {self.high:.3f}, t({df}) = {self.statistic:.2f}"
+        return f"{text}, {name} {_stated(self.corrected_p)}"
 
 
 def _stated(p: float) -> str:

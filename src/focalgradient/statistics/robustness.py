@@ -18,7 +18,7 @@ __all__ = ["ALL_RULES", "Variant", "robustness"]
 
 ALL_RULES = "all"
 
-JUDGING = ("catch_factor", "lapse_factor", "deciding_test")
+JUDGING = ("catch_factor", "lapse_factor")
 """Fields of `Rules` that exclude nobody by themselves."""
 
 

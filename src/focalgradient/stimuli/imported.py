@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import io
 import math
@@ -22,7 +21,8 @@ from PIL import Image, ImageOps
 
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import inner_name, plain_name, printable, read_array, read_bytes, read_text, refuse_overwriting
+from focalgradient.files import inner_name, plain_name, read_array, read_bytes, refuse_overwriting
+from focalgradient.files.tables import as_number, read_cells
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
@@ -173,14 +173,8 @@ def import_pictures(
 
 def _rows(table: Path) -> list[Row]:
     """Return the rows, each validated by itself and against the preceding ones."""
-    text, name = read_text(table, "a table of pictures"), printable(table)
-    first = text.partition("\n")[0]
-    delimiter = next((mark for mark in ",;\t" if mark in first), ",")
-    try:
-        lines = list(csv.reader(io.StringIO(text), delimiter=delimiter, strict=True))
-    except csv.Error as error:
-        raise InputError(f"{name} is not a CSV table ({error}): save it as CSV.") from error
-    header = [cell.strip() for cell in lines[0]] if lines else []
+    cells = read_cells(table, "a table of pictures")
+    name, header = cells.name, list(cells.header)
     missing = [column for column in REQUIRED if column not in header]
     if missing:
         there = ", ".join(cell[:40] for cell in header[:12]) or "none"
@@ -191,17 +185,15 @@ def _rows(table: Path) -> list[Row]:
     twice = [column for column in header if header.count(column) > 1]
     if twice:
         raise InputError(f"{name} row 1: the column {twice[0]!r} occurs twice: remove one.")
-    every = _fixations([row[header.index("fixation")].strip() for row in lines[1:] if len(row) == len(header)])
+    numeric = [number for number, column in enumerate(header) if column in ("x_px", "y_px", "focus_m")]
+    lines = [[cell.strip() for cell in row] for row in cells.with_points(numeric).rows]
+    every = _fixations([row[header.index("fixation")] for row in lines])
     rows: list[Row] = []
     known: dict[tuple[object, ...], str] = {}
     versions: Counter[tuple[str, ...]] = Counter()
-    for number, cells in enumerate(lines[1:], start=2):
-        if not any(cell.strip() for cell in cells):
-            continue
+    for number, line in zip(cells.places, lines, strict=True):
         where = f"{name} row {number}"
-        if len(cells) != len(header):
-            raise InputError(f"{where} has {len(cells)} cells, but the header has {len(header)}: correct the row.")
-        row = _row(where, dict(zip(header, (cell.strip() for cell in cells), strict=True)), every)
+        row = _row(where, dict(zip(header, line, strict=True)), every)
         for end in row.fixations:
             before = known.setdefault((row.scene, row.aperture, end, *row.further.values()), where)
             if before != where:
@@ -231,10 +223,9 @@ def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
     def number(column: str, most: float = math.inf) -> float | None:
         if not cells.get(column):
             return None
-        try:
-            value = float(cells[column])
-        except ValueError as error:
-            raise wrong(column, "a number") from error
+        value = as_number(cells[column])
+        if value is None:
+            raise wrong(column, "a number")
         if not 0 <= value < most or (column == "focus_m" and value == 0):
             raise wrong(column, "a positive finite number")
         return value

@@ -309,6 +309,14 @@ class Task(ABC):
         return type(self).adapted is not Task.adapted
 
     @property
+    def adapted_fields(self) -> tuple[str, ...]:
+        """Fields that a procedure sets by earlier answers: those of trial and answer both, if the task adapts."""
+        if not self.adapts:
+            return ()
+        answered = {column.name for column in _own_columns(self.answer, "")}
+        return tuple(column.name for column in _own_columns(self.trial, "") if column.name in answered)
+
+    @property
     def adjusts(self) -> bool:
         """True if a trial is an adjustment described as data."""
         return type(self).adjustment is not Task.adjustment
@@ -375,14 +383,17 @@ class Task(ABC):
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
         """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""
         main = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
-        names = [column.name for column in _own_columns(self.trial, "")]
+        names = [name for column in _own_columns(self.trial, "") if (name := column.name) not in self.adapted_fields]
         levels = {name: sorted({getattr(trial, name) for trial in main}, key=_order) for name in names}
         return {name: tuple(found) for name, found in levels.items() if len(found) > 1}
 
     def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
-        """Return the answers analysed in the report, with their units: by default the fields that the answer adds."""
+        """Return the answers analysed in the report, with their units: by default the fields that the answer adds.
+
+        Not among them are the levels that a procedure sets, as they are no answers.
+        """
         columns = [one for one in self.columns(settings) if one.form != "text"]
-        names = {one.name for one in _own_columns(self.answer, "")}
+        names = {one.name for one in _own_columns(self.answer, "")} - {*self.adapted_fields}
         return {one.name: one.units or ("share" if one.form == "bool" else "") for one in columns if one.name in names}
 
     def planned(self, design: Any) -> tuple[Any, ...]:

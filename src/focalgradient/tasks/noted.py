@@ -41,8 +41,8 @@ AGAIN = "interruptions"
 """Column of the number of restarts of a trial, in sessions with restarted trials."""
 
 AGAIN_ABOUT = (
-    "Number of times the trial was restarted, because ESC had interrupted it or the computer's clock had been set: its "
-    "pictures may have been seen before. n/a if it was not interrupted."
+    "Number of exposures of the trial before the one that was answered, which ESC, an end of the program, a reload or "
+    "a step of the computer's clock cut off: its pictures may have been seen before. n/a if there were none."
 )
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")

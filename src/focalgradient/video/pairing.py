@@ -36,24 +36,31 @@ class Pair:
 def alternation(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], most: int = 24) -> float:
     """Return the median log ratio of detail between even and odd frames, over the first `most` successive frames.
 
-    `detail` measures a frame's high-frequency content. If positive, even frames are the sharper ones.
+    `detail` measures a frame's high-frequency content. If positive, even frames are the sharper ones, counted with the
+    frames that were lost: two successive frames of one aperture change the parity of those behind them.
 
     >>> import itertools
     >>> frames = (Frame(n, np.full((1, 1), 20 if n % 2 else 40, np.uint8)) for n in itertools.count())
     >>> round(alternation(frames, lambda image: float(image.mean())), 3)
     0.693
     """
-    steps = []
+    steps: list[tuple[int, float]] = []
     before: tuple[int, float] | None = None
     for item in islice(frames, most):
         if isinstance(item, Frame):
             level = math.log(max(detail(item.image), 1e-12))
             if before is not None and item.number == before[0] + 1:
-                steps.append((level - before[1]) * (1 if item.number % 2 == 0 else -1))
+                steps.append((item.number, level - before[1]))
             before = item.number, level
     if not steps:
         raise InputError("the video contains no two successive decodable frames: give one with more frames.")
-    return float(np.median(steps))
+    usual, lost, signed = float(np.median([abs(change) for _, change in steps])), 0, []
+    for number, change in steps:
+        if usual > PLAIN and abs(change) < usual / 2:
+            lost += 1
+        else:
+            signed.append(change * (1 if (number + lost) % 2 == 0 else -1))
+    return float(np.median(signed))
 
 
 def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], step: float) -> Iterator[Pair | Skipped]:

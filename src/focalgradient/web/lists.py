@@ -85,6 +85,8 @@ class Lists:
                 "laboratory with "
                 "focalgradient run."
             )
+        if getattr(design, "practice_required", False):
+            raise InputError("practice_required is for the laboratory, but a browser goes on: leave it out.")
         if design.smallest_screen and isinstance(design, DepthRatingDesign | NeckerDesign):
             raise InputError(
                 f"smallest_screen is given, but {design.task} needs a keyboard and a screen of 640 x 480 pixels: leave "

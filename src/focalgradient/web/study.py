@@ -286,7 +286,7 @@ class Study:
         journal = Journal.take(place.journal)
         journal.follow(log, durable=durable)
         design = recorded_design(str(place.journal), log.head["design"])
-        place.session = Session(Files(self.data, design.task, place.participant), design, journal, log.of("trial"))
+        place.session = Session(Files(self.data, design.task, place.participant), design, journal, log.events)
         return place.session
 
     def _unbegun(self, place: Place, given: Given) -> dict[str, Any]:

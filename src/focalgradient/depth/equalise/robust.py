@@ -164,12 +164,12 @@ def refine(
 def detail_halves(equalised: Equalised, part: Part, refined: Refined) -> DetailHalves:
     """Return depth from either half of the detail, for the split-band test of a part of the frame.
 
-    The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are left
+    The test's filters would carry what is saturated, contradicts, or comes from beyond the frame. Where all are left
     out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
     """
     inliers, nodes = refined.inliers, refined.nodes
-    kept, weight = inliers.is_within.astype(np.float32), inliers.is_inlier.astype(np.float32)
-    images = [(kept * value, kept * derivative) for value, derivative in refined.images]
+    weight = inliers.is_inlier.astype(np.float32)
+    images = [(weight * value, weight * derivative) for value, derivative in refined.images]
     scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
     return DetailHalves.of(equalised, nodes, images, weight, part.search, scale, is_informative)
 

@@ -1,0 +1,146 @@
+"""Recognition of what a file contains, whatever its name: tables as text, XLSX or JSON; anything else is named."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from focalgradient.errors import InputError
+from focalgradient.files.reading import parse_json
+
+__all__ = ["is_workbook", "records_of", "refuse_other_container"]
+
+SIGNATURES = (
+    (b"\x89PNG", "a picture"),
+    (b"\xff\xd8\xff", "a picture"),
+    (b"II*\0", "a picture"),
+    (b"MM\0*", "a picture"),
+    (b"v/1\x01", "a picture"),
+    (b"GIF8", "a picture"),
+    (b"RIFF", "a picture"),
+    (b"%PDF", "a PDF document"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel (XLS) or SPSS workbook"),
+    (b"SQLite format 3", "an SQLite database"),
+    (b"\x89HDF", "an HDF5 file (as PsychoPy's eye trackers and MATLAB 7.3 write it)"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"\x93NUMPY", "a NumPy array"),
+    (b"PAR1", "a Parquet file"),
+    (b"ARROW1", "a Feather file"),
+    (b"FEA1", "a Feather file"),
+    (b"$FL2", "an SPSS file"),
+    (b"$FL3", "an SPSS file"),
+    (b"<stata_dta", "a Stata file"),
+    (b"RDX", "an R data file"),
+    (b"RDA", "an R data file"),
+    (b"\x1f\x8b", "a gzip archive (or an R data file)"),
+    (b"7z\xbc\xaf", "a 7z archive"),
+    (b"BZh", "a bzip2 archive"),
+    (b"{\\rtf", "an RTF document"),
+    (b"\x1aE\xdf\xa3", "a film"),
+    (b"EDF", "an eye tracker's file"),
+)
+"""First bytes of files that are no tables, with what they are."""
+
+PSYDAT = (
+    "is PsychoPy's pickled data (psydat), which can run programs when it is opened and so is not read: give the CSV "
+    "file that PsychoPy wrote beside it, or write one in PsychoPy by "
+    "psychopy.misc.fromFile(NAME).saveAsWideText('data.csv')"
+)
+
+BESIDE = {"trials", "data", "results", "rows", "records"}
+"""Keys of an object that holds the list of rows."""
+
+
+def is_workbook(data: bytes) -> bool:
+    """Return whether data begin with the signature of a ZIP archive, as XLSX files do."""
+    return data.startswith(b"PK\x03\x04")
+
+
+def refuse_other_container(data: bytes, name: str, what: str = "a table") -> None:
+    """Raise `InputError` that says what a file is, unless it may be a table."""
+    if name.lower().endswith(".psydat") or re.match(rb"\x80[\x02-\x05](?=[}\]\x95ccX(])", data):
+        raise InputError(f"{name} {PSYDAT}.")
+    kinds = [kind for start, kind in SIGNATURES if data.startswith(start)]
+    text = data[:1000].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
+    if text.startswith((b"<!doctype html", b"<html")):
+        kinds.append("a web page")
+    elif text.startswith(b"<?xml"):
+        kinds.append("an XML document")
+    if is_workbook(data):
+        if b"opendocument.spreadsheet" in data[:200]:
+            kinds.append("an OpenDocument (ODS) workbook")
+        elif b"xl/" not in data and b"[Content_Types].xml" not in data:
+            kinds.append("a ZIP archive, to be unpacked")
+    if kinds:
+        raise InputError(f"{name} is {kinds[0]}: give {what} instead (CSV, TSV, XLSX or JSON).")
+
+
+def records_of(text: str, name: str) -> list[list[str]] | None:
+    """Return the rows of cells of a JSON text, the header first; None if the text is not JSON.
+
+    It may be a list of objects, an object of columns, an object with such a list, or one of these a line, as jsPsych,
+    DataPipe and JATOS write them. Where there are several lists, the column "result" numbers them.
+
+    >>> records_of('[{"a": 1, "b": "x"}, {"a": 2.5, "c": null}]', "x.json")
+    [['a', 'b', 'c'], ['1', 'x', ''], ['2.5', '', '']]
+    """
+    start = text.lstrip("\ufeff \t\r\n")
+    if not re.match(r'\[\s*[\[{\]]|\{\s*["}]', start) and not _is_json(start):
+        return None
+    try:
+        values = [parse_json(start, name)]
+    except InputError as error:
+        lines = [line for line in start.splitlines() if line.strip()]
+        if len(lines) < 2 or not all(line.lstrip().startswith(("{", "[")) for line in lines):
+            raise InputError(f"{name} is JSON, but is damaged: {error}") from error
+        values = [parse_json(line, f"{name}, line {number}") for number, line in enumerate(lines, start=1)]
+    lists = [value for value in values if isinstance(value, list)]
+    results = [_objects(value, name) for value in values] if len(values) > 1 or not lists else _parts(lists[0], name)
+    several = len(results) > 1 and any(len(result) > 1 for result in results)
+    objects = [
+        ({"result": number} | one if several and "result" not in one else one)
+        for number, result in enumerate(results, start=1)
+        for one in result
+    ]
+    header = list(dict.fromkeys(key for one in objects for key in one))
+    return [header, *([_text(one.get(key)) for key in header] for one in objects)]
+
+
+def _is_json(text: str) -> bool:
+    """Return whether a text that begins with a bracket is JSON as a whole."""
+    try:
+        return text.startswith("[") and isinstance(json.loads(text), list)
+    except (ValueError, RecursionError):
+        return False
+
+
+def _parts(value: list[Any], name: str) -> list[list[dict[str, Any]]]:
+    """Return the lists of rows in a list: one, or several in a list of lists."""
+    return [_objects(part, name) for part in value] if value and isinstance(value[0], list) else [_objects(value, name)]
+
+
+def _objects(value: Any, name: str) -> list[dict[str, Any]]:
+    """Return the rows that a JSON value holds."""
+    if isinstance(value, dict):
+        for key in value:
+            if key.lower() in BESIDE and isinstance(value[key], list) and all(isinstance(v, dict) for v in value[key]):
+                same = {other: v for other, v in value.items() if other != key and not isinstance(v, list | dict)}
+                return [same | one for one in value[key]]
+        columns = [v for v in value.values() if isinstance(v, list)]
+        if columns and len(columns) == len(value) and len({len(v) for v in columns}) == 1:
+            return [dict(zip(value, cells, strict=True)) for cells in zip(*columns, strict=True)]
+        return [value]
+    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        raise InputError(
+            f"{name} is JSON, but not a list of objects with a value for each column: save it as such a list, or as a "
+            "CSV, TSV or XLSX file."
+        )
+    return value
+
+
+def _text(value: Any) -> str:
+    """Return a JSON value as the text of a cell."""
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,76 @@
+"""Traces of adaptive procedures: the level of each trial, one panel per participant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from focalgradient.plotting.figures import people_grid, person_colours, style
+from focalgradient.plotting.subjects import SIMULATED
+
+__all__ = ["trace_figure"]
+
+MOST_PANELS = 24
+"""Maximum number of participants drawn."""
+
+
+def trace_figure(
+    table: pd.DataFrame, level: str, factor: str | None, units: Mapping[str, str], *, ratio: bool, simulated: bool
+) -> Figure:
+    """Draw the levels that a procedure set, trial by trial; wrong answers are open where the table has `correct`.
+
+    Parameters
+    ----------
+    table
+        One row per trial in chronological order, with `participant_id` and the column `level`.
+    level
+        Name of the column of levels.
+    factor
+        Column whose levels have procedures of their own, drawn in different colours; None: one procedure.
+    units
+        Unit of each column that has one.
+    ratio
+        Whether the levels are ratios, whose axis is logarithmic.
+    simulated
+        Whether the observers were simulated.
+    """
+    people = [*dict.fromkeys(table["participant_id"])]
+    shown = people[:MOST_PANELS]
+    groups = [(None, table)] if factor is None else [*table.groupby(factor)]
+    with style():
+        figure, panels = people_grid([str(person).removeprefix("sub-") for person in shown])
+        for panel, person in zip(panels, shown, strict=True):
+            for (name, trials), colour in zip(groups, person_colours(len(groups)), strict=True):
+                own = trials[trials["participant_id"] == person]
+                label = (
+                    None if name is None else f"{factor} {name:g}" if isinstance(name, float) else f"{factor} {name}"
+                )
+                places = range(1, len(own) + 1)
+                panel.plot(places, own[level], "-o", color=colour, linewidth=0.8, markersize=2.5, label=label)
+                wrong = ~own["correct"].astype(bool).to_numpy() if "correct" in own else [False] * len(own)
+                panel.plot(
+                    [place for place, is_wrong in zip(places, wrong, strict=True) if is_wrong],
+                    own[level][wrong],
+                    "o",
+                    color=colour,
+                    markersize=2.5,
+                    markerfacecolor="white",
+                )
+            if ratio:
+                panel.set_yscale("log")
+                panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                panel.yaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+                panel.yaxis.set_minor_locator(NullLocator())
+        if factor is not None:
+            figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
+        most = "" if len(shown) == len(people) else f" ({len(shown)} of {len(people)} participants shown)"
+        figure.supxlabel(f"trial of the procedure{most}", fontsize=8)
+        figure.supylabel(f"{level} ({units[level]})" if units.get(level) else level, fontsize=8)
+        if simulated:
+            figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    return figure

@@ -1,0 +1,134 @@
+"""What an experimenter is told: what was saved, how to go on, and what was refused or announced."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import sys
+from types import SimpleNamespace
+
+import pytest
+from headless import Running, headless, psychopy_here
+
+from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design.words import words_text
+from focalgradient.lab import preparation
+from focalgradient.lab.forms import missing_glyphs
+from focalgradient.lab.preparation import import_screen
+
+pytestmark = psychopy_here
+
+WATCHING = """
+task = "necker"
+gradients = ["none", "nonrigid"]
+strengths_mm = [4.0]
+directions = ["left"]
+repetitions = 1
+practice_trials = 0
+catch_trials = 0
+trial_s = 1.0
+"""
+
+
+FACE = SimpleNamespace(get_character_index=lambda one: int(one.isascii() or one in "äß"))
+
+
+def answered(running: Running, until: tuple[str, int]) -> None:
+    """Take part without a key for the cube, until an event has come so many times."""
+    came = 0
+    for event in running.events():
+        came += event == until[0]
+        if came == until[1] and event == until[0]:
+            return
+        if event in ("instructions", "ready", "break", "feedback", "thanks", "debriefing"):
+            running.screen.keys("space")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("stop", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["Ctrl-C", "SIGTERM"])
+def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(stop, code, tmp_path) -> None:
+    (tmp_path / "mine.toml").write_text(WATCHING)
+    data = tmp_path / "data"
+    given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
+    with headless(tmp_path / "x") as screen:
+        first = Running(screen, "from-file", "necker", *given)
+        answered(first, ("cube", 2))
+        first.process.send_signal(stop)
+        assert first.end() == code
+        said = first.errors
+        assert f"Interrupted: 1 answer is saved in {data}; continue with: " in said
+        assert "does not report its frames" in said  # no vertical synchronisation on a virtual screen
+        call = shlex.split(said.rpartition("continue with: ")[2])
+        assert call[-1] == "--resume"
+        log = read_journal(first.journal())
+        assert any("does not report its frames" in one for one in log.of("note")[0]["warnings"])
+
+        (tmp_path / "mine.toml").write_text(WATCHING.replace("trial_s = 1.0", "trial_s = 2.0"))
+        changed = Running(screen, "from-file", "necker", *given, "--resume")
+        assert changed.end() == 2
+        assert "mine.toml has another trial_s than the session began with" in changed.errors
+
+        (tmp_path / "mine.toml").write_text(WATCHING)
+        second = Running(screen, "from-file", *call[call.index("run") + 1 :])
+        answered(second, ("end", 99))
+        assert second.end() == 0, second.errors
+    table = read_dataset(data).necker
+    assert {*table["interruptions"][table["trial"] == 2]} == {1}
+    found = validate(data)
+    assert found.problems == ()
+    assert any("1 trial was shown more than once" in note for note in found.notes)
+    assert any("the display did not report its frames" in note for note in found.notes)
+
+
+@pytest.mark.slow
+def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> None:
+    more = "practice_trials = 1\npractice_s = 1.0\npractice_rounds = 2\npractice_required = true\n"
+    (tmp_path / "mine.toml").write_text('language = "zh.toml"\n' + WATCHING.replace("practice_trials = 0\n", more))
+    thanks = "That is all\\n\\nThank you for taking part."
+    assert thanks in words_text("en")
+    (tmp_path / "zh.toml").write_text(words_text("en").replace(thanks, "谢谢参与"), encoding="utf-8")
+    data = tmp_path / "data"
+    given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
+    with headless(tmp_path / "x") as screen:
+        running = Running(screen, "from-file", "necker", *given)
+        answered(running, ("end", 99))
+        assert running.end() == 1
+        assert "the screen's font cannot show 与, 参, 谢 of the language 'zh.toml', but shows boxes" in running.errors
+        assert "Stopped: practice was not passed (0 of 1 trials right in round 2)" in running.errors
+        assert not [event for event in read_journal(running.journal()).of("trial") if event["phase"] == "main"]
+        assert "necker" in (data / "participants.tsv").read_text()
+        assert any("practice was not passed: 0 of 1 trials right in round 2" in note for note in validate(data).notes)
+        again = Running(screen, "from-file", "necker", *given, "--resume")
+        assert again.end() == 2
+        assert "ended with its practice, which was not passed" in again.errors
+
+
+@pytest.mark.parametrize(("face", "lacking"), [(FACE, "ö与参谢"), (None, "")], ids=["FreeType", "other systems"])
+def test_characters_that_the_font_lacks_are_found(face, lacking, monkeypatch) -> None:
+    font = SimpleNamespace(load=lambda *_: SimpleNamespace(face=face))
+    monkeypatch.setitem(sys.modules, "pyglet", SimpleNamespace(font=font))
+    assert missing_glyphs("Größe, Länge\n参与: 谢谢") == lacking
+
+
+def test_a_missing_library_of_the_keyboard_is_named_with_its_package(monkeypatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(preparation, "_psychopy", lambda: None)
+
+    class Finder:
+        def find_spec(self, name, path=None, target=None):
+            if name == "psychtoolbox":
+                raise ImportError("libjack.so.0: cannot open shared object file: No such file or directory")
+
+    monkeypatch.delitem(sys.modules, "psychtoolbox", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Finder(), *sys.meta_path])
+    with pytest.raises(Exception, match=r"keyboard needs libjack: apt-get install libjack-jackd2-0\.$"):
+        import_screen()
+
+
+@pytest.mark.slow
+def test_an_impossible_age_is_refused(tmp_path) -> None:
+    with headless(tmp_path / "x") as screen:
+        for age in ("-3", "thirty", "nan", "131"):
+            running = Running(screen, "from-file", "necker", "--participant", "01", f"--age={age}", "--uncalibrated")
+            assert running.end() == 2
+            assert f"age is '{age}', but must be a number of years from 0 to 130" in running.errors

@@ -1,0 +1,104 @@
+"""Pictures and depth maps of other programs: marked holes, layers, pages, 8-bit arrays and lost frames."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from focalgradient import FocalGradientWarning, InputError
+from focalgradient.photographs import read_photograph
+from focalgradient.photographs.pictures import read_distances, read_picture
+from focalgradient.video.pairing import Pair, Skipped, alternation, pairs
+from focalgradient.video.reading import Frame
+
+RAMP = np.linspace(1.0, 3.0, 48).reshape(6, 8).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("values", "unit", "scale"),
+    [
+        (np.where(RAMP > 2.5, 65535, RAMP * 1000).astype(np.uint16), "mm", 1.0),
+        (np.where(RAMP > 2.5, 65535, RAMP * 5000).astype(np.uint16), "m", 1 / 5000),
+        (np.where(RAMP > 2.5, 32767, RAMP * 1000).astype(np.int16), "mm", 1.0),
+        (np.where(RAMP > 2.5, 65535.0, RAMP * 1000), "mm", None),
+        (np.where(RAMP > 2.5, np.float32(65.535), RAMP), "m", None),
+        (np.where(RAMP > 2.5, -1.0, RAMP), "m", None),
+    ],
+)
+def test_marked_pixels_are_holes(tmp_path: Path, values: np.ndarray, unit: str, scale: float | None) -> None:
+    np.save(tmp_path / "depth.npy", values)
+    with pytest.warns(FocalGradientWarning, match="have no depth"):
+        found = read_distances(tmp_path / "depth.npy", unit, scale=scale)  # type: ignore[arg-type]
+    assert found.metres.max() < 2.6
+    assert found.filled == pytest.approx((RAMP > 2.5).mean())
+
+
+def test_a_far_surface_is_no_hole(tmp_path: Path) -> None:
+    np.save(tmp_path / "depth.npy", np.where(RAMP > 2.5, 65.0, RAMP))
+    assert read_distances(tmp_path / "depth.npy").metres.max() == 65
+
+
+def exr(folder: Path, **channels: np.ndarray) -> Path:
+    module = pytest.importorskip("OpenEXR")
+    path = folder / "layers.exr"
+    named = {name.replace("_", "."): np.ascontiguousarray(value, np.float32) for name, value in channels.items()}
+    module.File({"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}, named).write(str(path))
+    return path
+
+
+COLOURS = {f"View_Combined_{name}": RAMP / 3 for name in "RGB"}
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        {"View_Depth_Z": RAMP},
+        {"Z": RAMP},
+        {"View_Depth_V": RAMP, "View_Mist_Z": RAMP * 2},
+        {"View_Depth_Z": RAMP, "View_Normal_X": RAMP, "View_Normal_Y": RAMP, "View_Normal_Z": RAMP * 9},
+        {f"View_Depth_{name}": RAMP for name in "RGB"},
+    ],
+)
+def test_the_layers_of_depth_and_colour_are_found(tmp_path: Path, others: dict[str, np.ndarray]) -> None:
+    path = exr(tmp_path, **COLOURS, **others)
+    np.testing.assert_allclose(read_distances(path).metres, RAMP, rtol=1e-6)
+    np.testing.assert_allclose(read_picture(path).light[..., 1], RAMP / 3, rtol=1e-6)
+
+
+def test_two_depths_are_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="of which 2 may be the depth"):
+        read_distances(exr(tmp_path, **COLOURS, A_Depth_Z=RAMP, B_Depth_Z=2 * RAMP))
+
+
+def test_8_bit_pixels_are_alike_in_each_container(tmp_path: Path) -> None:
+    pixels = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
+    np.save(tmp_path / "a.npy", pixels)
+    Image.fromarray(pixels).save(tmp_path / "a.png")
+    one, other = (read_photograph(tmp_path / f"a.{kind}") for kind in ("npy", "png"))
+    np.testing.assert_array_equal(one.luminance, other.luminance)
+    assert one.encoding == other.encoding == "srgb"
+    assert one.assumed
+
+
+def test_the_page_of_a_tiff_file_is_named(tmp_path: Path) -> None:
+    pages = [Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8) + level) for level in (50, 100, 150)]
+    pages[0].save(tmp_path / "a.tif", save_all=True, append_images=pages[1:])
+    with pytest.warns(FocalGradientWarning, match="has 3 pages, of which page 1 was read"):
+        read_photograph(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("lost", [1, 2, 3, 7, 12, 20, 22])
+def test_a_frame_lost_anywhere_keeps_the_order_of_the_apertures(lost: int) -> None:
+    levels = [40 if number % 2 == 0 else 20 for number in range(24)]
+    del levels[lost]
+    frames = [Frame(number, np.full((1, 1), level, np.uint8)) for number, level in enumerate(levels)]
+    step = alternation(frames, lambda image: float(image.mean()))
+    assert step == pytest.approx(np.log(2))
+    found = list(pairs(frames, lambda image: float(image.mean()), step))
+    made = [pair for pair in found if isinstance(pair, Pair)]
+    assert all(pair.even[0, 0] == 40 and pair.odd[0, 0] == 20 for pair in made)
+    assert len(made) >= 20
+    assert any("a frame between them was lost" in str(item) for item in found if isinstance(item, Skipped))

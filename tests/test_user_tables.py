@@ -1,0 +1,360 @@
+"""Tables of users: either their cells are returned as the text says, or the file is refused in one sentence."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import pickle
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient import InputError
+from focalgradient.eye import read_zernike
+from focalgradient.eye.target_motion import TargetMotion
+from focalgradient.files.tables import TextTable, parse_table, read_cells
+from focalgradient.luminance import parse_luminance
+from focalgradient.report.reading import explained_table
+from focalgradient.statistics import read_ratings, read_thresholds
+from focalgradient.statistics.own_tables import of_one_data_set
+
+HEAD = "participant,aperture,fixation,scene,rating"
+BODY = [
+    f"S{who},{aperture},{fixation},{scene},{1 + 0.1 * who * (aperture != 'pinhole'):.2f}"
+    for who in range(1, 5)
+    for aperture in ("pinhole", "f/5.6")
+    for fixation in ("near", "far")
+    for scene in ("garden", "hall")
+]
+
+
+def saved(folder: Path, text: str | bytes, name: str = "own.csv") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def test_each_container_gives_the_same_cells(tmp_path: Path) -> None:
+    plain = read_ratings(saved(tmp_path, "\n".join([HEAD, *BODY]))).table.reset_index(drop=True)
+    records = list(csv.DictReader(io.StringIO("\n".join([HEAD, *BODY]))))
+    typed = [row | {"rating": float(row["rating"])} for row in records]
+    halves = [[row for row in typed if row["participant"] in half] for half in (("S1", "S2"), ("S3", "S4"))]
+    semicolons = "\n".join([HEAD, *BODY]).replace(",", ";")
+    written = {
+        "tabs.tsv": "\n".join([HEAD, *BODY]).replace(",", "\t"),
+        "named wrongly.tsv": "\n".join([HEAD, *BODY]),
+        "sep.csv": "sep=;\n" + semicolons,
+        "commas.csv": "\n".join([HEAD.replace(",", ";"), *(row.replace(",", ";").replace(".", ",") for row in BODY)]),
+        "bars.csv": semicolons.replace(";", "|"),
+        "comments.csv": "\n".join(["# of 2026", HEAD, *BODY, "# the end"]),
+        "utf16.csv": semicolons.encode("utf-16"),
+        "list.json": json.dumps(typed),
+        "lines.jsonl": "\n".join(json.dumps(row) for row in typed),
+        "jatos.txt": "\n".join(json.dumps(half) for half in halves),
+        "trials.json": json.dumps({"version": 1, "trials": typed}),
+        "columns.json": json.dumps({name: [row[name] for row in typed] for name in HEAD.split(",")}),
+    }
+    for name, text in written.items():
+        found = read_ratings(saved(tmp_path, text, name)).table.reset_index(drop=True)
+        assert found[HEAD.split(",")[1:3]].equals(plain[HEAD.split(",")[1:3]]), name
+        assert found["rating"].tolist() == plain["rating"].tolist(), name
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        (b"\x89PNG\r\n", "is a picture"),
+        (b"%PDF-1.7", "is a PDF document"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1", "is an old Excel"),
+        (b"SQLite format 3\0", "is an SQLite database"),
+        (b"\x89HDF\r\n", "is an HDF5 file"),
+        (b"\x93NUMPY\x01\x00", "is a NumPy array"),
+        (b"<!DOCTYPE html><html>", "is a web page"),
+        (b"RDX3\nX\n", "is an R data file"),
+        (pickle.dumps({"entries": [1.0]}), "is PsychoPy's pickled data"),
+        (b'{"a": [1, 2}', "is JSON, but is damaged"),
+        (b"[1, 2, 3]", "is JSON, but not a list of objects"),
+        (b"participant\0rating", "is not text in a known encoding"),
+    ],
+)
+def test_other_files_are_called_what_they_are(tmp_path: Path, content: bytes, what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        read_ratings(saved(tmp_path, content))
+
+
+def test_an_archive_is_named(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "own.csv", "w") as archive:
+        archive.writestr("data.txt", "[]")
+    with pytest.raises(InputError, match="is a ZIP archive, to be unpacked"):
+        read_ratings(tmp_path / "own.csv")
+
+
+def test_psychopys_data_file_is_named_with_the_way_out(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"give the CSV file that PsychoPy wrote beside it"):
+        read_ratings(saved(tmp_path, b"anything", "01_depth.psydat"))
+
+
+@pytest.mark.parametrize(
+    ("cells", "delimiter", "sentence"),
+    [
+        (
+            ["1.5", "1,4"],
+            ";",
+            "row 3: rating is '1,4', but other cells have a decimal point, like '1.5': it is 1.4 or 14",
+        ),
+        (["1,234.5", "2"], ";", "is '1,234.5', which is 1234.5"),
+        (["1.234,5", "2"], ";", "is '1.234,5', which is 1234.5 or 1.2345"),
+        (["1,234,567", "2"], ";", "without thousands separators"),
+        (["1'234.5", "2"], ";", "without thousands separators"),
+        (["1.050", "1.100"], ";", "row 2: rating is '1.050', which is 1.050 or 1050"),
+        (["1,050", "1,100"], "\t", "row 2: rating is '1,050', which is 1.050 or 1050"),
+    ],
+)
+def test_thousands_and_mixtures_are_refused_with_both_readings(
+    tmp_path: Path, cells: list[str], delimiter: str, sentence: str
+) -> None:
+    rows = [["participant", "aperture", "fixation", "rating"], *(["S1", "f5.6", "near", cell] for cell in cells)]
+    with pytest.raises(InputError, match=sentence):
+        read_ratings(saved(tmp_path, "\n".join(delimiter.join(row) for row in rows)))
+
+
+def test_one_mark_is_chosen_for_the_whole_file() -> None:
+    table = parse_table(b"a;b\n1,050;0,5\n2,100;x\n", "x.csv")
+    assert table.with_points().rows == (("1.050", "0.5"), ("2.100", "x"))
+
+
+@pytest.mark.parametrize("cell", ["2026-06-05", "05.06.2026", "5-Jun", "Jun-05", "05. Jun", "f/46178", "6/5/2026"])
+def test_dates_made_of_f_numbers_are_named(tmp_path: Path, cell: str) -> None:
+    rows = [row.replace("f/5.6", cell) for row in BODY]
+    with pytest.raises(InputError, match="a spreadsheet program may have made a date of it"):
+        read_ratings(saved(tmp_path, "\n".join([HEAD, *rows])))
+
+
+def test_dates_made_of_ratings_and_thousands_made_of_decimals_are_named(tmp_path: Path) -> None:
+    for cell, sentence in (("2026-05-01", "is '2026-05-01', .* a date"), ("1050", "may have taken 1.050 for 1,050")):
+        rows = [*BODY[:-1], BODY[-1].rpartition(",")[0] + "," + cell]
+        with pytest.raises(InputError, match=sentence):
+            read_ratings(saved(tmp_path, "\n".join([HEAD, *rows])))
+
+
+def test_a_heading_states_the_unit_of_the_rest(tmp_path: Path) -> None:
+    text = "\n".join([HEAD.replace("aperture", "pupil (cm)") + ",rt (ms)", *(f"{row},900" for row in BODY)])
+    text = text.replace("f/5.6", "0.3").replace("pinhole", "0")
+    own = read_ratings(saved(tmp_path, text), {"aperture_mm": "pupil (cm)"})
+    assert sorted(own.table["aperture_mm"].unique()) == [0, 3]
+    assert own.table["response_time"].unique() == pytest.approx([0.9])
+    for heading in ("rating (dB)", "log rating", "rating [ms]"):
+        with pytest.raises(InputError, match="states the unit"):
+            read_ratings(saved(tmp_path, "\n".join([HEAD.replace("rating", heading), *BODY])), {"rating": heading})
+
+
+@pytest.mark.parametrize("heading", ["log10_level", "log10 level", "level (log10)"])
+def test_logarithms_of_levels_are_undone(tmp_path: Path, heading: str) -> None:
+    rows = [f"S1,{level},{int(level > -0.8)}" for level in (-1.0, -0.5, -1.0, -0.5)]
+    own = read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])))
+    assert sorted(own.table["level"].unique()) == pytest.approx([0.1, 10**-0.5])
+
+
+@pytest.mark.parametrize("heading", ["level (dB)", "log level", "log_contrast"])
+def test_levels_in_decibels_or_an_unknown_logarithm_are_refused(tmp_path: Path, heading: str) -> None:
+    rows = [f"S1,{level},1" for level in (0.5, 1.0, 2.0)]
+    with pytest.raises(InputError, match="says that levels are in"):
+        read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])))
+
+
+def test_rows_are_chosen_by_where(tmp_path: Path) -> None:
+    rows = [f"{row},slider" for row in BODY] + [row.rpartition(",")[0] + ",f,key" for row in BODY]
+    path = saved(tmp_path, "\n".join([f"{HEAD},trial_type", *rows]))
+    with pytest.raises(InputError, match=r"rating is 'f', but must be a number.*where={.trial_type.: .slider.}"):
+        read_ratings(path)
+    assert len(read_ratings(path, where={"trial_type": ["slider"]}).table) == len(BODY)
+    with pytest.raises(InputError, match="no row whose trial_type is sliders: it has slider, key"):
+        read_ratings(path, where={"trial_type": ["sliders"]})
+
+
+def test_start_and_end_of_each_trial_are_not_two_ratings(tmp_path: Path) -> None:
+    rows = [f"{row},{kind}" for row in BODY for kind in ("start", "end")]
+    rows = [row.replace(row.split(",")[4], "1.0") if row.endswith("start") else row for row in rows]
+    text = "\n".join([f"{HEAD},event", *rows])
+    assert 'choose with where={"event": "end"}' in " ".join(read_ratings(saved(tmp_path, text)).notices)
+    numbered = "\n".join([f"trial,{HEAD},event", *(f"{number // 2 + 1},{row}" for number, row in enumerate(rows))])
+    with pytest.raises(InputError, match=r"stands in a row above with another answer.*where={.event.: .end.}"):
+        read_ratings(saved(tmp_path, numbered))
+
+
+@pytest.mark.parametrize("other", ["rt", "confidence", "RT_ms"])
+@pytest.mark.parametrize("last", [False, True])
+def test_other_measures_of_a_wide_table_are_no_scenes(tmp_path: Path, other: str, last: bool) -> None:
+    names = [f"{fixation}_{aperture}_garden" for fixation in ("near", "far") for aperture in ("pinhole", "f5.6")]
+    head = [f"{name}_{of}" if last else f"{of}_{name}" for of in ("rating", other) for name in names]
+    rows = [f"S{who},1.0,1.4,1.0,1.1,{who},1,2,3" for who in range(1, 5)]
+    own = read_ratings(saved(tmp_path, "\n".join([",".join(["participant", *head]), *rows])))
+    assert len(own.table) == 16
+    assert set(own.table["scene"]) == {"garden"}
+    assert any(other in notice for notice in own.notices)
+
+
+def test_two_unknown_measures_are_asked_for(tmp_path: Path) -> None:
+    names = [f"{fixation}_{aperture}" for fixation in ("near", "far") for aperture in ("pinhole", "f5.6")]
+    head = ",".join(["participant", *(f"{of}_{name}" for of in ("depth", "comfort") for name in names)])
+    rows = [f"S{who},1.0,1.4,1.0,1.1,70,80,60,50" for who in range(1, 5)]
+    path = saved(tmp_path, "\n".join([head, *rows]))
+    with pytest.raises(InputError, match="say which measure is the rating"):
+        read_ratings(path)
+    assert read_ratings(path, {"rating": "depth_*"}).table["rating"].max() == 1.4
+
+
+def test_files_of_one_participant_each_are_one_data_set(tmp_path: Path) -> None:
+    paths = [
+        saved(tmp_path, "\n".join([HEAD, *(row for row in BODY if row.startswith(who))]), f"{who}.csv")
+        for who in ("S1", "S2", "S3", "S4")
+    ]
+    assert of_one_data_set(paths)
+    assert read_ratings(paths).table["participant_id"].nunique() == 4
+    bare = [
+        saved(tmp_path, "\n".join(line.partition(",")[2] for line in path.read_text().splitlines()), f"bare{path.name}")
+        for path in paths
+    ]
+    own = read_ratings(bare)
+    assert sorted(own.table["participant_id"].unique()) == ["bareS1", "bareS2", "bareS3", "bareS4"]
+    assert "each file is taken for one person's" in own.notices[0]
+    with pytest.raises(InputError, match="all 2 files are of the participant S1"):
+        of_one_data_set([paths[0], saved(tmp_path, paths[0].read_text(), "again.csv")])
+
+
+def test_columns_that_are_not_used_stop_nothing(tmp_path: Path) -> None:
+    rows = [f"{row},1,x,{number},perhaps," for number, row in enumerate(BODY)]
+    own = read_ratings(saved(tmp_path, "\n".join([f"{HEAD},note,note,rt,dropped_frames,", *rows])))
+    assert len(own.table) == len(BODY)
+    assert "The column dropped_frames was not used" in " ".join(own.notices)
+
+
+def test_how_each_column_is_read_is_explained(tmp_path: Path) -> None:
+    lines = explained_table(saved(tmp_path, "\n".join([f"{HEAD},rt (ms)", *(f"{row},800" for row in BODY)])))
+    assert "taken for 32 depth ratings" in lines[0]
+    assert "  rt (ms) -> response_time, times 0.001: 800" in lines
+    assert "  scene -> scene: garden, hall" in lines
+
+
+ZERNIKE = {
+    "4;0,05\n12;0,12\n": {4: 0.05, 12: 0.12},
+    "index;um\n4;0,05\n": {4: 0.05},
+    "um\n1,02\n2,05\n": {0: 1.02, 1: 2.05},
+    "4\t0,05\n12\t0,12\n": {4: 0.05, 12: 0.12},
+    "4 0,05\n12 0,12\n": {4: 0.05, 12: 0.12},
+    "n,m,coefficient (nm)\n4,0,50\n": {12: 0.05},
+    "# coefficients in nm\n4 50\n": {4: 0.05},
+    "index,coefficient [mm]\n4,0.0003\n": {4: 0.3},
+    "index,microns\n4,0.2\n": {4: 0.2},
+    "OSA/ANSI index,µm\n4,0.2\n": {4: 0.2},
+    "j,c (m)\n4,2e-7\n": {4: 0.2},
+}
+
+
+@pytest.mark.parametrize("text", ZERNIKE)
+def test_coefficients_are_converted_as_their_heading_states(tmp_path: Path, text: str) -> None:
+    values = read_zernike(saved(tmp_path, text))
+    assert {index: value for index, value in enumerate(values) if value} == pytest.approx(ZERNIKE[text])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("Wyant index,um\n3,0.2\n", "Malacara,um\n4,0.2\n", "Noll,um\n4,0.2\n", "Born & Wolf index,um\n4,.2\n"),
+        *("index,waves\n4,0.2\n", "index,coefficient (D)\n4,0.2\n", "1,02\n2,05\n", "index,λ\n4,0.2\n"),
+        *("index,um\n4,1.234,5\n", "index;um\n4;0,05\n12;0.12\n", "index,um\n4,nan\n", "index,um\n4,inf\n"),
+    ],
+)
+def test_other_orders_units_and_mixtures_of_coefficients_are_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(InputError) as error:
+        read_zernike(saved(tmp_path, text))
+    assert "\n" not in str(error.value)
+
+
+def test_a_course_is_converted_as_its_headings_state(tmp_path: Path) -> None:
+    for text in (
+        "time,dioptres\n0,2\n2,4\n",
+        "t (ms);distance (cm)\n0;50\n2000;25\n",
+        "time_s\tdistance_m\n0\t0,5\n2\t0,25\n",
+    ):
+        course = TargetMotion.read(saved(tmp_path, text))
+        assert (course.at(0.0), course.at(2.0)) == pytest.approx((2, 4))
+    for text in ("time,distance\n0,2\n2,4\n", "time (h),D\n0,2\n2,4\n", "time,D\n0,nan\n1,2\n"):
+        with pytest.raises(InputError):
+            TargetMotion.read(saved(tmp_path, text))
+
+
+def test_a_photometers_table_may_have_semicolons_and_units() -> None:
+    levels = range(0, 256, 51)
+    text = "Level;Grey (cd/m2)\n" + "".join(f"{level};{level / 2.55:.1f}\n".replace(".", ",") for level in levels)
+    assert parse_luminance(text, "table").grey.white == pytest.approx(100, rel=1e-3)
+    with pytest.raises(InputError, match="grey is in fl, but must be in cd/m2"):
+        parse_luminance(text.replace("cd/m2", "fL"), "table")
+    with pytest.raises(InputError, match="row 3: grey is 'nan'"):
+        parse_luminance(text.replace("20,0", "nan"), "table")
+
+
+CELL = st.one_of(
+    st.sampled_from(["", "A", "1.5", "1,5", "nan", "inf", "1e5", "-3", "0", "f/5.6", "5.6.2026", "1.234,5", "é", "#x"]),
+    st.floats(allow_nan=False, allow_infinity=False, width=32).map(repr),
+    st.text(st.characters(codec="utf-8", exclude_characters="\0\r\n"), max_size=6),
+)
+
+
+@given(st.lists(st.lists(CELL, min_size=3, max_size=3), min_size=1, max_size=5), st.sampled_from(",;\t|"))
+@settings(max_examples=300, deadline=None)
+def test_cells_are_as_written_or_the_table_is_refused(rows: list[list[str]], delimiter: str) -> None:
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(["first", "second", "third"])
+    writer.writerows(rows)
+    try:
+        table = parse_table(text.getvalue().encode(), "x.csv")
+    except InputError as error:
+        assert "\n" not in str(error)  # noqa: PT017  either outcome will do
+        return
+    kept = [row for row in rows if any(cell.strip() for cell in row) and not _comment(row)]
+    assert table.header == ("first", "second", "third")
+    assert [list(row) for row in table.rows] == kept
+    _points_are_the_numbers_written(table)
+
+
+def _comment(row: list[str]) -> bool:
+    return row[0].lstrip().startswith(("#", "%")) and not any(cell.strip() for cell in row[1:])
+
+
+def _points_are_the_numbers_written(table: TextTable) -> None:
+    try:
+        changed = table.with_points()
+    except InputError as error:
+        assert "\n" not in str(error)  # noqa: PT017
+        return
+    for before, after in zip(table.rows, changed.rows, strict=True):
+        assert all(a == b or a == b.replace(",", ".") for a, b in zip(after, before, strict=True))
+    if changed is not table:
+        assert not any("." in cell and cell.replace(".", "", 1).isdigit() for row in table.rows for cell in row)
+
+
+@given(st.binary(max_size=200), st.integers(0, 1500), st.sampled_from([b"", b"\xef\xbb\xbf", b"\xff\xfe"]))
+@settings(max_examples=200, deadline=None)
+def test_damaged_tables_are_read_or_refused_in_one_sentence(
+    tmp_path_factory: pytest.TempPathFactory, damage: bytes, place: int, start: bytes
+) -> None:
+    text = "\n".join([HEAD, *BODY]).encode()
+    path = saved(tmp_path_factory.mktemp("own"), start + text[:place] + damage + text[place + len(damage) :])
+    for read in (read_ratings, read_cells, read_thresholds):
+        try:
+            read(path)
+        except InputError as error:
+            assert "\n" not in str(error)  # noqa: PT017  either outcome will do
+
+
+def test_numbers_of_rows_are_those_of_the_file() -> None:
+    table = parse_table(b"# one\n\na,b\n1,2\n\n3,4\n", "x.csv")
+    assert table.places == (4, 6)
+    assert np.array(table.rows).tolist() == [["1", "2"], ["3", "4"]]
