@@ -32,14 +32,18 @@ class LensPanel extends Panel {
     this.distance.set(Math.log(1 / Math.max(pressed, 0.2)));
   }
 
-  draw() {
+  drawn() {
     const { fNumber, focusDistance, pointDistance } = this.state, F = PLAY.scene.focal_length;
     const sigma = blurRadius(F, fNumber, focusDistance, pointDistance);
     const { near, far } = distancesOfBlur(F, fNumber, focusDistance, sigma);
-    this.solutions = { sigma, near, far };
     const metres = value => Number.isFinite(value) ? `${decimal(value, 2)} m` : word("none");
     this.said.textContent = word("lens.said").replace("{sigma}", decimal(1e6 * sigma, 1)).replace("{near}", metres(near)).replace("{far}", metres(far));
     this.diagram(near, far);
+    super.drawn();
+  }
+
+  draw() {
+    const { fNumber, focusDistance } = this.state, F = PLAY.scene.focal_length;
     this.show([0, 1], [stop(22), stop(fNumber)], { apertures: [F / 22, F / fNumber], focus: [1 / focusDistance, 1 / focusDistance] });
   }
 

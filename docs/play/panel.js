@@ -40,12 +40,13 @@ class Panel {
     this.canvas = element("canvas");
     this.canvas.setAttribute("role", "img");
     this.captions = element("ol");
-    this.box.append(element("div", { className: "tiles" }, this.canvas, this.captions));
+    const tiles = element("div", { className: "tiles" }, this.canvas, this.captions);
+    this.box.append(tiles);
     try {
       this.views = new TwoViews(this.canvas);
     } catch (error) {
       if (error.message !== "WebGL 2") throw error;
-      this.said.textContent = word("noWebgl");
+      tiles.replaceChildren(element("p", { className: "lacking", word: "noWebgl" }));
     }
     this.visible = true;
     new IntersectionObserver(entries => { this.visible = entries[0].isIntersecting; this.change(); }).observe(this.canvas);
