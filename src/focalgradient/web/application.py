@@ -40,7 +40,7 @@ from focalgradient.web.guard import (
     read_body,
     too_many,
 )
-from focalgradient.web.messages import Begin, Given, Join, Next, Who
+from focalgradient.web.messages import Begin, Expose, Given, Join, Next, Who
 from focalgradient.web.pictures import REFOCUSING, refocusing
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
@@ -274,6 +274,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
             Route("/api/opening", pages.opening),
             post("/api/state", Who, study.state),
             post("/api/begin", Begin, study.begin),
+            post("/api/expose", Expose, study.expose),
             post("/api/answer", Given, study.answer),
             post("/api/next", Next, study.next),
             post("/api/here", Who, study.here),

@@ -14,12 +14,16 @@ __all__ = [
     "Begin",
     "Begun",
     "Depth",
+    "Expose",
+    "Exposed",
+    "Exposure",
     "Frames",
     "Given",
     "Join",
     "Necker",
     "Next",
     "Note",
+    "Record",
     "Resumed",
     "Sitting",
     "Who",
@@ -169,6 +173,19 @@ class Given(Answer, Who):
     trial_token: Label
 
 
+class Exposure(Message):
+    """Exposure of a trial, reported before it begins; `exposure` distinguishes repeated transmissions."""
+
+    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
+    trial: Annotated[int, Field(ge=1, le=100_000)]
+    round: Annotated[int, Field(ge=1, le=20)]
+    exposure: Label
+
+
+class Expose(Exposure, Who):
+    """Exposure reported by a session's page."""
+
+
 class Next(Who):
     """Request for a trial: its token, and those of the following ones; its stimuli if they depend on responses."""
 
@@ -212,6 +229,13 @@ class Resumed(Opened):
     kind: Literal["resumed"]
 
 
+class Exposed(Line):
+    """Record that a trial was about to be shown."""
+
+    kind: Literal["shown"]
+    shown: Exposure
+
+
 class Answered(Line):
     """Record of a response."""
 
@@ -219,5 +243,8 @@ class Answered(Line):
     given: Answer
 
 
-Note = Annotated[Begun | Resumed | Answered, Field(discriminator="kind")]
+Record = Begun | Resumed | Exposed | Answered
 """Any record of an exported study."""
+
+Note = Annotated[Record, Field(discriminator="kind")]
+"""As above, parsed by its kind."""

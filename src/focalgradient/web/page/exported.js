@@ -87,7 +87,7 @@ export class Exported {
 
   // Implements the server's routes.
   async post(path, { token, tab, ...message }) {
-    const act = { state: "state", begin: "begin", next: "next", answer: "answer", here: "here", finish: "finish" }[path.split("/").at(-1)];
+    const act = { state: "state", begin: "begin", next: "next", answer: "answer", expose: "expose", here: "here", finish: "finish" }[path.split("/").at(-1)];
     return this[act](message);
   }
 
@@ -123,6 +123,11 @@ export class Exported {
   // Tokens belong to a server.
   async next() {
     return {};
+  }
+
+  async expose(shown) {
+    await this.add({ kind: "shown", shown });
+    return { recorded: true };
   }
 
   async answer(given) {
