@@ -257,6 +257,55 @@ def test_no_request_leaves_and_nothing_is_stored_when_eight_pictures_are_rated(c
     assert not failed
 
 
+def give(chromium: browser.Browser, name: str, file: Path) -> None:
+    """Choose a file of the last panel, as a person does."""
+    root = chromium.call("DOM.getDocument")["root"]["nodeId"]
+    node = chromium.call("DOM.querySelector", nodeId=root, selector=f"#own [name={name}]")["nodeId"]
+    chromium.call("DOM.setFileInputFiles", files=[str(file)], nodeId=node)
+
+
+def test_own_photographs_give_the_ratio_of_the_package(chromium: browser.Browser, tmp_path: Path) -> None:
+    opened(chromium)
+    chromium.js("const mode = document.querySelector('#own [name=mode]'); mode.value = 'photographs'; 1")
+    chromium.js("mode.dispatchEvent(new Event('input'))")
+    coded = []
+    for number, stop in ((2, 64), (1, 22.6)):  # the wide aperture is given first
+        coded.append(np.rint(255 * linear_to_srgb(blurred(0.05 / stop, (1.75, 1.75)))).astype(np.uint8))
+        Image.fromarray(coded[-1]).save(tmp_path / f"{number}.png")
+        give(chromium, f"photograph{number}", tmp_path / f"{number}.png")
+    chromium.js("panels[4].state.f1 = 22.6, panels[4].state.f2 = 64, panels[4].change()")
+    chromium.wait("panels[4].loaded && panels[4].captions.textContent.startsWith('f/64')")
+    chromium.js("window.tested = panels[4].views; 1")
+    ratio = step(chromium, "ratio")
+    small, large = (srgb_to_linear(photograph / 255).astype(np.float32) for photograph in coded)
+    expected, valid = focal_disparity(small, large, window=8, absolute=True)
+    both = valid & (ratio[..., 1] > 0.5)
+    assert both.mean() > 0.95
+    assert np.abs(8 * ratio[..., 0] - expected)[both].max() < 0.01
+    assert np.ptp(expected[both]) > 0.5
+    (tmp_path / "text.png").write_text("no picture")
+    give(chromium, "photograph1", tmp_path / "text.png")
+    chromium.wait("panels[4].said.textContent.includes('text.png')")
+    chromium.js("location.reload()")
+
+
+def test_own_picture_is_blurred_by_its_depth_map(chromium: browser.Browser, tmp_path: Path) -> None:
+    opened(chromium)
+    coded = picture(SCENE["png"])
+    for name, channel in (("picture", 0), ("depthMap", 1)):
+        Image.fromarray(coded[..., channel]).save(tmp_path / f"{name}.png")
+        give(chromium, name, tmp_path / f"{name}.png")
+    field = 2 * np.degrees(np.arctan(0.35 / 2))
+    values = {"near": 1 / SCENE["vergence"], "far": 1e9, "fieldDegrees": field, "aperture": 5, "ownFocus": 1 / 1.5}
+    chromium.js(f"Object.assign(panels[4].state, {json.dumps(values)}); panels[4].change()")
+    chromium.wait("panels[4].loaded")
+    chromium.js("new Promise(done => setTimeout(done, 100))")
+    chromium.js("window.tested = panels[4].views; 1")
+    views = step(chromium, "views")
+    assert np.abs(views[..., 1] - blurred(0.005, (1.5, 1.5))).max() < 0.003
+    chromium.js("location.reload()")
+
+
 @pytest.mark.parametrize(
     ("size", "dark", "language"),
     [
