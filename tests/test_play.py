@@ -238,12 +238,21 @@ def test_the_side_of_focus_shows_in_the_ratio_of_the_eyes_bands(chromium: browse
 
 
 def test_no_request_leaves_and_nothing_is_stored_when_eight_pictures_are_rated(chromium: browser.Browser) -> None:
-    opened(chromium)
+    opened(chromium, (390, 844), phone=True)
     for n in range(8):
         chromium.js(f"panels[3].slider.set({0.1 * n})")
         chromium.js("panels[3].button.click()")
     drawn_curves = chromium.js("document.querySelector('#rating svg').textContent")
     assert drawn_curves.count("simulated") == 2
+    texts = "[...document.querySelectorAll('#rating svg text')]"
+    boxes = chromium.js(f"{texts}.map(text => JSON.stringify(text.getBoundingClientRect()))")
+    for n, first in enumerate(map(json.loads, boxes)):
+        for second in map(json.loads, boxes[:n]):
+            assert (
+                first["left"] >= second["right"]
+                or second["left"] >= first["right"]
+                or (first["top"] >= second["bottom"] - 2 or second["top"] >= first["bottom"] - 2)
+            )
     assert "simulated observers" in chromium.js("panels[3].said.textContent")
     answers = chromium.js("panels[3].answers")
     assert {fixation: set(answers[fixation]) for fixation in answers} == {
