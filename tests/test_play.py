@@ -273,6 +273,7 @@ def give(chromium: browser.Browser, name: str, file: Path) -> None:
     chromium.call("DOM.setFileInputFiles", files=[str(file)], nodeId=node)
 
 
+@pytest.mark.slow
 def test_own_photographs_give_the_ratio_of_the_package(chromium: browser.Browser, tmp_path: Path) -> None:
     opened(chromium)
     chromium.js("const mode = document.querySelector('#own [name=mode]'); mode.value = 'photographs'; 1")
@@ -298,6 +299,7 @@ def test_own_photographs_give_the_ratio_of_the_package(chromium: browser.Browser
     chromium.js("location.reload()")
 
 
+@pytest.mark.slow
 def test_own_picture_is_blurred_by_its_depth_map(chromium: browser.Browser, tmp_path: Path) -> None:
     opened(chromium)
     coded = picture(SCENE["png"])
@@ -320,7 +322,7 @@ def test_own_picture_is_blurred_by_its_depth_map(chromium: browser.Browser, tmp_
     [
         ((390, 844), False, "de"),
         pytest.param((390, 844), True, "en", marks=pytest.mark.slow),
-        ((1280, 900), True, "en"),
+        pytest.param((1280, 900), True, "en", marks=pytest.mark.slow),
         pytest.param((1280, 900), False, "de", marks=pytest.mark.slow),
     ],
 )
