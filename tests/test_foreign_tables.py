@@ -12,7 +12,9 @@ from focalgradient import InputError
 from focalgradient.eye import read_zernike
 from focalgradient.files.tables import parse_table
 from focalgradient.luminance import parse_luminance
+from focalgradient.report import make_report
 from focalgradient.statistics import read_ratings
+from focalgradient.statistics.own_conditions import read_conditions
 
 HEAD = ("participant", "scene", "aperture", "fixation", "rating")
 ROWS = [
@@ -123,6 +125,21 @@ def test_named_rows_of_practice_are_noticed(tmp_path: Path) -> None:
         in read_ratings(path).notices
     )
     assert len(read_ratings(path, where={"excluded": "0"}).table) == len(ROWS) - 4
+
+
+def test_a_data_set_of_another_laboratory_is_read_by_its_tables(tmp_path: Path) -> None:
+    tables = []
+    for who in range(1, 4):
+        folder = tmp_path / f"sub-0{who}" / "beh"
+        folder.mkdir(parents=True)
+        for run in (1, 2):
+            rows = [f"{2 * number}\t1\t{size}\t{1 + size / 20 + run / 50}\n" for number, size in enumerate((2, 4, 8))]
+            tables.append(folder / f"sub-0{who}_task-mine_run-{run}_events.tsv")
+            tables[-1].write_text("onset\tduration\taperture_mm\trating\n" + "".join(rows))
+    (tmp_path / "dataset_description.json").write_text('{"Name": "x", "BIDSVersion": "1.8.0"}')
+    with pytest.raises(InputError, match=r"sub-\*/\*/\*_events.tsv --columns rating=NAME"):
+        make_report(tmp_path)
+    assert sorted(set(read_conditions(tables).table["participant_id"])) == ["sub-01", "sub-02", "sub-03"]
 
 
 def test_a_title_needs_a_row_of_names() -> None:

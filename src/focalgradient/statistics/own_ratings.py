@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
@@ -428,7 +429,7 @@ def _same_start(ratings: pd.Series[float], keys: pd.DataFrame) -> str:
     if not same.any() or same.all():
         return ""
     return (
-        f"Rows stand in groups of {sizes.iloc[0]} of one condition, and row {int(same.idxmax()) + 1} of each group "
+        f"Rows stand in groups of {sizes.iloc[0]} of one condition, and row {int(np.argmax(same)) + 1} of each group "
         f"always has the rating {values['first'][same].iloc[0]:g}, as the start of a slider has: leave such rows out."
     )
 

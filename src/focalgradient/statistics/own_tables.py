@@ -130,7 +130,7 @@ class Source:
         own = cls(name, cells, found_columns(name, cells, roles, columns), given, notes)
         several = cells.index.get_level_values(0).unique()
         if "participant_id" not in own.columns and len(several) > 1:
-            own.cells["participant (file)"] = [Path(file).stem for file in cells.index.get_level_values(0)]
+            own.cells["participant (file)"] = [_person(str(file)) for file in cells.index.get_level_values(0)]
             own.columns["participant_id"] = "participant (file)"
             own.notices.append("There is no column of participants: each file is taken for one person's.")
         return own.without_practice()
@@ -154,9 +154,9 @@ class Source:
         if not practice.any() or practice.all():
             return self
         self.notices.append(f"{rows_of(practice)} left out, of a loop of practice.")
-        cells = self.cells[~practice].copy()
-        cells.attrs |= self.cells.attrs
-        return replace(self, cells=cells)
+        kept = self.cells[~practice].copy()
+        kept.attrs |= self.cells.attrs
+        return replace(self, cells=kept)
 
     def no_column(self, role: str, otherwise: str = "") -> InputError:
         """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
@@ -282,6 +282,16 @@ def read_table(paths: Paths, where: Where | None = None) -> tuple[str, pd.DataFr
     return name, chosen_rows(name, cells, where or {}, notes), notes
 
 
+def _person(file: str) -> str:
+    """Return the participant whom a file's name states, or the name.
+
+    >>> _person("sub-01_task-depth_run-2_events.tsv"), _person("anna.csv")
+    ('sub-01', 'anna')
+    """
+    stem = Path(file).stem
+    return stem.partition("_")[0] if re.match(r"sub-[^_]+_", stem) else stem
+
+
 def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | None = None) -> bool:
     """Return whether tables are the parts of one data set: files of one participant each.
 
@@ -302,7 +312,7 @@ def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | 
         name, cells, _ = read_table(path)
         columns = {} if participant is None else {"participant": participant}
         theirs = found_columns(name, cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
-        names = {clean(cell) for cell in cells[theirs]} - {""} if theirs else {Path(path).stem}
+        names = {clean(cell) for cell in cells[theirs]} - {""} if theirs else {_person(str(path))}
         people.append(names)
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
