@@ -329,7 +329,7 @@ def _draw(rows: Sequence[dict[str, float | str]], speed: dict[str, float], alone
                 ax.text(
                     -0.415,
                     float(np.mean(places)),
-                    texture.replace(" (", "\n("),
+                    texture.replace(" (1/f)", "\n1/f"),
                     transform=ax.get_yaxis_transform(),
                     ha="left",
                     va="center",

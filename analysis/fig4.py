@@ -221,7 +221,9 @@ def _draw(found: Room) -> Figure:
         _against_truth(left, found.blurred, found.sharp, "One view")
         _against_truth(right, found.compared, found.same, "Two views")
         left.set_ylabel("vergence from blur (D)")
-        left.legend(loc="lower right")
+        figure.legend(
+            *left.get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(178 / 180, 75.5 / 212), ncols=2
+        )
         figure.draw_without_rendering()
     return figure
 
@@ -249,8 +251,9 @@ def _against_truth(ax: Axes, on: Sorted, off: Sorted, name: str) -> None:
     for bound in BOUNDS:
         ax.axhline(1 / bound, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
         ax.axvline(1 / bound, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    low, high = (on.recovered - 2 * on.sd).min(), (on.recovered + 2 * on.sd).max()
     ax.set(
-        xlim=(0.15, 1.7), ylim=(0.1, 1.75), xlabel="true vergence (D)",
+        xlim=(0.15, 1.7), ylim=(min(low - 0.05, 0.1), max(high + 0.05, 1.75)), xlabel="true vergence (D)",
         title=f"{name}: {len(on.true)} segments",
     )  # fmt: skip
 

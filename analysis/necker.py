@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -39,11 +40,11 @@ def shown(dataset: Path) -> Shown:
     }
     for effect in result.effects:
         name = f"{effect.gradient}_{effect.strength:g}mm"
-        share = effect.share
-        if isinstance(share, Effect):
-            ends = [100 * share.estimate, 100 * share.low, 100 * share.high]
-            summary[f"change_of_nonrigid_time_and_its_interval_{name}_percent"] = ends
-            summary[f"p_{name}"] = share.p
+        odds = effect.odds_of_time
+        if isinstance(odds, Effect):
+            ends = [math.exp(end) for end in (odds.estimate, odds.low, odds.high)]
+            summary[f"odds_ratio_of_nonrigid_time_and_its_interval_{name}"] = ends
+            summary[f"p_{name}"] = odds.p
     summary["nonrigid_share_without_a_gradient_percent"] = _nonrigid(result, "none")
     summary["nonrigid_share_at_its_largest_percent"] = _nonrigid(result, "nonrigid")
     return Shown(
@@ -51,9 +52,9 @@ def shown(dataset: Path) -> Shown:
         caption=(
             f"Reports of {len(result.participants)} {who} on a turning wireframe cube whose lines are all sharp (0), "
             "or blurred in agreement with the depth of one of its two readings. Left: nonrigid share of the time "
-            "with one of the readings; every subject thin, bold the mean with its 95 % interval (t). Middle: mean "
-            "shares of all the time. Right: how long a reading lasts, as median and middle half of the better of a "
-            "gamma and a log-normal distribution; what the end of a trial cut off counts as a lower limit.",
+            "with one of the readings; every subject thin, bold the mean with its 95 % interval (t on log odds). "
+            "Middle: mean shares of all the time. Right: how long a reading lasts, as median and middle half of the "
+            "better of a gamma and a log-normal distribution; what the end of a trial cut off counts as a lower limit.",
             "Two readings that alternate are reported about equally often whatever their strength: the time that "
             "they last is informative.",
         ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import re
+import shutil
 import sys
 import warnings
 from pathlib import Path
@@ -181,6 +182,13 @@ def run_notebooks(app: Sphinx) -> None:
         notebook.execute(ROOT / "gallery" / "plot_the_paper.ipynb")
 
 
+def copy_play(app: Sphinx, error: Exception | None) -> None:
+    """Copy the live figures, which are a page of their own, beside the pages."""
+    if error is None and app.builder.format == "html":
+        shutil.copytree(ROOT / "play", app.outdir / "play", ignore=shutil.ignore_patterns("*.py"), dirs_exist_ok=True)
+        shutil.copy(ROOT / "play.webp", app.outdir)
+
+
 def escape_stars(app: Sphinx, context: object, lines: list[str]) -> None:
     """Escape the stars in a command's help, which reStructuredText would take for emphasis."""
     lines[:] = [line.replace("*", r"\*") for line in lines]
@@ -195,3 +203,4 @@ def setup(app: Sphinx) -> None:
     app.connect("doctree-resolved", keep_stops)
     app.connect("doctree-resolved", keep_words)
     app.connect("builder-inited", run_notebooks, priority=900)
+    app.connect("build-finished", copy_play)

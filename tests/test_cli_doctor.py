@@ -64,6 +64,14 @@ def test_a_sentence_of_the_experiments_becomes_a_line(tmp_path, monkeypatch):
     assert "| WRONG | screen | PsychoPy is not installed |  | 'pip install focalgradient[lab]' |" in result.stdout
 
 
+def test_a_keyboard_without_its_library_is_told_as_keyboard(tmp_path, monkeypatch):
+    answered(tmp_path, monkeypatch, "", "PsychoPy's keyboard needs libjack: apt-get install libjack-jackd2-0.\n")
+    result = run("--data", tmp_path)
+    assert result.exit_code == 1
+    row = "| WRONG | keyboard | PsychoPy's keyboard needs libjack |  | apt-get install libjack-jackd2-0 |"
+    assert row in result.stdout
+
+
 @pytest.mark.parametrize("said", ["", "[1]", '[{"check": 1}]', "{"])
 def test_experiments_that_break_off_are_told(tmp_path, monkeypatch, said):
     answered(tmp_path, monkeypatch, said)

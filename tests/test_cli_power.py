@@ -221,7 +221,7 @@ def test_on_a_full_disk_the_experiments_are_kept_and_nothing_else_is_said(tmp_pa
 
 def test_the_cube_s_changes_are_those_of_the_analysis():
     table = simulated_reports(NeckerDesign(), 6, CubeModel(), np.random.default_rng(5))
-    effects = {(one.gradient, one.strength): one.share for one in necker(table).effects}
+    effects = {(one.gradient, one.strength): one.odds_of_time for one in necker(table).effects}
     changes = _changes(table)
     assert set(changes) == set(effects) == {(g, s) for g in ("rigid", "nonrigid") for s in (2.0, 4.0)}
     for condition, values in changes.items():
@@ -243,7 +243,7 @@ def test_an_effect_on_the_cube_is_found_and_none_is_not():
     design = NeckerDesign()
     strong = CubeStudy(CubeModel(effect=4.0), design).experiment(12, 1)
     assert strong["nonrigid_longer"] == strong["nonrigid_shorter"] == 1.0
-    assert 0 < strong["width"] < 0.5
+    assert 0 < strong["width"] < 1  # of a log odds ratio of 1.39
     nothing = [CubeStudy(CubeModel(effect=1.0, between=0.0), design).experiment(6, n) for n in range(5)]
     assert sum(one["nonrigid_longer"] + one["nonrigid_shorter"] for one in nothing) <= 1
 

@@ -108,6 +108,14 @@ def test_every_public_name_has_a_page_that_leads_to_the_examples_which_use_it(bu
 
 
 @pytest.mark.slow
+def test_the_live_figures_lie_beside_the_pages(built: Path) -> None:
+    assert 'href="play/index.html"' in (built / "index.html").read_text(encoding="utf-8")
+    scripts = re.findall(r'src="(\S+\.js)"', (built / "play" / "index.html").read_text(encoding="utf-8"))
+    assert scripts
+    assert [name for name in (*scripts, "../play.webp") if not (built / "play" / name).is_file()] == []
+
+
+@pytest.mark.slow
 def test_every_figure_has_a_page_with_its_program_and_once_it_was_made_its_picture(built: Path) -> None:
     pages = {path.stem: path.read_text(encoding="utf-8") for path in (built / "generated" / "figures").glob("*.html")}
     listed = re.findall(

@@ -189,7 +189,10 @@ def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> Non
     assert house.set_up("reproduce") == (0, [], "")  # it opens no windows
     status, calls, said = house.set_up("setup")
     assert (status, calls) == (0, [])
-    assert "left out, as only tests and path-traced scenes need them: the Debian packages xvfb" in said.splitlines()[0]
+    assert (
+        "as only windows of experiments, tests and path-traced scenes need them: the Debian packages xvfb"
+        in said.splitlines()[0]
+    )
     status, calls, said = house.set_up()
     assert status == 0
     install = "apt-get -o DPkg::Lock::Timeout=600 install -y -qq --no-install-recommends xvfb"  # waits for dpkg's lock

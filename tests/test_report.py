@@ -89,7 +89,7 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     assert len(table(made, "depth_rating_subjects.csv")) == 6 * 8
     cube = analyse_necker(data).result
     effects = table(made, "necker_effects.csv")
-    assert list(effects["share.p"]) == [effect.share.p for effect in cube.effects]
+    assert list(effects["odds_of_time.p"]) == [effect.odds_of_time.p for effect in cube.effects]
     assert len(table(made, "necker_durations.csv")) == 6
     assert len(table(made, "necker_durations_of_people.csv")) == 2
     assert f"t(5) = {near.statistic:.2f}" in page(made)
@@ -339,18 +339,23 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: 
     assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
 
 
-def test_findings_of_the_cube_give_percentage_points_with_one_decimal(data: Path) -> None:
+def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(data: Path) -> None:
     result = analyse_necker(data).result
     sentences = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
     assert len(sentences) == len(result.effects) + 1
     for effect, sentence in zip(result.effects, sentences, strict=False):
-        points, low, high = (100 * value for value in (effect.share.estimate, effect.share.low, effect.share.high))
-        assert effect.share.significant
-        assert f" mm) {'raised' if points > 0 else 'lowered'} the nonrigid share of the time (" in sentence
-        wanted = (
-            f"({points:.1f} percentage points, 95 % CI [{low:.1f}, {high:.1f}]; t(5) = {effect.share.statistic:.2f}"
-        )
+        test = effect.odds_of_time
+        ratio, low, high = np.exp([test.estimate, test.low, test.high])
+        assert test.significant
+        assert f" mm) {'raised' if ratio > 1 else 'lowered'} the nonrigid share of the time (" in sentence
+        wanted = f"(odds ratio {ratio:.2f}, 95 % CI [{low:.2f}, {high:.2f}]; t(5) = {test.statistic:.2f}"
         assert wanted.replace("-", "−") in sentence
+        own = [
+            each.nonrigid
+            for each in result.subject_shares
+            if (each.gradient, each.strength) == (effect.gradient, effect.strength)
+        ]
+        assert f", {100 * np.mean(own):.1f} % with it)" in sentence
     assert sentences[-1] == "p values are corrected by Holm’s method over the gradients."
 
 

@@ -339,14 +339,14 @@ def reports_on_the_cube() -> pd.DataFrame:
 
 
 @needs_r
-def test_r_finds_the_shares_where_conditions_are_empty(tmp_path: Path) -> None:
+def test_r_finds_the_odds_of_the_cube_where_conditions_are_empty(tmp_path: Path) -> None:
     table = reports_on_the_cube()
     result = necker(table, durations=False)
     said = run(tmp_path, report_files(table, table, result), "necker_headline.R")
     (line,) = [line for line in said.splitlines() if line.split()[0][0] in "nr"]
-    (share,) = [each.share for each in result.effects if isinstance(each.share, Effect)]
-    assert share.subjects == 5
-    assert numbers(line)[1:7] == pytest.approx(_student(share), rel=1e-4)
+    (odds,) = [each.odds_of_time for each in result.effects if isinstance(each.odds_of_time, Effect)]
+    assert odds.subjects == 5
+    assert numbers(line)[1:7] == pytest.approx(_student(odds), rel=1e-4)
 
 
 def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:

@@ -116,6 +116,7 @@ def test_infinity_is_infinitely_uncertain() -> None:
     assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
 
 
+@pytest.mark.figure_with_faults  # drawn twice into the same axes
 def test_draws_itself_into_new_axes_or_given_ones(depth: DepthMap) -> None:
     ax = depth.plot()
     assert "valid" in ax.get_title(loc="left")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from blurred import lens, wall
 
-from focalgradient import recover_depth
+from focalgradient import View, recover_depth
 from focalgradient.eye import Cones, Eye, Photons, eye_views
 from focalgradient.eye.retina import S_FINEST_CPD
 
@@ -80,3 +81,24 @@ def test_walls_at_an_end_of_the_range_are_kept() -> None:
         depth = recover_depth(wall(lenses, distance, seed=3), **asked)
         assert depth.valid.mean() > 0.7
         assert np.mean(np.abs(depth.vergence - 1 / distance)[depth.valid] <= 3 * depth.vergence_sd[depth.valid]) > 0.93
+
+
+def test_a_surface_nearer_than_the_search_is_reported() -> None:
+    """Beside a wall within the limits: as nearer, in the map and its summary, and it is not claimed."""
+    lenses = [lens(5.6, 0.8), lens(5.6, 1.3)]
+    near, within = wall(lenses, 0.55, seed=3), wall(lenses, 1.0, seed=4)
+    views = [
+        View(np.hstack([one.image, other.image]), one.optics, one.pixel_angle)
+        for one, other in zip(near, within, strict=True)
+    ]
+    depth = recover_depth(views, near=NEAR, far=FAR)
+    middle = depth.shape[1] // 2
+    assert depth.beyond is not None
+    assert (depth.beyond[:, : middle - 40] == 1).mean() > 0.5
+    assert not depth.beyond[:, middle + 40 :].any()
+    assert depth.valid[:, middle + 40 :].mean() > 0.8
+    assert not depth.valid[:, : middle - 40].any()
+    assert "nearer than the search: " in depth.summary()
+    figure = depth.plot().figure
+    figure.canvas.draw()
+    plt.close(figure)

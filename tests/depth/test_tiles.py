@@ -43,7 +43,7 @@ def test_tiles_are_the_smaller_the_more_images_they_hold():
         sizes = [[part.stop - part.start for part in tile.outer] for tile in tiles.tiles((6000, 8000), 5, images)]
         return [rows * columns * images for rows, columns in sizes]
 
-    assert len(held(20)) < len(held(45)) < len(held(90))
+    assert len(held(45)) < len(held(90)) < len(held(128))
     assert max(held(90)) <= 1.25 * tiles.HELD
     assert (
         min(tile.core[1].stop - tile.core[1].start for tile in tiles.tiles((6000, 8000), 5, 128))

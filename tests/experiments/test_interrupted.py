@@ -5,12 +5,15 @@ from __future__ import annotations
 import shlex
 import signal
 import sys
+from types import SimpleNamespace
 
 import pytest
 from headless import Running, headless, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design.words import words_text
 from focalgradient.lab import preparation
+from focalgradient.lab.forms import missing_glyphs
 from focalgradient.lab.preparation import import_screen
 
 pytestmark = psychopy_here
@@ -25,6 +28,9 @@ practice_trials = 0
 catch_trials = 0
 trial_s = 1.0
 """
+
+
+FACE = SimpleNamespace(get_character_index=lambda one: int(one.isascii() or one in "äß"))
 
 
 def answered(running: Running, until: tuple[str, int]) -> None:
@@ -77,13 +83,17 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(stop, code, tmp_
 @pytest.mark.slow
 def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> None:
     more = "practice_trials = 1\npractice_s = 1.0\npractice_rounds = 2\npractice_required = true\n"
-    (tmp_path / "mine.toml").write_text(WATCHING.replace("practice_trials = 0\n", more))
+    (tmp_path / "mine.toml").write_text('language = "zh.toml"\n' + WATCHING.replace("practice_trials = 0\n", more))
+    thanks = "That is all\\n\\nThank you for taking part."
+    assert thanks in words_text("en")
+    (tmp_path / "zh.toml").write_text(words_text("en").replace(thanks, "谢谢参与"), encoding="utf-8")
     data = tmp_path / "data"
     given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
     with headless(tmp_path / "x") as screen:
         running = Running(screen, "from-file", "necker", *given)
         answered(running, ("end", 99))
         assert running.end() == 1
+        assert "the screen's font cannot show 与, 参, 谢 of the language 'zh.toml', but shows boxes" in running.errors
         assert "Stopped: practice was not passed (0 of 1 trials right in round 2)" in running.errors
         assert not [event for event in read_journal(running.journal()).of("trial") if event["phase"] == "main"]
         assert "necker" in (data / "participants.tsv").read_text()
@@ -91,6 +101,13 @@ def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> Non
         again = Running(screen, "from-file", "necker", *given, "--resume")
         assert again.end() == 2
         assert "ended with its practice, which was not passed" in again.errors
+
+
+@pytest.mark.parametrize(("face", "lacking"), [(FACE, "ö与参谢"), (None, "")], ids=["FreeType", "other systems"])
+def test_characters_that_the_font_lacks_are_found(face, lacking, monkeypatch) -> None:
+    font = SimpleNamespace(load=lambda *_: SimpleNamespace(face=face))
+    monkeypatch.setitem(sys.modules, "pyglet", SimpleNamespace(font=font))
+    assert missing_glyphs("Größe, Länge\n参与: 谢谢") == lacking
 
 
 def test_a_missing_library_of_the_keyboard_is_named_with_its_package(monkeypatch) -> None:

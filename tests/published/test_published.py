@@ -7,6 +7,7 @@ import json
 import math
 import re
 import tomllib
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
@@ -261,6 +262,25 @@ def test_the_documents_print_the_records() -> None:
     assert [[*cells[:5], cells[7]] for cells in documented()] == [[*cells[:5], cells[7]] for cells in printed]
     asked = [cells[6] != "cannot be asked" for cells in documented()]
     assert asked == [row.finding.ask is not None for row in rows]
+
+
+def test_the_documents_count_the_scores_of_their_table() -> None:
+    text, other = (
+        (ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("published.md", "observers-wrong.md")
+    )
+    score, rows = Counter(cells[6] for cells in documented()), len(documented())
+    independent = sum(cells[6] == "agrees" and cells[7] == "yes" for cells in documented())
+    assert (
+        f"Of {rows} findings the default observer agrees with {score['agrees']}, {independent} of them independent; it "
+        f"differs from {score['differs']}; {score['undecided']} are undecided and {score['cannot be asked']} cannot be "
+        "asked."
+    ) in text
+    assert f"five of {rows} findings differ](published.md), three cannot be asked" in other
+    assert (score["differs"], score["cannot be asked"]) == (5, 3)
+    with_findings = sum(bool(experiment.findings) for experiment in EXPERIMENTS.values())
+    assert (
+        f"each of {len(EXPERIMENTS)} published experiments: its design, its conditions and, of {with_findings}," in text
+    )
 
 
 @pytest.mark.parametrize("key", THRESHOLDS)

@@ -9,7 +9,7 @@ from scipy import special, stats
 
 from focalgradient import InputError
 from focalgradient.statistics import NeckerResult, NotComputed, necker
-from focalgradient.statistics.cube import _log_odds
+from focalgradient.statistics.cube import log_odds
 from focalgradient.statistics.durations import fit_durations
 from focalgradient.statistics.means import share_interval
 from focalgradient.statistics.tables import PERCEPTS
@@ -45,10 +45,8 @@ def result() -> NeckerResult:
 def test_a_gradient_is_found(result: NeckerResult) -> None:
     (effect,) = result.effects
     assert (effect.gradient, effect.strength) == ("nonrigid", 10.0)
-    assert effect.share.low > 0
-    assert effect.share.dz > 1
-    assert effect.wilcoxon_p < 0.01
     assert effect.odds_of_time.low > 0
+    assert effect.odds_of_time.dz > 1
     assert effect.odds_of_time.p < 1e-4
     assert (result.trials, len(result.participants), len(result.subject_shares)) == (144, 12, 24)
 
@@ -95,7 +93,6 @@ def test_the_other_family_fits_worse() -> None:
 
 def test_no_gradient_no_effect() -> None:
     (effect,) = necker(reports(12, 0.0)).effects
-    assert effect.share.low < 0 < effect.share.high
     assert effect.odds_of_time.low < 0 < effect.odds_of_time.high
 
 
@@ -104,21 +101,27 @@ def test_one_subject_is_described_but_not_tested() -> None:
     assert found.shares[0].time.low is None
     assert found.dominance[0].gamma.mean > 0
     (effect,) = found.effects
-    for test in (effect.share, effect.odds_of_time):
-        assert "two or more" in test.reason
-    assert effect.wilcoxon_p is None
+    assert "two or more" in effect.odds_of_time.reason
 
 
 def test_without_trials_without_gradient_there_is_nothing_to_compare_with() -> None:
     (effect,) = necker(reports(6, 0.8).query("gradient == 'nonrigid'")).effects
-    assert "without a gradient" in effect.share.reason
+    assert "without a gradient" in effect.odds_of_time.reason
+
+
+def test_a_reading_that_appears_only_with_the_gradient_is_tested_and_named() -> None:
+    """The strongest effect there is had no test of its odds before."""
+    table = reports(6, 0.8)
+    found = necker(table[(table["gradient"] == "nonrigid") | (table["percept"] == "rigid")])
+    assert found.effects[0].odds_of_time.p < 0.001
+    assert found.effects[0].odds_of_time.low > 0
+    assert "nobody reported the nonrigid reading without a gradient" in found.remarks[0]
 
 
 def test_a_reading_never_seen_has_no_odds() -> None:
     table = reports(6, 0.8)
-    (effect,) = necker(table[(table["gradient"] == "nonrigid") | (table["percept"] == "rigid")]).effects
-    assert "always 0" in effect.odds_of_time.reason
-    assert effect.share.p < 0.01
+    (effect,) = necker(table[table["percept"] == "rigid"]).effects
+    assert "nonrigid reading was never reported" in effect.odds_of_time.reason
 
 
 def test_odds_hold_their_level_and_shares_stay_within_0_and_1_where_a_reading_is_rare() -> None:
@@ -128,7 +131,7 @@ def test_odds_hold_their_level_and_shares_stay_within_0_and_1_where_a_reading_is
     level = special.logit(0.045) + 0.8 * rng.standard_normal((sets, subjects, 1))
     own = level + 0.4 * rng.standard_normal((sets, subjects, 2))
     seen = rng.binomial(reports_each, special.expit(own))
-    logs = _log_odds(seen, reports_each - seen, 0.5)
+    logs = log_odds(seen, reports_each - seen, 0.5)
     change = logs[..., 0] - logs[..., 1]
     t = change.mean(axis=1) / change.std(axis=1, ddof=1) * math.sqrt(subjects)
     rejected = (2 * stats.t.sf(np.abs(t), subjects - 1) < 0.05).mean()
@@ -143,14 +146,14 @@ def test_a_subject_who_saw_neither_is_left_out_and_named() -> None:
     table = reports(6, 0.8)
     silent = (table["participant_id"] == "04") & (table["gradient"] == "none")
     found = necker(table.assign(percept=table["percept"].mask(silent, "none")))
-    assert found.effects[0].share.subjects == 5
+    assert found.effects[0].odds_of_time.subjects == 5
     assert "04" in found.remarks[0]
 
 
 def test_the_same_share_for_all_has_no_test() -> None:
     table = reports(1, 0.5)
     twins = pd.concat([table, table.assign(participant_id="01")], ignore_index=True)
-    assert "same value" in necker(twins).effects[0].share.reason
+    assert "same value" in necker(twins).effects[0].odds_of_time.reason
 
 
 def test_catch_trials_are_left_out() -> None:

@@ -20,6 +20,7 @@ from PIL import Image
 from playwright.sync_api import Browser
 
 from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.dataset.conduct import exposures
 from focalgradient.design import load_design
 from focalgradient.display import Display
 from focalgradient.stimuli.cube_frames import frames_of
@@ -308,8 +309,18 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
         page.wait_for_selector("text=its answers were removed")
     else:
         page.reload()
+        take_part(page, until="input[type=range]")
+        page.reload()
         take_part(page)
-        assert validate(tmp_path / "data").problems == ()
+        events = read_journal(journal(tmp_path)).events
+        again = [
+            event["extra"]["interruptions"]["value"] for event in events if "interruptions" in event.get("extra", {})
+        ]
+        assert again == [2]  # reloaded twice at the slider of the second trial
+        assert {*exposures(events).values()} == {1, 3}
+        found = validate(tmp_path / "data")
+        assert found.problems == ()
+        assert "1 trial was shown more than once (column interruptions); none is excluded." in "\n".join(found.notes)
     page.close()
     server.end()
 

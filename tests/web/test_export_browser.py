@@ -91,9 +91,9 @@ def served_events(folder: Path, design: str, label: str = "002") -> list[Any]:
 
 
 def events_of(path: Path) -> list[Any]:
-    """What a journal holds, but for practice that was repeated: there the answers decide."""
+    """What a journal holds, but for exposures, and for practice that was repeated: there the answers decide."""
     events = read_journal(path).events
-    return [shape(event) for event in events if event.get("kind") not in ("practice", "practice again")]
+    return [shape(event) for event in events if event.get("kind") not in ("exposure", "practice", "practice again")]
 
 
 @pytest.mark.slow
@@ -122,6 +122,8 @@ def test_a_study_on_jatos_gives_the_journal_of_a_served_one(browser: Browser, tm
     resumed = next(number for number, event in enumerate(events) if event["event"] == "resumed")
     assert events[resumed + 1]["kind"] == "sitting"
     del events[resumed : resumed + 2]
+    reloaded = next(event for event in events[resumed:] if event["event"] == "trial")
+    assert reloaded.pop("extra")["interruptions"]["value"] == 1
     assert events == served_events(tmp_path, DEPTH)
 
     before = {path: path.read_bytes() for path in (tmp_path / "data").rglob("*") if path.is_file()}

@@ -76,6 +76,7 @@ class Session:
         self._journal = journal
         self._recorded = [event for event in events if event["event"] == "trial"]
         self._exposures = exposures(events)
+        self._exposed = {event[EXPOSURE] for event in events if EXPOSURE in event}
 
     @classmethod
     def check(
@@ -263,7 +264,7 @@ class Session:
         """Trials recorded so far with their answers, in order; input of adaptive procedures."""
         return tuple(self._recorded)
 
-    def expose(self, trial: Trial, round: int = 1, **content: Any) -> None:
+    def expose(self, trial: Trial, round: int = 1, *, exposure: str | None = None) -> None:
         """Record that a trial is about to be shown, and return when that is saved: call it before each exposure.
 
         An interruption of any kind (a key, a signal, a power failure, a reloaded page) thus leaves its exposure in the
@@ -275,16 +276,21 @@ class Session:
             Trial that begins.
         round
             Round of practice, which shows its trials again on purpose.
-        content
-            Further content of the event, which is kept in the journal only.
+        exposure
+            Identifier of an exposure that may be reported again, as by a page whose network failed: it is recorded
+            once.
 
         Raises
         ------
         InputError
             If it cannot be written.
         """
-        self.note(EXPOSURE, phase=trial.phase, trial=trial.trial, round=round, **content)
+        if exposure in self._exposed:
+            return
+        named = {} if exposure is None else {EXPOSURE: exposure}
+        self.note(EXPOSURE, phase=trial.phase, trial=trial.trial, round=round, **named)
         self._exposures[trial.phase, trial.trial, round] += 1
+        self._exposed |= {*named.values()}
 
     def record(
         self, trial: Trial, answer: Answer, *, notes: Sequence[tuple[str, Mapping[str, Any]]] = (), **noted: Any

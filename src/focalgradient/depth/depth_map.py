@@ -57,9 +57,9 @@ class DepthMap:
         H x W integers, how depth is known at each pixel of a map that was completed (``dense``): 2 measured, which is
         where it is valid; 1 near to that; 0 guessed. None: the map was not completed.
     beyond
-        H x W integers, of a focus stack (``"autofocus"``): -1 where the point lies at or beyond the farthest focus, 1
-        where it lies at or nearer than the nearest, which `vergence` then is; 0 elsewhere. Such pixels are not valid.
-        None: the method does not tell.
+        H x W integers: -1 where the point lies beyond the far limit of the search, 1 where it lies nearer than the near
+        one, as the likelihood still rises there; 0 elsewhere. Of a focus stack (``"autofocus"``): at or beyond the
+        farthest focus, at or nearer than the nearest. Such pixels are not valid. None: the method does not tell.
 
     Examples
     --------
@@ -177,7 +177,10 @@ class DepthMap:
             lines.append(f"no pixel is valid: {self.details['rejected']}")
         if self.beyond is not None and self.beyond.any():
             farther, nearer = (f"{np.mean(self.beyond == way):.0%}" for way in (-1, 1))
-            lines.append(f"at or beyond the farthest focus: {farther}; at or nearer than the nearest: {nearer}")
+            ends = ("at or beyond the farthest focus", "at or nearer than the nearest")
+            if self.details.get("method") != "autofocus":
+                ends = ("farther than the search", "nearer than the search")
+            lines.append(f"{ends[0]}: {farther}; {ends[1]}: {nearer}")
         if "side" in self.details:
             lines.append(f"side of focus: {self.details['side']}")
         return "\n".join(lines)

@@ -266,9 +266,6 @@ def noise_from_residuals(
         return [float(sd / gain) for sd, gain in zip(given, registered.gains, strict=True)], None
     part = registered.most_textured_crop(NOISE_SIDE)
     finest = np.array([noise_from_spectrum(image) for image in part.images])
-    if not part.usable.all():
-        # What is saturated has edges of all frequencies, and so has its light about it: not the usual pixel's detail.
-        finest = np.minimum(finest, [noise_from_differences(image, part.usable) for image in part.images])
     emptiest = [noise_floor(image, usable=part.usable) for image in part.images]
     floor = STORAGE * float(np.mean([image.std() for image in part.images]))
     white, most = finest + floor, LENIENCE * finest + floor

@@ -185,7 +185,7 @@ def check_screen(
         return [Check(**one) for one in json.loads(run.stdout.strip().splitlines()[-1])]
     except (IndexError, ValueError, TypeError):
         what, _, remedy = last.partition(": ")
-        return [Check("screen", what, False, remedy.rstrip("."))]
+        return [Check("keyboard" if "keyboard" in what else "screen", what, False, remedy.rstrip("."))]
 
 
 def check_disk(data: Path) -> list[Check]:

@@ -14,6 +14,7 @@ from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -44,6 +45,9 @@ REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatc
 """Style of the background that shows at rejected pixels: a hatched grey distinct from all colour maps used here."""
 
 _MOST_VIEWS = 4
+
+_OUTSIDE = ("#bbbbbb", "white", "#c0392b")
+"""Colours of what lies farther than the search, and nearer (the middle one is not used)."""
 
 _MOST_PIXELS = 2000
 """Side in pixels of the largest picture drawn without subsampling: 180 mm at 280 pixels per inch."""
@@ -200,6 +204,11 @@ def draw_depth(
     # The map is drawn in vergence relative to the entrance pupil; its colour bar is labelled in the user's distance.
     labels = f"distance from {depth.plane} (m)", "metres"
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, *labels)
+    if depth.beyond is not None and depth.beyond.any():
+        outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
+        ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest")
+        farther, nearer = (_percent(np.mean(depth.beyond == way)) for way in (-1, 1))
+        title += f"\nred: nearer than searched ({nearer}); grey: farther ({farther})"
     return _with_metres(ax, bar, limits, title, depth.offset)
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,9 +16,6 @@ from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable
 
 __all__ = [
     "SIMULATED",
@@ -318,9 +314,8 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
 
 
 def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> Axes:
-    """Draw the nonrigid percept's proportion of the unambiguous time, of each subject and the mean."""
+    """Draw the nonrigid percept's proportion of both readings' time: each subject, mean and 95 % interval."""
     conditions = _conditions(result)
-    shares: dict[Hashable, list[float]] = {condition: [] for condition in conditions}
     for participant in result.participants:
         own = {
             (each.gradient, each.strength): 100 * each.nonrigid
@@ -329,16 +324,16 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
         }
         points = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
         ax.plot(*zip(*points, strict=True) if points else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
-        for condition, share in own.items():
-            shares[condition].append(share)
-    means = [(float(x), shares[condition]) for x, condition in enumerate(conditions) if shares[condition]]
-    ax.plot([x for x, _ in means], [np.mean(values) for _, values in means], "o-", color=ORANGE, markersize=5)
-    for x, values in means:
-        if len(values) > 1:
-            half = stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values))
-            mean = float(np.mean(values))
-            ends = [[min(half, mean)], [min(half, 100 - mean)]]  # clipped to 0 to 100 %
-            ax.errorbar(x, mean, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
+    means = [
+        (conditions.index((each.gradient, each.strength)), each.of_readings)
+        for each in result.shares
+        if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
+    ]
+    ax.plot([x for x, _ in means], [100 * mean.estimate for _, mean in means], "o-", color=ORANGE, markersize=5)
+    for x, mean in means:
+        if mean.low is not None and mean.high is not None:
+            ends = [[100 * (mean.estimate - mean.low)], [100 * (mean.high - mean.estimate)]]
+            ax.errorbar(x, 100 * mean.estimate, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
     ax.axhline(50, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.set(ylim=(-2, 102), ylabel="nonrigid percept (% of the time)", title="Nonrigid percept")
     _gradients(ax, conditions)

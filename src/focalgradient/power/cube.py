@@ -24,6 +24,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy, model_of
 from focalgradient.statistics import Effect, quality
+from focalgradient.statistics.cube import half_report, log_odds
 from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
@@ -35,7 +36,7 @@ CUBE_TESTS = {
 }
 """Tests and their meaning; each is evaluated at the largest strength, by Holm's p over all gradients and strengths."""
 
-ANALYSIS = 3
+ANALYSIS = 4
 """Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 CATCH_LOG_ODDS = 4.0
@@ -135,7 +136,7 @@ class CubeStudy(AnyStudy):
     seed: int = 1
 
     seconds: ClassVar[float] = 0.012
-    width_label: ClassVar[str] = "95 % interval of the change of the nonrigid share: width"
+    width_label: ClassVar[str] = "95 % interval of the log odds ratio of the nonrigid time: width"
 
     @classmethod
     def of(cls, design: NeckerDesign, assumed: Mapping[str, float], seed: int) -> CubeStudy:
@@ -258,7 +259,7 @@ def _reports(
 
 
 def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, float | None]:
-    """Simulate and analyse one experiment: percept reports, exclusion, tests of the proportions of time.
+    """Simulate and analyse one experiment: percept reports, exclusion, tests of the odds of time.
 
     Parameters
     ----------
@@ -273,8 +274,8 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
     -------
     dict
         For each of the study's tests 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of the
-        95 % confidence intervals of the changes of the nonrigid proportion by the nonrigid and by the rigid gradient at
-        the largest strength, None if not computed; and `left_out`, the number of subjects excluded.
+        95 % confidence intervals of the log odds ratios of the nonrigid time with the nonrigid and with the rigid
+        gradient at the largest strength, None if not computed; and `left_out`, the number of subjects excluded.
     """
     return study.outcome(study.table(subjects, study.stream(subjects, number)))
 
@@ -352,16 +353,17 @@ def quick_cube_power(
 
 
 def _changes(table: pd.DataFrame) -> pd.DataFrame:
-    """Return each subject's change of the nonrigid proportion of time by each gradient, as in `statistics.necker`.
+    """Return each subject's change of the log odds of the nonrigid time by each gradient, as in `statistics.necker`.
 
     One row per subject, one column per gradient and strength; NaN if neither percept was reported.
     """
     rows = table[~table["catch"]]
+    rows = rows[rows["percept"].isin(["rigid", "nonrigid"])]
     times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)
     times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
-    share = times["nonrigid"] / times.sum(axis=1)
-    conditions = sorted({(str(gradient), float(strength)) for _, gradient, strength in share.index.tolist()})
-    own = {(gradient, strength): share.xs((gradient, strength), level=(1, 2)) for gradient, strength in conditions}
+    odds = pd.Series(log_odds(times["nonrigid"], times["rigid"], half_report(rows["duration"])), times.index)
+    conditions = sorted({(str(gradient), float(strength)) for _, gradient, strength in odds.index.tolist()})
+    own = {(gradient, strength): odds.xs((gradient, strength), level=(1, 2)) for gradient, strength in conditions}
     return pd.DataFrame(
         {condition: rows - own["none", 0.0] for condition, rows in own.items() if condition[0] != "none"}
     )

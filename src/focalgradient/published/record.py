@@ -95,7 +95,7 @@ class Finding:
     quantity, units
         Measured quantity and its unit; "1" for ratios and proportions.
     printed
-        Number or statement as printed by the source, or as remembered.
+        Number or statement as printed by the source.
     low, high
         Range of agreement in `units`; infinite on the open side of a direction.
     source

@@ -60,10 +60,11 @@ CHOICES = {
         "the probability of any false positive is at most 5 %, with more power than by Bonferroni’s correction (Holm, "
         "1979). In full: docs/statistics.md, “Depth ratings”.",
     ),
-    "share": (
-        "Share of time",
-        "The nonrigid proportion of the time with one of the two readings depends neither on how fast a person’s "
-        "percept alternates, nor on how long no key is held. Durations cut off by the end of a trial enter the fits as "
+    "odds": (
+        "Odds of time",
+        "The time of the nonrigid reading over that of the rigid one depends neither on how fast a person’s percept "
+        "alternates, nor on how long no key is held. On log odds one change has the same size for people who rarely "
+        "and who often see the reading, unlike on shares. Durations cut off by the end of a trial enter the fits as "
         "lower limits. In full: docs/statistics.md, “The Necker cube”.",
     ),
     "threshold": (
@@ -92,7 +93,7 @@ OF_ANALYSIS: dict[type[Analysis], tuple[str, ...]] = {
     Slopes: ("slopes", "random", "holm"),
     Choices: ("choice", "random", "holm"),
 }
-CUBE = ("exclusions", "share", "holm")
+CUBE = ("exclusions", "odds", "holm")
 THRESHOLDS = ("threshold",)
 DETECTION = ("d-prime", "over-subjects", "holm")
 OWN = ("over-subjects", "holm")

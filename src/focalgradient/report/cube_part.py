@@ -26,8 +26,8 @@ __all__ = ["CubePart"]
 
 CAPTION = (
     "The turning cube. Left: nonrigid share of the time with one of the two readings, each subject thin, mean and 95 % "
-    "interval of the mean bold. Middle: mean shares of all the time. Right: median and middle half of the fitted "
-    "distribution of durations."
+    "interval of the mean bold (that of the table). Middle: mean shares of all the time. Right: median and middle "
+    "half of the fitted distribution of durations."
 )
 
 
@@ -90,7 +90,7 @@ class CubePart(Part):
         yield from without
         yield output.figure("necker", necker_figure(part.result, simulated=part.simulated), CAPTION)
         if places := place_effects_of_cube(seen, part.result):
-            own = [place_sheet(places, "necker", "nonrigid share of the time"), *own]
+            own = [place_sheet(places, "necker", "log odds of the nonrigid reading (time)"), *own]
         if part.result.over_people is not None:
             own = [dominance_sheet(part.result.over_people), *own]
         yield from output.tables([*necker_sheets(part.result), *own])

@@ -192,17 +192,17 @@ def place_effects(seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: 
 
 
 def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) -> tuple[FactorEffect, ...]:
-    """Compare the places for the nonrigid proportion of time; the gradient for the nonrigid reading counts as blur."""
+    """Compare the places by log odds of the nonrigid time; the gradient for the nonrigid reading counts as blur."""
     signs = {"nonrigid": 1.0, "none": 0.0, "rigid": -1.0}
     rows = [
         {
             "participant_id": share.participant_id,
             "aperture_mm": signs[share.gradient] * share.strength,
             "catch": False,
-            "rating": share.nonrigid,
+            "rating": share.log_odds,
         }
         for share in result.subject_shares
-        if share.nonrigid is not None
+        if share.log_odds is not None
     ]
     return place_effects(seen, pd.DataFrame(rows), ratios=False) if rows else ()
 

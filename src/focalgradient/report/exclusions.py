@@ -173,10 +173,6 @@ def _as_it_is(value: float) -> float:
     return value
 
 
-def _percent(value: float) -> float:
-    return 100 * value
-
-
 Analysed = DepthRatingResult | ComparisonResult | NeckerResult
 
 
@@ -187,10 +183,9 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
     if isinstance(result, NeckerResult):
         return [
             Headline(
-                f"change of the nonrigid share of time, {each.gradient} gradient, {each.strength:g} mm "
-                "(percentage points)",
-                each.share,
-                _percent,
+                f"odds ratio of the nonrigid reading's time, {each.gradient} gradient, {each.strength:g} mm",
+                each.odds_of_time,
+                _ratio,
             )
             for each in result.effects
         ]

@@ -56,23 +56,25 @@ CUBE_MEANING = {
     "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
 }
 
-CUBE = """# The headline test of the report: the nonrigid share of the time with one of the two readings, each gradient
-# against none, over subjects. Base R only. Run in the report's folder: Rscript necker_headline.R
-# In JASP the same: open necker_wide.csv, then T-Tests, Paired Samples T-Test, each condition with "none 0".
+CUBE = """# The headline test of the report: log odds of the time of the nonrigid reading (half of the mean duration of
+# a report added to each reading), each gradient against none, over subjects. Base R only. Run in the report's folder:
+# Rscript necker_headline.R
+# In JASP the same: open necker_wide.csv (log odds), then T-Tests, Paired Samples T-Test, each condition with "none 0".
 d <- read.csv("necker_reports.csv", colClasses = c(participant_id = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
 d$condition <- paste(d$gradient, d$strength)
 time <- function(of) tapply(ifelse(d$percept == of, d$duration, 0), list(d$participant_id, d$condition), sum)
-share <- time("nonrigid") / (time("nonrigid") + time("rigid"))
-found <- do.call(rbind, lapply(setdiff(colnames(share), "none 0"), function(name) {
-  change <- na.omit(share[, name] - share[, "none 0"])
+half <- mean(d$duration[d$percept %in% c("rigid", "nonrigid")]) / 2
+odds <- log((time("nonrigid") + half) / (time("rigid") + half))
+odds[time("nonrigid") + time("rigid") == 0] <- NA
+found <- do.call(rbind, lapply(setdiff(colnames(odds), "none 0"), function(name) {
+  change <- na.omit(odds[, name] - odds[, "none 0"])
   if (length(change) < 2 || sd(change) < 1e-12) return(NULL)  # no test
   t <- t.test(change)
-  ranks <- suppressWarnings(wilcox.test(change)$p.value)
   data.frame(condition = name, change = mean(change), low = t$conf.int[1], high = t$conf.int[2], t = t$statistic,
-             df = t$parameter, p = t$p.value, wilcoxon_p = ranks)
+             df = t$parameter, p = t$p.value)
 }))
-found$p_holm <- p.adjust(found$p, "holm"); found$wilcoxon_p_holm <- p.adjust(found$wilcoxon_p, "holm")
+found$p_holm <- p.adjust(found$p, "holm")
 print(found, row.names = FALSE, digits = 6)
 """
 
@@ -392,15 +394,15 @@ def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult |
         "read_necker_reports.R": reader("necker_reports.csv", out),
     }
     found = "".join(
-        f"# focalgradient: {each.gradient} {each.strength:g}: {each.share.summary()}\n"
+        f"# focalgradient: {each.gradient} {each.strength:g}: {each.odds_of_time.summary()}\n"
         for each in (result.effects if result is not None else ())
-        if isinstance(each.share, Effect)
+        if isinstance(each.odds_of_time, Effect)
     )
     if result is not None:
-        shares = {
-            (each.participant_id, f"{each.gradient} {each.strength:g}"): each.nonrigid for each in result.subject_shares
+        odds = {
+            (each.participant_id, f"{each.gradient} {each.strength:g}"): each.log_odds for each in result.subject_shares
         }
-        wide = pd.Series(shares, dtype=float).unstack().rename_axis("participant_id").reset_index()
+        wide = pd.Series(odds, dtype=float).unstack().rename_axis("participant_id").reset_index()
         files["necker_wide.csv"] = safe_csv(wide)
     return files | ({"necker_headline.R": (CUBE + found).encode()} if found else {})
 

@@ -6,9 +6,12 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.plotting.forest import forest_figure
@@ -17,6 +20,7 @@ from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_
 from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import Output
 from focalgradient.report.provenance import listed
+from focalgradient.report.scene_effects import SCENE_EFFECTS
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number
 from focalgradient.report.words import p_is
 from focalgradient.statistics.meta_analysis import Pooled, random_effects
@@ -25,11 +29,15 @@ __all__ = ["combined_report"]
 
 METHODS = (
     "The main results of each data set, with exclusions where there are any, were pooled by a random-effects model: "
-    "the variance between data sets by Paule and Mandel (1982), interval and test by Hartung and Knapp (2001), not "
-    "narrower than without their factor (Röver, Knapp and Friede, 2015), Student’s t with one degree of freedom less "
-    "than data sets. The interval of prediction is that of the effect in a new data set, with the uncertainty of the "
-    "variance between data sets (Nagashima, Noma and Furukawa, 2019). Ratios were pooled on their logarithm. "
-    "Probabilities are not corrected for several effects."
+    "the variance between data sets by Paule and Mandel (1982), interval and test by Hartung and Knapp (2001), "
+    "Student’s t with one degree of freedom less than data sets. The interval of prediction is that of the effect in "
+    "a new data set, with the uncertainty of the variance between data sets (Nagashima, Noma and Furukawa, "
+    "2019). Ratios were pooled on their logarithm. "
+    "Data sets that show the same scenes (by the SHA-256 of the pictures, or by name where a data set has none) are "
+    "not independent. Their effects by scene, averaged over the subjects of a data set, were then crossed, with data "
+    "sets and scenes both random (each data set counts once; Satterthwaite’s t), and the differences between data sets "
+    "and the interval of prediction are those for these scenes. With fewer than five scenes, and for answers in "
+    "steps, everything holds for these scenes only. Probabilities are not corrected for several effects."
 )
 
 
@@ -58,10 +66,16 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
         if len(found) < 2:
             alone.append(what)
             continue
-        result = random_effects([row["estimate"] for row in found], [row["standard_error"] for row in found])
+        common = _common_scenes(what, [reports[row["data_set"]] for row in found])
+        tested = found if common is None else common.here
+        result = random_effects(
+            [row["estimate"] for row in tested],
+            [row["standard_error"] for row in tested],
+            None if common is None else common.by_scene,
+        )
         logs = _logs(found[0])
         pooled.append({"experiment": experiment, "what": what, **_shown(result, logs), **_fields(result)})
-        body += [Heading(what[:1].upper() + what[1:]), Paragraph(_sentence(result, logs))]
+        body += [Heading(what[:1].upper() + what[1:]), Paragraph(_sentence(result, logs, common))]
         name = f"forest_{len(pooled):02}"
         studies = [(row["data_set"], row["value"], row["value_low"], row["value_high"]) for row in found]
         shown = _shown(result, logs)
@@ -107,6 +121,57 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
     return Report(files, tuple(problems), tuple(pooled))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _CommonScenes:
+    """Data sets with scenes in common: effects of these scenes alone, and by scene (data sets x scenes)."""
+
+    here: list[dict[str, Any]]
+    by_scene: NDArray[np.float64]
+
+
+def _common_scenes(what: str, reports: Sequence[Report]) -> _CommonScenes | None:
+    """Return the effects of data sets if two of them show the same scene; None if none do, or scenes are unknown."""
+    read = [_scene_effects(report, what) for report in reports]
+    if any(table.empty for table in read):
+        return None
+    scenes = [table[table["scene"] != ""] for table in read]
+    known = all((table["pictures_sha256"] != "").all() for table in scenes)
+    if not known and any(len(table) < 2 for table in scenes):
+        return None  # a table without a column of scenes
+    pictures: list[set[str]] = []
+
+    def number(row: pd.Series[Any]) -> int:
+        """Return the number of a scene, the same in each data set that shows a picture of it."""
+        own = set(row["pictures_sha256"].split()) if known else {row["scene"]}
+        for at, others in enumerate(pictures):
+            if own & others:
+                others |= own
+                return at
+        pictures.append(own)
+        return len(pictures) - 1
+
+    effects = [table["effect"].groupby(table.apply(number, axis=1)).mean() for table in scenes]
+    by_scene = pd.concat(effects, axis=1)
+    if by_scene.shape[0] == sum(map(len, effects)):
+        return None
+    here = [
+        {"estimate": row["effect"], "standard_error": row["standard_error"]}
+        for row in (table[table["scene"] == ""].iloc[0] for table in read)
+    ]
+    return _CommonScenes(here, by_scene.to_numpy(dtype=float).T)
+
+
+def _scene_effects(report: Report, what: str) -> pd.DataFrame:
+    """Return the rows of an effect, empty unless they have that of these scenes together."""
+    if SCENE_EFFECTS not in report.files:
+        return pd.DataFrame()
+    rows = [row for row in json.loads(report.files[SCENE_EFFECTS]) if row["what"] == what]
+    if not rows:
+        return pd.DataFrame()
+    table = pd.DataFrame(rows).astype({"effect": float, "standard_error": float})
+    return table if (table["scene"] == "").any() else table.iloc[:0]
+
+
 def _main(results: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Return the results with exclusions, or those without if a task excludes nobody."""
     with_ = {one["experiment"] for one in results if one["exclusions"] == "with exclusions"}
@@ -144,14 +209,19 @@ def _fields(result: Pooled) -> dict[str, Any]:
     return {name: getattr(result, name) for name in result.__dataclass_fields__}
 
 
-def _sentence(result: Pooled, logs: bool) -> str:
+def _sentence(result: Pooled, logs: bool, common: _CommonScenes | None) -> str:
     shown = _shown(result, logs)
     new = ""
     if "value_predicted_low" in shown:
         ends = interval(shown["value_predicted_low"], shown["value_predicted_high"])
-        new = f" In a new data set it is expected within {ends}."
+        new = f" In a new data set{'' if common is None else ' with these scenes'} it is expected within {ends}."
+    over = ""
+    if result.scenes is not None:
+        over = f" that share scenes, and over {many(result.scenes, 'scene')},"
+    elif common is not None:
+        over = " that share scenes, and for these scenes only,"
     return (
-        f"Over {many(result.studies, 'data set')} it is {number(shown['value'])}, 95{SPACE}% CI "
+        f"Over {many(result.studies, 'data set')}{over} it is {number(shown['value'])}, 95{SPACE}% CI "
         f"{interval(shown['value_low'], shown['value_high'])}, t({freedom(result.df)}) = "
         f"{decimals(result.statistic)}, p {p_is(result.p)}. Data sets differ by a standard "
         f"deviation of {number(result.tau)}{' (of the logarithm)' if logs else ''}; Q = {decimals(result.q)}, p "

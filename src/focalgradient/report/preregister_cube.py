@@ -42,13 +42,13 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     }
     hypotheses = [
         f"H{number}{' (primary)' if number == 1 else ''}. Blur that agrees with the {claims[test][0]} reading "
-        f"({largest:g} mm) {claims[test][1]} the nonrigid share of the time (two-sided test)."
+        f"({largest:g} mm) {claims[test][1]} the odds of the nonrigid reading (two-sided test)."
         for number, test in enumerate(study.tests, start=1)
     ]
     first = claims[next(iter(study.tests))][0]
     outcome = (
-        "The nonrigid share of the time with one of the two readings: that with blur that agrees with the "
-        f"{first} reading ({largest:g} mm) less that without blur, one value for each subject."
+        "The log odds of the nonrigid reading (its time over that of the rigid reading): those with blur that agrees "
+        f"with the {first} reading ({largest:g} mm) less those without blur, one value for each subject."
     )
     sizes = ", ".join(f"{mm:g}" for mm in design.strengths_mm)
     shown = (
@@ -83,9 +83,8 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
             "Keys are held for more of the time than the rules above ask.",
         ],
         failed=[
-            "The test rests on normally distributed changes of the share over subjects. The signed-rank test stands "
-            "beside it in the report; where the two disagree the t-test stated above decides, and the result is called "
-            "dependent on the assumption.",
+            "The test rests on normally distributed changes of the log odds over subjects. No other test of this "
+            "hypothesis is made; shares of time only describe.",
             "Where a subject reports neither reading in a condition, its change is missing, and is not replaced.",
         ],
         rules_file=as_toml(asked.stated.rules, None, OF_CUBE),

@@ -29,6 +29,7 @@ from focalgradient.statistics import (
     as_table,
 )
 from focalgradient.statistics.crossed import random_scenes
+from focalgradient.statistics.cube import READINGS
 
 __all__ = [
     "SPACE",
@@ -381,9 +382,11 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     rows = []
     for share in result.shares:
         reports = [NONE, NONE] if share.percept == "none" else cells.interval(share.reports, 100, 1)
+        readings = cells.interval(share.of_readings, 100, 1) if share.percept in READINGS else [NONE, NONE]
         first = [share.gradient, number(share.strength), share.percept]
-        rows.append([*first, *cells.interval(share.time, 100, 1), *reports])
-    header = ["blur agrees with", "mm", "percept", "share of time (%)", "95 %", "share of reports (%)", "95 %"]
+        rows.append([*first, *readings, *cells.interval(share.time, 100, 1), *reports])
+    header = ["blur agrees with", "mm", "percept", "share of both readings' time (%)", "95 %", "share of all time (%)"]
+    header += ["95 %", "share of reports (%)", "95 %"]
     sheets = [
         Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
         sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
@@ -391,14 +394,11 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     cells = _Cells()
     rows = []
     for effect in result.effects:
-        first = [effect.gradient, number(effect.strength)]
-        ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
-        change = [*cells.effect(effect.share, 100), *cells.size(effect.share), *ranks]
-        rows.append([*first, "change of share of time (points)", *change])
-        rows.append([*first, "odds ratio, time", *cells.effect(effect.odds_of_time, ratio=True), *[NONE] * 4])
-    header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
-    header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
-    caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
+        test = effect.odds_of_time
+        odds = [*cells.effect(test, ratio=True), *cells.size(test)]
+        rows.append([effect.gradient, number(effect.strength), *odds])
+    header = ["blur agrees with", "mm", "odds ratio", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
+    caption = "Odds of the nonrigid reading (time), each gradient against none; Holm’s correction is over gradients"
     if result.effects:
         sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()

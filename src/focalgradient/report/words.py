@@ -17,6 +17,7 @@ from focalgradient.statistics import (
     Effect,
     Equivalence,
     FixationResult,
+    Interval,
     NeckerResult,
     NotComputed,
     OrdinalResult,
@@ -181,19 +182,24 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
 def necker_findings(result: NeckerResult) -> list[str]:
     """Summarise experiment 2 in a few sentences."""
     sentences = []
+    shares = {
+        (each.gradient, each.strength): f"{decimals(100 * each.of_readings.estimate, 1)}{SPACE}%"
+        for each in result.shares
+        if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
+    }
     for effect in result.effects:
         blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
-        if isinstance(effect.share, NotComputed):
-            sentences.append(f"{blur} was not tested: {effect.share.reason}")
+        test = effect.odds_of_time
+        if isinstance(test, NotComputed):
+            sentences.append(f"{blur} was not tested: {test.reason}")
             continue
-        share = effect.share
-        verb = "left" if not share.significant else "raised" if share.estimate > 0 else "lowered"
-        change = f"{decimals(100 * share.estimate, 1)} percentage points, 95{SPACE}% CI "
-        change += interval(100 * share.low, 100 * share.high, 1)
-        unchanged = "" if share.significant else " without reliable change"
+        verb = "left" if not test.significant else "raised" if test.estimate > 0 else "lowered"
+        unchanged = "" if test.significant else " without reliable change"
+        without, with_ = (shares[key] for key in (("none", 0.0), (effect.gradient, effect.strength)))
         sentences.append(
-            f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_size(share)}; "
-            f"Wilcoxon p{SPACE}{p_is(effect.wilcoxon_p_holm)})."
+            f"{blur} {verb} the nonrigid share of the time{unchanged} (odds ratio {decimals(math.exp(test.estimate))}, "
+            f"95{SPACE}% CI {interval(math.exp(test.low), math.exp(test.high), 2)}; {_test(test)}{_size(test)}; "
+            f"mean share {without} without, {with_} with it)."
         )
     if not result.effects:
         return ["No trial had a gradient of blur: nothing was compared."]
@@ -292,15 +298,14 @@ def _cube_shown(part: Reports) -> str:
 def analysis_necker(shortest_both: float) -> str:
     """Describe the analysis of reports on the cube."""
     return (
-        "The nonrigid share of the time with one of the two readings was computed for each subject and gradient. Each "
-        "gradient was compared with none by a paired t-test and by Wilcoxon’s signed-rank test, and the within-subject "
-        "log odds of the time of the nonrigid reading by a paired t-test; half of the mean duration was "
-        "added to each reading, which reduces the bias of log odds. Holm’s method corrects each kind of test "
-        "over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
-        "intervals over subjects by t, those of shares on their log odds. Both keys held for less than "
-        f"{shortest_both:g} s counted as a transition, not as a report. Gamma and log-normal "
-        "distributions were fitted to the durations of each percept by maximum likelihood, with durations cut off by "
-        "the end of a trial as lower limits."
+        "The log odds of the nonrigid reading (its time over that of the rigid reading) were computed for each subject "
+        "and gradient; half of the mean duration of a report was added to each time, which keeps log odds finite and "
+        "reduces their bias. Each gradient was compared with none by a paired t-test over subjects. Holm’s method "
+        "corrects over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
+        "intervals over subjects by t; shares of time only describe, with intervals on the log odds of their mean. "
+        f"Both keys held for less than {shortest_both:g} s counted as a transition, not as a report. Gamma and "
+        "log-normal distributions were fitted to the durations of each percept by maximum likelihood, with durations "
+        "cut off by the end of a trial as lower limits."
     )
 
 

@@ -1,18 +1,16 @@
 """Experiment 2: effect of a focal gradient on the reported reading (rigid or nonrigid) of a rotating Necker cube.
 
-Two alternating readings are reported about equally often, whatever their relative strength; the main measure is
-therefore the proportion of *time*. Proportions of reports and percept durations show how it comes about.
+Two alternating readings are reported about equally often, whatever their relative strength; the test is therefore of
+the odds of *time*. Proportions of time and of reports, and percept durations, describe how it comes about.
 """
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.dominance import DominanceModel, PerceptDurations, fit_dominance
@@ -23,7 +21,7 @@ from focalgradient.statistics.durations import (
     fit_durations,
     fit_durations_of_people,
 )
-from focalgradient.statistics.means import family, holm, paired_effect, share_interval
+from focalgradient.statistics.means import family, paired_effect, share_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
@@ -58,6 +56,8 @@ class SubjectShare:
         Number of trials, and of rigid or nonrigid reports in them.
     nonrigid
         Nonrigid fraction of the time reported as rigid or nonrigid; None without either report.
+    log_odds
+        Bias-reduced log odds of the same times (`log_odds`); None without either report.
     """
 
     participant_id: str
@@ -66,6 +66,7 @@ class SubjectShare:
     trials: int
     reports: int
     nonrigid: float | None
+    log_odds: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +80,8 @@ class PerceptShare:
     time
         Mean proportion of trial time, with a 95 % interval over subjects (Student's t on log odds, so that the ends lie
         within 0 and 1; no interval if all subjects have 0, or 1). Time without a report counts as "none".
+    of_readings
+        Mean proportion of the time with one of the two readings, with its interval; not computed for other percepts.
     reports
         Mean proportion of the reports other than "none", with its interval.
     """
@@ -87,6 +90,7 @@ class PerceptShare:
     strength: float
     percept: str
     time: Interval
+    of_readings: Interval | NotComputed
     reports: Interval | NotComputed
 
 
@@ -142,24 +146,13 @@ class GradientEffect:
     ----------
     gradient, strength
         Condition.
-    share
-        Mean within-subject change in the nonrigid proportion of time, by a t-test.
-    wilcoxon_p, wilcoxon_p_holm
-        Wilcoxon signed-rank test of the same changes, which does not assume normality; None if all changes are zero.
     odds_of_time
         Log odds ratio of the time of the nonrigid reading: mean of the bias-reduced within-subject values
-        (`_log_odds`), by a paired t-test.
-
-    Notes
-    -----
-    Each kind of test is corrected by Holm over the gradients.
+        (`log_odds`), by a paired t-test, with Holm's p over the gradients.
     """
 
     gradient: str
     strength: float
-    share: Effect | NotComputed
-    wilcoxon_p: float | None
-    wilcoxon_p_holm: float | None
     odds_of_time: Effect | NotComputed
 
 
@@ -200,10 +193,10 @@ class NeckerResult:
         return f"<NeckerResult: {len(self.participants)} subjects, {self.reports} reports in {self.trials} trials>"
 
     def summary(self) -> str:
-        """Return the change in the nonrigid proportion of time with each gradient as text, one per line."""
+        """Return the log odds ratio of the nonrigid time with each gradient as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.reports} reports in {self.trials} trials"]
         lines += [
-            line(f"nonrigid share of time, gradient {one.gradient!r} at {one.strength:g} less none", one.share)
+            line(f"log odds of nonrigid time, {one.gradient!r} at {one.strength:g} less none", one.odds_of_time)
             for one in self.effects
         ]
         return "\n".join(lines)
@@ -247,7 +240,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     <NeckerResult: 4 subjects, 16 reports in 8 trials>
     >>> print(found.summary())  # doctest: +ELLIPSIS
     4 subjects, 16 reports in 8 trials
-    nonrigid share of time, gradient 'nonrigid' at 10 less none: 0.375, 95 % interval 0.272 to 0.478, t(3) = 11.62, ...
+    log odds of nonrigid time, 'nonrigid' at 10 less none: 1.049, 95 % interval 0.772 to 1.327, t(3) = 12.03, ...
     """
     table = report_table(table)
     table = table[~table["catch"]].copy()
@@ -260,7 +253,8 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     conditions = sorted(
         set(zip(trials["gradient"], trials["strength"], strict=True)), key=lambda key: (GRADIENTS.index(key[0]), key[1])
     )
-    own = {condition: _own(trials, condition) for condition in conditions}
+    weight = half_report(reported["duration"])
+    own = {condition: _own(trials, condition, weight) for condition in conditions}
     remarks: list[str] = []
     return NeckerResult(
         participants=tuple(sorted(set(table["participant_id"]))),
@@ -273,7 +267,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
                 strength,
                 int(row["trials"]),
                 int(row["rigid_reports"] + row["nonrigid_reports"]),
-                None if np.isnan(row["nonrigid"]) else float(row["nonrigid"]),
+                *(None if np.isnan(row[name]) else float(row[name]) for name in ("nonrigid", "log_odds")),
             )
             for (gradient, strength), rows in own.items()
             for participant, row in rows.iterrows()
@@ -282,7 +276,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
         dominance=tuple(
             _dominance(condition, percept, reported) for condition in conditions for percept in READINGS if durations
         ),
-        effects=_effects(conditions, reported, own, remarks),
+        effects=_effects(own, remarks),
         remarks=tuple(remarks),
         people=tuple(_people(conditions[0], percept, reported) for percept in READINGS if durations),
         over_people=_over_people(conditions[0], reported) if durations else None,
@@ -306,16 +300,14 @@ def _of(rows: pd.DataFrame, condition: tuple[str, float]) -> pd.Series[bool]:
     return (rows["gradient"] == condition[0]) & (rows["strength"] == condition[1])
 
 
-def _own(trials: pd.DataFrame, condition: tuple[str, float]) -> pd.DataFrame:
-    """Return one row per subject: sums over the trials of a condition, and the nonrigid proportion of time."""
+def _own(trials: pd.DataFrame, condition: tuple[str, float], weight: float) -> pd.DataFrame:
+    """Return one row per subject: sums over the trials of a condition, nonrigid proportion and log odds of time."""
     rows = trials[_of(trials, condition)].groupby("participant_id").sum(numeric_only=True)
-    return rows.assign(nonrigid=_share(rows["nonrigid_time"], rows["rigid_time"]))
-
-
-def _share(part: pd.Series[float], other: pd.Series[float]) -> pd.Series[float]:
-    """Return `part` as a fraction of the sum; NaN if both are zero."""
-    whole = part + other
-    return part / whole.where(whole > 0)
+    nonrigid, rigid = rows["nonrigid_time"], rows["rigid_time"]
+    whole = (nonrigid + rigid).where(nonrigid + rigid > 0)  # NaN without either report
+    return rows.assign(
+        nonrigid=nonrigid / whole, log_odds=np.where(whole.notna(), log_odds(nonrigid, rigid, weight), np.nan)
+    )
 
 
 def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShare]:
@@ -330,8 +322,18 @@ def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShar
             reports = NotComputed("There are no reports.")
         else:
             reports = share_interval((own[f"{percept}_reports"] / counted)[counted > 0])
-        shares.append(PerceptShare(*condition, percept, share_interval(own[f"{percept}_time"] / whole), reports))
+        time = share_interval(own[f"{percept}_time"] / whole)
+        shares.append(PerceptShare(*condition, percept, time, _of_readings(own, percept), reports))
     return shares
+
+
+def _of_readings(own: pd.DataFrame, percept: str) -> Interval | NotComputed:
+    if percept not in READINGS:
+        return NotComputed("It is neither of the two readings.")
+    nonrigid = own["nonrigid"].dropna()
+    if nonrigid.empty:
+        return NotComputed("Neither reading was reported.")
+    return share_interval(nonrigid if percept == "nonrigid" else 1 - nonrigid)
 
 
 def _dominance(condition: tuple[str, float], percept: str, reported: pd.DataFrame) -> Dominance:
@@ -369,76 +371,54 @@ def _over_people(condition: tuple[str, float], reported: pd.DataFrame) -> Domina
     )
 
 
-def _effects(
-    conditions: list[tuple[str, float]],
-    reported: pd.DataFrame,
-    own: dict[tuple[str, float], pd.DataFrame],
-    remarks: list[str],
-) -> tuple[GradientEffect, ...]:
+def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> tuple[GradientEffect, ...]:
     """Test each gradient against none."""
     plain = ("none", 0.0)
-    half_report = 0.5 * float(reported["duration"].mean()) if len(reported) else 0.5
-    effects = []
-    for gradient, strength in conditions:
-        if (gradient, strength) == plain:
+    tests: list[Effect | NotComputed] = []
+    tested = [condition for condition in own if condition != plain]
+    for gradient, strength in tested:
+        if plain not in own:
+            tests.append(NotComputed("There are no trials without a gradient to compare with."))
             continue
-        if plain not in conditions:
-            missing = NotComputed("There are no trials without a gradient to compare with.")
-            effects.append(GradientEffect(gradient, strength, missing, None, None, missing))
-            continue
-        pairs = own[gradient, strength]["nonrigid"] - own[plain]["nonrigid"]
-        change = pairs.dropna().to_numpy()
-        if len(change) < len(pairs):
+        what = f"The odds of {gradient} ({strength:g} mm)"
+        change = own[gradient, strength]["log_odds"] - own[plain]["log_odds"]
+        if change.isna().any():
             remarks.append(
-                f"The effect of {gradient} ({strength:g} mm) on shares leaves out "
-                f"{', '.join(map(str, pairs.index[pairs.isna()]))}: neither reading was reported with it, or with none."
+                f"{what} leave out {', '.join(map(str, change.index[change.isna()]))}: neither reading was reported "
+                "with it, or with none."
             )
-        both, none = own[gradient, strength], own[plain]
-        share = paired_effect(change, "the subjects' own changes of share, paired t-test")
-        effects.append(
-            GradientEffect(gradient, strength, share, _signed_ranks(change), None, _odds_ratio(both, none, half_report))
-        )
-    shares = family(effect.share for effect in effects)
-    times = family(effect.odds_of_time for effect in effects)
-    ranks = holm([np.nan if effect.wilcoxon_p is None else effect.wilcoxon_p for effect in effects])
-    return tuple(
-        replace(
-            effect,
-            share=share,
-            wilcoxon_p_holm=None if np.isnan(p) else float(p),
-            odds_of_time=time,
-        )
-        for effect, share, p, time in zip(effects, shares, ranks, times, strict=True)
-    )
+        never = [_never(own[condition]) for condition in ((gradient, strength), plain)]
+        if never[0] and never[0] == never[1]:
+            tests.append(NotComputed(f"The {never[0]} reading was never reported: there are no odds to compare."))
+            continue
+        for reading, when in zip(never, ("with it", "without a gradient"), strict=True):
+            if reading:
+                remarks.append(
+                    f"{what} rest on the half report that is added, as nobody reported the {reading} reading {when}: "
+                    "the true ratio is further from 1."
+                )
+        tests.append(paired_effect(change.dropna(), "the subjects' own bias-reduced log odds of time, paired t-test"))
+    return tuple(GradientEffect(*condition, test) for condition, test in zip(tested, family(tests), strict=True))
 
 
-def _odds_ratio(given: pd.DataFrame, plain: pd.DataFrame, weight: float) -> Effect | NotComputed:
-    """Test the mean within-subject change in the log odds of the nonrigid time, with minus without gradient."""
-    pairs = given.join(plain.add_suffix("_without"), how="inner")
-    logs = []
-    for when, suffix in (("with", ""), ("without", "_without")):
-        nonrigid, rigid = (pairs[f"{reading}_time{suffix}"] for reading in ("nonrigid", "rigid"))
-        if not (nonrigid.any() and rigid.any()):
-            what = "was never given" if not (nonrigid.any() or rigid.any()) else f"is always {int(nonrigid.any())}"
-            return NotComputed(f"The answer {when} the condition {what}: it has no odds ratio.")
-        logs.append(np.where(nonrigid + rigid > 0, _log_odds(nonrigid, rigid, weight), np.nan))
-    change = logs[0] - logs[1]
-    method = "the subjects' own bias-reduced log odds of time, paired t-test"
-    return paired_effect(change[np.isfinite(change)], method)
+def _never(own: pd.DataFrame) -> str | None:
+    """Return the reading that no subject reported, if the other was."""
+    seen = {reading: bool(own[f"{reading}_time"].any()) for reading in READINGS}
+    return None if sum(seen.values()) != 1 else next(reading for reading in READINGS if not seen[reading])
 
 
-def _log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> NDArray[np.float64]:
-    """Return log odds after adding half an observation to each side.
+def half_report(durations: pd.Series[float]) -> float:
+    """Return half of the mean duration of a report in seconds, which `log_odds` adds; 0.5 s if there are none."""
+    return 0.5 * float(durations.mean()) if len(durations) else 0.5
 
-    For counts this is Firth's penalised logistic regression (Haldane 1956): finite if one side is empty, with a
-    second-order bias. For time, one observation is a report of mean duration.
+
+def log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> NDArray[np.float64]:
+    """Return log odds of two times (s) after adding half a report to each (Haldane 1956; Anscombe 1956).
+
+    Finite if one is zero. As for counts, it removes the first-order bias of log odds: a report of mean duration takes
+    the place of an observation.
+
+    >>> log_odds([10.0, 0.0], [20.0, 30.0], 2.5).round(3)
+    array([-0.588, -2.565])
     """
     return np.log((np.asarray(part, float) + weight) / (np.asarray(other, float) + weight))
-
-
-def _signed_ranks(changes: NDArray[np.float64]) -> float | None:
-    if len(changes) < 2 or not changes.any():
-        return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # with ties, the exact null distribution is computed by permutation
-        return float(stats.wilcoxon(changes).pvalue)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.records import CONFIDENCE
+from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, random_scenes
+from focalgradient.statistics.records import CONFIDENCE, Effect
 
 __all__ = ["Pooled", "random_effects"]
 
@@ -21,6 +22,9 @@ ITERATIONS = 1000
 smaller one, rounding ends a step below zero in one set in ten, and the variance is then 0.
 """
 
+SMALLEST_FACTOR = 1e-12
+"""Hartung and Knapp's factor below which estimates are the same but for rounding: no real data sets are."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
@@ -29,9 +33,10 @@ class Pooled:
     Parameters
     ----------
     estimate, low, high
-        Mean effect and its 95 % Hartung-Knapp interval.
+        Mean effect and its 95 % interval: Hartung-Knapp, or with common scenes over data sets and scenes.
     standard_error, statistic, df, p
-        Standard error of the mean; Student's t with (data sets - 1) degrees of freedom.
+        Standard error of the mean; Student's t with (data sets - 1) degrees of freedom, or with common scenes
+        Satterthwaite's.
     tau
         Standard deviation of the effects between data sets (Paule-Mandel estimate).
     predicted_low, predicted_high
@@ -41,6 +46,8 @@ class Pooled:
         Cochran's Q, its p value, and the fraction of variance between data sets (Higgins and Thompson).
     studies
         Number of data sets.
+    scenes
+        Number of scenes over which the mean generalises where data sets have scenes in common; otherwise None.
     """
 
     estimate: float
@@ -57,19 +64,25 @@ class Pooled:
     q_p: float
     i2: float
     studies: int
+    scenes: int | None = None
 
 
-def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
-    """Pool effects by a random-effects model (statsmodels) with the Hartung-Knapp interval.
+def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: ArrayLike | None = None) -> Pooled:
+    """Pool effects by a random-effects model (statsmodels; Hartung-Knapp interval), or over data sets and scenes.
 
     The between-study variance sets the generalised Q equal to its degrees of freedom (Paule & Mandel 1982). The
-    standard error is that of Hartung & Knapp (2001), but not below the value without their factor (Röver, Knapp &
-    Friede 2015), as the factor can be near 0 with few data sets.
+    standard error is that of Hartung & Knapp (2001). Not below its value without their factor (Röver, Knapp & Friede
+    2015), as it was here before, three data sets of ten people reject a true null hypothesis in .000 to .005 of cases.
 
     Parameters
     ----------
     estimates, standard_errors
-        One per data set, at least two.
+        One per data set, at least two; of these scenes alone if `by_scene` is given.
+    by_scene
+        Effects of data sets with common scenes, which are not independent: one row per data set, one column per scene,
+        NaN where a data set lacks it. With five or more scenes the mean is then that of `crossed_effect`, with data
+        sets in place of subjects, each counted once: a data set's people are within its row. The variance between data
+        sets, Q and the prediction interval hold for these scenes.
 
     Raises
     ------
@@ -83,6 +96,11 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     (0.238, 0.115, 2)
     >>> round(found.predicted_low, 2), round(found.predicted_high, 2)
     (-0.65, 1.13)
+    >>> rng = np.random.default_rng(1)
+    >>> table = 0.3 + rng.normal(0, 0.2, 12) + rng.normal(0, 0.1, (3, 12))  # three data sets, the same 12 scenes
+    >>> alone, crossed = (random_effects(table.mean(axis=1), [0.02] * 3, scenes) for scenes in (None, table))
+    >>> round(alone.standard_error, 3), round(crossed.standard_error, 3), crossed.scenes
+    (0.014, 0.032, 12)
     """
     from scipy import stats
     from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
@@ -93,9 +111,11 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     if not (np.isfinite(y).all() and np.isfinite(se).all() and (se > 0).all()):
         raise InputError("estimates and standard_errors must be finite, and the errors above 0: leave others out.")
     df, unit = y.size - 1, float(se.max())
-    found = combine_effects(y / unit, (se / unit) ** 2, method_re="iterated", maxiter=ITERATIONS)
+    with np.errstate(divide="ignore"):  # its I² of estimates that are all the same, not used here
+        found = combine_effects(y / unit, (se / unit) ** 2, method_re="iterated", maxiter=ITERATIONS)
     mean, q = unit * float(found.mean_effect_re), float(found.q)
-    error = unit * float(found.sd_eff_w_re) * math.sqrt(max(float(found.scale_hksj_re), 1.0))
+    factor = float(found.scale_hksj_re)  # 0 where all estimates are the same, which tells nothing of their error
+    error = unit * float(found.sd_eff_w_re) * math.sqrt(factor if factor > SMALLEST_FACTOR else 1.0)
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * error
     low = high = None
     if df >= 2:
@@ -103,9 +123,20 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike) -> Pooled:
     p = 2 * float(stats.t.sf(abs(mean) / error, df))
     i2 = max(0.0, (q - df) / q) if q > 0 else 0.0
     between = (unit * math.sqrt(found.tau2), low, high)
-    return Pooled(
+    result = Pooled(
         mean, mean - half, mean + half, error, mean / error, df, p, *between, q, float(stats.chi2.sf(q, df)), i2, y.size
     )
+    return result if by_scene is None else _over_scenes(result, np.asarray(by_scene, float))
+
+
+def _over_scenes(found: Pooled, by_scene: NDArray[np.float64]) -> Pooled:
+    """Replace the mean and its test by those over data sets and scenes, if there are enough scenes."""
+    scenes = int(np.isfinite(by_scene).any(axis=0).sum())
+    crossed = crossed_effect(by_scene) if scenes >= FEWEST_SCENES else None
+    if not isinstance(crossed, Effect) or not random_scenes(crossed):
+        return found
+    test = {name: getattr(crossed, name) for name in ("estimate", "low", "high", "standard_error", "statistic", "df")}
+    return replace(found, **test, p=crossed.p, scenes=scenes)
 
 
 def _pooled(y: NDArray[np.float64], se: NDArray[np.float64], tau2: ArrayLike) -> tuple[NDArray[np.float64], ...]:

@@ -19,12 +19,12 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
-from focalgradient.web.messages import Answer, Depth, Necker, Sitting
+from focalgradient.web.messages import Answer, Depth, Exposure, Necker, Sitting
 from focalgradient.web.pictures import picture_file, shown_sha256
 from focalgradient.web.possible import check_possible
 from focalgradient.web.screen import gamma_of, measure
 
-__all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
+__all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "record"]
 
 CLOCK = "seconds since the page of this sitting was ready, by the browser's performance.now()"
 SCALE_TOLERANCE = 1e-6
@@ -204,6 +204,21 @@ def record(
     came = {} if received is None else {"received": received.isoformat(timespec="milliseconds")}
     session.record(trial, answer, notes=notes, attempt=given.attempt, **came)
     return frames
+
+
+def expose(session: Session, given: Exposure) -> None:
+    """Record an exposure that the page reports, once, before the response to its trial.
+
+    Raises
+    ------
+    InputError
+        If there is no such trial, or it is not yet its turn.
+    """
+    turn = (given.phase, given.trial)
+    known = {(trial.phase, trial.trial): trial for trial in session.trials[: len(session.recorded) + 1]}
+    if turn not in known:
+        raise InputError(f"trial {given.trial} ({given.phase}) is not the next trial: report exposures in their order.")
+    session.expose(known[turn], given.round, exposure=given.exposure)
 
 
 def first_problem(error: ValidationError) -> str:

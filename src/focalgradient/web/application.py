@@ -27,7 +27,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from focalgradient.errors import InputError, one_line
 from focalgradient.web.answers import first_problem
 from focalgradient.web.guard import Limits, Rate, SameOrigin, TimedProtocol, read_body, too_many
-from focalgradient.web.messages import Begin, Given, Join, Next, Who
+from focalgradient.web.messages import Begin, Expose, Given, Join, Next, Who
 from focalgradient.web.pictures import REFOCUSING, refocusing
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
@@ -248,6 +248,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
             Route("/api/opening", pages.opening),
             post("/api/state", Who, study.state),
             post("/api/begin", Begin, study.begin),
+            post("/api/expose", Expose, study.expose),
             post("/api/answer", Given, study.answer),
             post("/api/next", Next, study.next),
             post("/api/here", Who, study.here),

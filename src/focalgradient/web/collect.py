@@ -27,9 +27,9 @@ from focalgradient.files import printable
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import task_named
 from focalgradient.web import texts
-from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
+from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
 from focalgradient.web.lists import digest_of
-from focalgradient.web.messages import Answered, Begun, Resumed
+from focalgradient.web.messages import Answered, Begun, Exposed, Record, Resumed
 from focalgradient.web.results import read_results
 
 __all__ = ["Collected", "LeftOut", "collect"]
@@ -73,7 +73,7 @@ class _Given:
     """Session in a platform's files: its first line, and all that follow without a gap."""
 
     begun: Begun
-    more: tuple[Resumed | Answered, ...]
+    more: tuple[Resumed | Exposed | Answered, ...]
 
     @property
     def answered(self) -> int:
@@ -141,6 +141,8 @@ class _Study:
                         root, self.design.task, begun.participant, apparatus=_apparatus(line), time=line.time, **shared
                     )
                     _note_sitting(session, line)
+                elif isinstance(line, Exposed):
+                    expose(session, line.shown)
                 else:
                     self._answer(session, line)
         finally:
@@ -217,7 +219,7 @@ def _refused(given: _Given, why: str) -> InputError:
     )
 
 
-def _whole(name: str, lines: Mapping[int, Begun | Resumed | Answered], left: list[LeftOut]) -> _Given | None:
+def _whole(name: str, lines: Mapping[int, Record], left: list[LeftOut]) -> _Given | None:
     """Return a session's lines up to the first missing one."""
     begun = lines.get(0)
     if begun is None:
@@ -225,7 +227,7 @@ def _whole(name: str, lines: Mapping[int, Begun | Resumed | Answered], left: lis
         return None
     if not isinstance(begun, Begun):
         raise InputError(f"session {name} does not start with its first line: leave its results out.")
-    more: list[Resumed | Answered] = []
+    more: list[Resumed | Exposed | Answered] = []
     while (line := lines.get(len(more) + 1)) is not None:
         if isinstance(line, Begun):
             raise InputError(f"session {name} begins twice: leave its results out.")

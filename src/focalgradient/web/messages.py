@@ -14,12 +14,16 @@ __all__ = [
     "Begin",
     "Begun",
     "Depth",
+    "Expose",
+    "Exposed",
+    "Exposure",
     "Frames",
     "Given",
     "Join",
     "Necker",
     "Next",
     "Note",
+    "Record",
     "Resumed",
     "Sitting",
     "Who",
@@ -167,6 +171,19 @@ class Given(Answer, Who):
     """Response sent by a session's page."""
 
 
+class Exposure(Message):
+    """Exposure of a trial, reported before it begins; `exposure` distinguishes repeated transmissions."""
+
+    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
+    trial: Annotated[int, Field(ge=1, le=100_000)]
+    round: Annotated[int, Field(ge=1, le=20)]
+    exposure: Label
+
+
+class Expose(Exposure, Who):
+    """Exposure reported by a session's page."""
+
+
 class Next(Who):
     """Request for the stimuli of a trial."""
 
@@ -210,6 +227,13 @@ class Resumed(Opened):
     kind: Literal["resumed"]
 
 
+class Exposed(Line):
+    """Record that a trial was about to be shown."""
+
+    kind: Literal["shown"]
+    shown: Exposure
+
+
 class Answered(Line):
     """Record of a response."""
 
@@ -217,5 +241,8 @@ class Answered(Line):
     given: Answer
 
 
-Note = Annotated[Begun | Resumed | Answered, Field(discriminator="kind")]
+Record = Begun | Resumed | Exposed | Answered
 """Any record of an exported study."""
+
+Note = Annotated[Record, Field(discriminator="kind")]
+"""As above, parsed by its kind."""

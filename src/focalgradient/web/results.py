@@ -16,7 +16,7 @@ from focalgradient.dataset.journal import DECODER
 from focalgradient.errors import InputError
 from focalgradient.files import decoded, printable, read_bytes
 from focalgradient.web.answers import first_problem
-from focalgradient.web.messages import Answered, Begun, Note, Resumed
+from focalgradient.web.messages import Note, Record
 
 __all__ = ["read_results"]
 
@@ -37,10 +37,10 @@ RECORD_KEY = "focalgradient"
 
 RESULT_FILE = "a result file of a study exported by 'focalgradient serve --export'"
 
-_note: TypeAdapter[Begun | Resumed | Answered] = TypeAdapter(Note)
+_note: TypeAdapter[Record] = TypeAdapter(Note)
 
 
-def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Begun | Resumed | Answered]]:
+def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Record]]:
     """Read the records of all sessions in result files, by session and number.
 
     Raises
@@ -48,7 +48,7 @@ def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Begun | Resumed |
     InputError
         If a file cannot be read, contains no record of an exported study, or an invalid or contradictory one.
     """
-    sessions: dict[str, dict[int, Begun | Resumed | Answered]] = {}
+    sessions: dict[str, dict[int, Record]] = {}
     for path in paths:
         found = 0
         for where, text in _texts(path):
@@ -131,7 +131,7 @@ def _json(text: str, where: str) -> Iterator[Any]:
         yield value
 
 
-def _checked(value: dict[str, Any], where: str) -> Begun | Resumed | Answered:
+def _checked(value: dict[str, Any], where: str) -> Record:
     try:
         return _note.validate_json(json.dumps(value))
     except ValidationError as error:

@@ -25,9 +25,9 @@ from focalgradient.design import Design, recorded_design
 from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
-from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
+from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
 from focalgradient.web.lists import Lists, check_completion
-from focalgradient.web.messages import Begin, Given, Join, Next, Who
+from focalgradient.web.messages import Begin, Expose, Given, Join, Next, Who
 from focalgradient.web.people import Roster
 from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
 
@@ -296,6 +296,20 @@ class Study:
         if (given.phase, given.trial) in keys[:done]:
             return {"recorded": True, "again": True, "done": done}
         raise Refused(425, "The session must be resumed before responses are accepted.", done=done)
+
+    def expose(self, given: Expose) -> dict[str, Any]:
+        """Record that a trial was about to be shown, and acknowledge it once that is on disk."""
+        with self._held(given) as place:
+            session = place.session or self._rejoined(place)
+            if session is None:
+                raise Refused(425, "The session must be resumed before exposures are accepted.")
+            try:
+                expose(session, given)
+            except InputError as error:
+                if isinstance(error.__cause__, OSError):  # the disk cannot be written
+                    raise
+                raise Refused(409, str(error)) from error
+            return {"recorded": True}
 
     def here(self, who: Who) -> dict[str, Any]:
         """Record a heartbeat of the tab that shows the session; the tab owns the session from its first heartbeat."""

@@ -103,9 +103,11 @@ share <- sapply(time, function(m) m[1, ] / colSums(m))
 say("share_nonrigid", colMeans(share))
 whole <- sapply(time, function(m) m[1, ] / 80)
 say("time_nonrigid", colMeans(whole))
+half <- mean(n$duration[n$percept %in% c("rigid", "nonrigid")]) / 2
+odds <- sapply(time, function(m) log((m[1, ] + half) / (m[2, ] + half)))
 for (g in c("rigid", "nonrigid")) {
-  v <- share[, g] - share[, "none"]
-  say(paste0("paired_", g), c(mean(v), t.test(v)$conf.int, t.test(v)$p.value, wilcox.test(v)$p.value))
+  v <- odds[, g] - odds[, "none"]
+  say(paste0("odds_", g), c(mean(v), t.test(v)$conf.int, t.test(v)$p.value))
 }
 for (g in levels(n$cell)) for (p in c("rigid", "nonrigid")) {
   h <- n[n$cell == g & n$percept == p, ]

@@ -111,4 +111,5 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32], wind
         vergence_sd=np.where(share < 1, np.maximum(joint_sd, least_sd), joint_sd).astype(np.float32),
         valid=valid,
         details=details,
+        beyond=None if fine.beyond is None else fine.beyond * ~valid,
     )

@@ -16,6 +16,7 @@ from focalgradient.depth.equalise.robust import Likelihood, detail_halves, refin
 from focalgradient.depth.equalise.signal import Signal
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
 from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.numerics import repeat_blocks
 
 __all__ = ["estimate"]
 
@@ -86,6 +87,12 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         "share_disagreeing": float(1 - frame.is_consistent.mean()),
         **signal.rejection(depth.nodes, depth.split.tau, (search.lowest, search.highest), pixels.is_valid),
     }
+    beyond = repeat_blocks(signal.beyond(depth.nodes, grid.levels), grid.step, views.shape)
+    beyond *= views.usable & ~pixels.is_valid
+    details["share_at_or_beyond"] = {"farthest": float(np.mean(beyond < 0)), "nearest": float(np.mean(beyond > 0))}
     in_own_unit = [sd * gain for sd, gain in zip(noise_sd, views.gains, strict=True)]
-    result = Estimate(pixels.vergence, pixels.vergence_sd, pixels.is_valid, in_own_unit, True, details, checks.warnings)
+    result = Estimate(
+        *(pixels.vergence, pixels.vergence_sd, pixels.is_valid, in_own_unit, True, details, checks.warnings),
+        beyond=beyond,
+    )
     return result, pixels.beside_sd if whitening.is_compressed and pixels.is_valid.any() else None

@@ -87,7 +87,7 @@ export class Exported {
 
   // Implements the server's routes.
   async post(path, { token, tab, ...message }) {
-    const act = { state: "state", begin: "begin", answer: "answer", here: "here", finish: "finish" }[path.split("/").at(-1)];
+    const act = { state: "state", begin: "begin", answer: "answer", expose: "expose", here: "here", finish: "finish" }[path.split("/").at(-1)];
     return this[act](message);
   }
 
@@ -118,6 +118,11 @@ export class Exported {
       if (error instanceof Refused) throw error; // report it now rather than after the session
     });
     return { start_ms: sitting.now_ms, ...list.session, trials: list.trials.slice(session.done) };
+  }
+
+  async expose(shown) {
+    await this.add({ kind: "shown", shown });
+    return { recorded: true };
   }
 
   async answer(given) {

@@ -4,6 +4,8 @@ const WAIT_MS = [500, 1000, 2000, 5000]; // delays before successive retries
 
 const TOO_EARLY = 425;
 
+const LAST = "~"; // ends the name of a response, which follows its exposures, named by hexadecimal digits
+
 export class Refused extends Error {
   constructor(status, answer) {
     super(answer.error ?? `the server answered ${status}`);
@@ -57,13 +59,16 @@ export class Outbox {
     return IDBKeyRange.bound(`${this.token}/`, `${this.token}/\uffff`);
   }
 
+  // Number of responses that are not sent.
   async pending() {
-    return asked(this.store("readonly").count(this.range()));
+    const names = await asked(this.store("readonly").getAllKeys(this.range()));
+    return names.filter((name) => name.endsWith(LAST)).length;
   }
 
-  // Store a response, and send all stored responses in the order of the trials.
+  // Store a response, or a trial's exposure, and send all that is stored in the order of the trials.
   async put(key, answer) {
-    const name = `${this.token}/${key.phase === "main" ? 1 : 0}/${String(key.trial).padStart(6, "0")}`;
+    const trial = `${key.phase === "main" ? 1 : 0}/${String(key.trial).padStart(6, "0")}`;
+    const name = `${this.token}/${trial}/${answer.exposure ?? LAST}`;
     const transaction = this.database.transaction("answers", "readwrite", { durability: "strict" });
     transaction.objectStore("answers").put({ ...key, ...answer }, name);
     await new Promise((resolve, reject) => {
@@ -91,7 +96,7 @@ export class Outbox {
       if (!cursor) return;
       const { key, value } = cursor;
       try {
-        await this.post("/api/answer", { token: this.token, tab: this.tab, ...value });
+        await this.post(value.exposure ? "/api/expose" : "/api/answer", { token: this.token, tab: this.tab, ...value });
         await asked(this.store("readwrite").delete(key));
         failed = 0;
       } catch (error) {

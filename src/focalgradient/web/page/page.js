@@ -376,6 +376,13 @@ class Page {
     };
   }
 
+  // An exposure is stored before it begins, and sent like the responses: a page that is reloaded leaves it recorded.
+  exposing(trial) {
+    const { phase, trial: number } = trial;
+    const kept = () => this.outbox.put({ phase, trial: number }, { exposure: crypto.randomUUID(), round: this.practice.round(phase) });
+    return { type: Call, async: true, func: (done) => kept().then(done) };
+  }
+
   depthNodes(trial) {
     const kept = {};
     const seconds = (ms) => (ms - this.session.start_ms) / 1000;
@@ -398,7 +405,7 @@ class Page {
       asked = performance.now();
       on_load?.();
     };
-    return [picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
+    return [this.exposing(trial), picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
   knobNodes(trial) {
@@ -406,7 +413,7 @@ class Page {
     const keep = ({ onset_ms, ...answer }) => Object.assign(kept, answer, { onset: (onset_ms - this.session.start_ms) / 1000 });
     const on_start = () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]);
     const adjusted = adjustedNode(trial.knob, { escaped, done: this.words("web.done"), frame: this.frame, keep });
-    return [{ ...adjusted, on_start }, ...this.further(trial, kept), this.sent(trial, kept)];
+    return [this.exposing(trial), { ...adjusted, on_start }, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
   // The design's additional questions; the response to a choice is 1 or 2.
@@ -489,7 +496,7 @@ class Page {
       const share = heldAlone(kept.presses, keys[trial.right.shape], kept.trial_duration) / kept.trial_duration;
       return { share: Math.round(100 * share) };
     };
-    return [shown, ...this.further(trial, kept), ...this.steps(trial.after, trial, held), this.sent(trial, kept)];
+    return [this.exposing(trial), shown, ...this.further(trial, kept), ...this.steps(trial.after, trial, held), this.sent(trial, kept)];
   }
 }
 

@@ -49,6 +49,11 @@ export class Practice {
     this.repeat = !passed && round < this.rounds;
   }
 
+  // The round of practice that a trial belongs to; 1 for the main trials.
+  round(phase) {
+    return phase === "practice" ? this.found.length + 1 : 1;
+  }
+
   // Return the results to be recorded, once.
   taken() {
     return this.found.splice(0);

@@ -1,0 +1,98 @@
+"""Effects by scene, with the pictures that were shown: what a meta-analysis of data sets with common scenes needs."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.dataset import DataSet
+from focalgradient.dataset.consistency import pictures_of
+from focalgradient.dataset.stimuli import read_manifest
+from focalgradient.errors import InputError
+from focalgradient.report.analysed import Ratings
+from focalgradient.report.exclusions import headlines
+from focalgradient.statistics import ComparisonResult, DepthRatingResult, Effect, NotComputed, OrdinalResult
+from focalgradient.statistics.cells import cells
+from focalgradient.statistics.comparisons import own_slopes
+
+__all__ = ["SCENE_EFFECTS", "scene_effects"]
+
+SCENE_EFFECTS = "depth_rating_scene_effects.json"
+"""File of the effects by scene in a report: a list of the rows of `scene_effects`."""
+
+COLUMNS = ["what", "scene", "pictures_sha256", "effect", "standard_error"]
+
+
+def scene_effects(part: Ratings) -> pd.DataFrame:
+    """Return each main effect for these scenes together, and for each scene, averaged over subjects.
+
+    Returns
+    -------
+    DataFrame
+        Columns what, scene (empty: these scenes together), pictures_sha256 (of each picture of the scene, with spaces
+        between; empty without a manifest), effect, and standard_error over subjects (of these scenes together). Answers
+        in steps have no effects by scene (NaN), as the model of steps has one effect for all scenes.
+    """
+    result = part.main
+    if isinstance(result, NotComputed):
+        return pd.DataFrame(columns=COLUMNS)
+    names = [each.what for each in headlines(result)]
+    rows: list[tuple[object, ...]] = []
+    for what, test in zip(names, _these_scenes(result), strict=False):
+        if isinstance(test, Effect):
+            rows.append((what, "", "", test.estimate, test.standard_error))
+    digests = {} if part.data is None else _digests(part.data)
+    for what, effects in zip(names, _by_scene(part, result), strict=False):
+        rows += [(what, scene, digests.get(str(scene), ""), effect, None) for scene, effect in effects.items()]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _these_scenes(result: DepthRatingResult | ComparisonResult) -> list[Effect | NotComputed]:
+    """Return the tests over subjects, for these scenes, in the order of `headlines`."""
+    if isinstance(result, ComparisonResult):
+        here = result.these_scenes
+        return [*here.slopes, *(here.differences.values() or [here.interaction])]
+    if isinstance(result.ordinal, OrdinalResult):
+        ordinal = result.ordinal
+        return [*(ordinal.these_scenes or [*ordinal.rises, *(ordinal.differences.values() or [ordinal.interaction])])]
+    pairs = [test for _, test in result.differences.values()] or [result.interaction_these_scenes]
+    return [*(each.rise_these_scenes for each in result.fixations), *pairs]
+
+
+def _by_scene(part: Ratings, result: DepthRatingResult | ComparisonResult) -> list[pd.Series[float]]:
+    """Return the effects by scene in the order of `headlines`, means over subjects."""
+    rows = part.kept[~part.kept["catch"]]
+    scenes = pd.Index(sorted(set(rows["scene"].astype(str))))
+    ratings = rows["rating"].to_numpy(float)
+    rows = rows.assign(answer=np.log(ratings) if part.analysis.ratios else ratings)
+    tables: list[pd.DataFrame] = []
+    ordinal = isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult)
+    named = result.fixations if isinstance(result, ComparisonResult) else [one.fixation for one in result.fixations]
+    for fixation in named:
+        own = cells(rows[rows["fixation"] == fixation])
+        effect = own_slopes(own) if isinstance(result, ComparisonResult) else own.against_smallest(-1)
+        if ordinal or isinstance(effect, NotComputed) or effect.shape[1] != len(own.scenes):
+            tables.append(pd.DataFrame(columns=scenes, dtype=float))  # there are none by scene
+        else:
+            tables.append(pd.DataFrame(effect, list(own.subjects), list(own.scenes)).reindex(columns=scenes))
+    return [table.mean() for table in [*tables, *(one - other for one, other in combinations(tables, 2))]]
+
+
+def _digests(data: DataSet) -> dict[str, str]:
+    """Return the SHA-256 of all pictures of each scene, over all sets of pictures that were shown."""
+    shown: dict[str, set[str]] = {}
+    manifests = {
+        files.manifest(str(sidecar["StimuliSHA256"]))
+        for files, sidecar in data.sidecars.items()
+        if sidecar.get("StimuliSHA256")
+    }
+    for path in manifests:
+        try:
+            hashes = read_manifest(path).files
+        except InputError:  # the check of the data set names it
+            continue
+        for (scene, *_), file in pictures_of(path).items():
+            shown.setdefault(scene, set()).add(hashes.get(file, ""))
+    return {scene: " ".join(sorted(own - {""})) for scene, own in shown.items()}

@@ -1,0 +1,313 @@
+"""The figures of the paper, live: the page of `docs/play` opened in browsers, beside NumPy and the package."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import re
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import browser
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from focalgradient import Lens
+from focalgradient.depth.ratio import focal_disparity
+from focalgradient.eye import Eye, Oscillation, band_difference
+from focalgradient.paper import paper_distance
+from focalgradient.srgb import linear_to_srgb, srgb_to_linear
+
+PLAY = Path(__file__).parents[1] / "docs" / "play"
+PAGE = PLAY / "index.html"
+DATA: dict[str, Any] = json.loads(
+    (PLAY / "data.js").read_text(encoding="utf-8").removeprefix("const PLAY =").rstrip("\n;")
+)
+SCENE = DATA["scene"]
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
+
+FloatArray = NDArray[np.float64]
+
+
+def picture(address: str) -> NDArray[np.uint8]:
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(address.split(",")[1]))))
+
+
+LIGHT = srgb_to_linear(picture(SCENE["png"])[..., 0] / 255)
+VERGENCE = picture(SCENE["png"])[..., 1] / 255 * SCENE["vergence"]
+
+
+def pcg(value: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """Return O'Neill's RXS-M-XS hash of 32 bits."""
+    with np.errstate(over="ignore"):
+        state = value * np.uint32(747796405) + np.uint32(2891336453)
+        word = ((state >> ((state >> np.uint32(28)) + np.uint32(4))) ^ state) * np.uint32(277803737)
+    return (word >> np.uint32(22)) ^ word
+
+
+def blurred(aperture: float, foci: tuple[float, float]) -> FloatArray:
+    """Return the scene through a Gaussian of the package's blur radius, along rows and then along columns."""
+    image = LIGHT.astype(float)
+    for axis, focus in ((1, foci[0]), (0, foci[1])):
+        sigma = DATA["k"] * aperture / 2 * np.abs(focus - VERGENCE) / SCENE["pixel_angle"]
+        reach = 24
+        total, weights = np.zeros_like(image), np.zeros_like(image)
+        pad = [(reach, reach) if way == axis else (0, 0) for way in (0, 1)]
+        wide, spread, far = (np.pad(each, pad, constant_values=np.nan) for each in (image, sigma, VERGENCE))
+        for shift in range(-reach, reach + 1):
+            part = tuple(
+                slice(reach + shift, reach + shift + n) if way == axis else slice(None)
+                for way, n in enumerate(image.shape)
+            )
+            sd = np.where(far[part] < VERGENCE, np.minimum(spread[part], sigma), spread[part])
+            sd = np.maximum(sd, 0.1)
+            norm = np.where(sd >= 0.6, np.sqrt(2 * np.pi) * sd, 1 + 2 * np.exp(-0.5 / sd**2))
+            weight = np.nan_to_num(np.exp(-0.5 * shift**2 / sd**2) / norm)
+            total += weight * np.nan_to_num(wide[part])
+            weights += weight
+        image = total / weights
+    return image
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[browser.Browser]:
+    with browser.Browser(tmp_path_factory.mktemp("profile")) as started:
+        yield started
+
+
+def opened(chromium: browser.Browser, size: tuple[int, int] = (1280, 900), **how: Any) -> browser.Browser:
+    chromium.open(PAGE, size, **how)
+    chromium.wait("typeof ready !== 'undefined'")
+    chromium.js("ready.then(() => true)")
+    return chromium
+
+
+def drawn(
+    chromium: browser.Browser, given: dict[str, Any], names: tuple[str, ...] = (), *, packed: bool = False
+) -> list[FloatArray]:
+    """Draw on a canvas of its own, and return the named steps, H x W x 2 each."""
+    if not chromium.js("location.protocol === 'file:' && innerWidth === 1280"):
+        opened(chromium)
+    chromium.js(
+        f"""(async () => {{
+            window.tested = new TwoViews(document.createElement("canvas"), {{ packed: {str(packed).lower()} }});
+            tested.load(await imageOf(PLAY.scene.png), PLAY.scene);
+            tested.draw({json.dumps(given)}, PLAY.scene.pixel_angle);
+        }})()"""
+    )
+    return [step(chromium, name) for name in names]
+
+
+def step(chromium: browser.Browser, name: str) -> FloatArray:
+    values = np.frombuffer(base64.b64decode(chromium.js(f"tested.read({name!r})")), np.float32).astype(float)
+    width, height = chromium.js(f"[tested.targets[{name!r}].width, tested.targets[{name!r}].height]")
+    return values.reshape(height, width, 2)
+
+
+def canvas(chromium: browser.Browser) -> NDArray[np.int64]:
+    return picture(chromium.js("tested.canvas.toDataURL('image/png')"))[..., 0].astype(int)
+
+
+@pytest.mark.parametrize("packed", [False, True], ids=["floats", "packed"])
+def test_pixels_agree_with_numpy_to_one_step_of_8_bits(chromium: browser.Browser, packed: bool) -> None:
+    apertures, focus = [0.05 / 22, 0.05 / 8], [[1.6, 1.6], [1.2, 1.2]]  # astigmatic: across and upright
+    drawn(chromium, {"apertures": apertures, "focus": focus, "tiles": [0, 1]}, packed=packed)
+    shown = np.split(canvas(chromium), 2, axis=1)
+    for n, aperture in enumerate(apertures):
+        expected = np.rint(255 * linear_to_srgb(blurred(aperture, (focus[0][n], focus[1][n])))).astype(int)
+        assert np.abs(shown[n] - expected).max() <= 1
+        assert np.abs(expected - np.rint(255 * linear_to_srgb(LIGHT))).mean() > 0.5
+
+
+def test_noise_and_bits_agree_with_numpy(chromium: browser.Browser) -> None:
+    given = {"apertures": [0, 0], "focus": [0, 0], "tiles": [0, 1], "noise": 0.02, "bits": 5, "seed": 7}
+    (views,) = drawn(chromium, given, ("views",))
+    place = np.arange(LIGHT.size, dtype=np.uint32).reshape(LIGHT.shape)
+    for n in (0, 1):
+        first = pcg(place + pcg(np.array(14 + n, np.uint32)))
+        second = pcg(first)
+        halves = sum((key >> np.uint32(16)).astype(float) + (key & np.uint32(65535)) for key in (first, second))
+        noisy = np.clip(LIGHT + 0.02 * np.sqrt(3) * (halves / 65536 - 2), 0, 1)
+        expected = np.floor(31 * noisy + 0.5) / 31
+        assert np.mean(np.abs(views[..., n] - expected) > 1e-4) < 1e-3  # a value at a step's edge may fall either way
+        assert noisy.std() > LIGHT.std()
+    assert abs(np.corrcoef((views - LIGHT[..., None]).reshape(-1, 2).T)[0, 1]) < 0.1
+
+
+def fig5(focus: float = 1.75, *, control: bool = False, **more: Any) -> dict[str, Any]:
+    pair = [0.05 / 64, 0.05 / 22.6]
+    read = {"apertures": pair, "plane": focus, "side": 1, "reach": focus}
+    given = {"apertures": [pair[0], pair[0]] if control else pair, "focus": [focus, focus], "tiles": [0, 1, 2, 3, 4, 5]}
+    return given | {"window": 6, "read": read} | more
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_the_ratio_is_the_focal_disparity_of_the_package(chromium: browser.Browser, noise: float) -> None:
+    views, ratio = drawn(chromium, fig5(noise=noise, seed=1), ("views", "ratio"))
+    small, large = (np.ascontiguousarray(views[..., n], np.float32) for n in (0, 1))
+    expected, valid = focal_disparity(small, large, noise=noise, window=6, absolute=True)
+    assert np.mean((ratio[..., 1] > 0.5) == valid) > 0.999
+    both = valid & (ratio[..., 1] > 0.5)
+    assert both.mean() > (0.9 if noise == 0 else 0.3)
+    assert np.abs(8 * ratio[..., 0] - expected)[both].max() < 0.004  # a step of 8 bits
+
+
+def test_depth_follows_the_scene_but_not_in_the_control(chromium: browser.Browser) -> None:
+    truth = VERGENCE[2::4, 2::4]
+    found = {}
+    for control in (False, True):
+        (depth,) = drawn(chromium, fig5(control=control), ("depth",))
+        valid = depth[..., 1] > 0.5
+        found[control] = 8 * depth[..., 0][valid]
+        error = np.abs(found[control] - truth[valid])
+        print(f"control {control}: median error {np.median(error):.3f} D, valid {valid.mean():.1%}")
+        if not control:
+            assert np.median(error) < 0.07
+            assert np.corrcoef(found[control], truth[valid])[0, 1] > 0.95
+    assert np.ptp(found[True]) < 0.01  # all in focus, whatever the scene
+
+
+@pytest.mark.parametrize(("distance", "number"), [(0.45, 8), (1.35, 5.6), (3.0, 11)])
+def test_both_distances_of_a_blur_are_those_of_eq_1(chromium: browser.Browser, distance: float, number: float) -> None:
+    drawn(chromium, {"tiles": [0]})
+    lens = Lens(focal_length=0.05, f_number=number, focus_distance=0.6)
+    sigma = chromium.js(f"blurRadius(0.05, {number}, 0.6, {distance})")
+    assert sigma == pytest.approx(float(lens.blur_radius(distance)) * lens.sensor_distance, rel=1e-9)
+    found = chromium.js(f"(({{ near, far }}) => [near, far])(distancesOfBlur(0.05, {number}, 0.6, {sigma}))")
+    optics = {"focal_length": 0.05, "sensor_distance": lens.sensor_distance, "paper_f_number": 2 * number}
+    expected = [float(paper_distance(sigma, side=side, **optics)) for side in ("nearer", "beyond")]
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert distance == pytest.approx(found[int(distance > 0.6)], rel=1e-6)
+
+
+def test_the_eye_is_focused_as_the_package_has_it(chromium: browser.Browser) -> None:
+    drawn(chromium, {"tiles": [0]})
+    given = {"sphere": -2, "cylinder": -0.75, "axis": 180, "accommodation": 0.5}
+    (across, s), (upright, _) = chromium.js(f"eyeFocus({json.dumps(given)})")
+    shift = DATA["chromatic"]["L+M"]
+    for focus, sphere in ((across, "-2.00"), (upright, "-2.75")):
+        eye = Eye(refraction=sphere, response=0.5, pupil_diameter=0.004)
+        assert focus + shift == pytest.approx(eye.focus_vergence, abs=0.002)
+    assert s - across == pytest.approx(band_difference("D65"), abs=1e-3)
+    times = [0.0, 0.1, 0.125, 0.3]
+    assert [chromium.js(f"oscillation(0.25, {t})") for t in times] == pytest.approx(Oscillation().at(times).tolist())
+
+
+def test_the_side_of_focus_shows_in_the_ratio_of_the_eyes_bands(chromium: browser.Browser) -> None:
+    given = {"apertures": [0.006, 0.006], "focus": [0.6, 1.4], "tiles": [7], "window": 8}
+    (ratio,) = drawn(chromium, given, ("ratio",))
+    middle = VERGENCE[2::4, 2::4]
+    log = np.log(np.maximum(8 * ratio[..., 0], 1e-3))
+    valid = ratio[..., 1] > 0.5
+    assert np.median(log[valid & (middle > 1.4)]) > 0.3  # nearer than both: the second, S, is sharper
+    assert np.median(log[valid & (middle < 0.6)]) < -0.3
+
+
+def test_no_request_leaves_and_nothing_is_stored_when_eight_pictures_are_rated(chromium: browser.Browser) -> None:
+    opened(chromium)
+    for n in range(8):
+        chromium.js(f"panels[3].slider.set({0.1 * n})")
+        chromium.js("panels[3].button.click()")
+    drawn_curves = chromium.js("document.querySelector('#rating svg').textContent")
+    assert drawn_curves.count("simulated") == 2
+    assert "simulated observers" in chromium.js("panels[3].said.textContent")
+    answers = chromium.js("panels[3].answers")
+    assert {fixation: set(answers[fixation]) for fixation in answers} == {
+        end: {"pinhole", "f/22", "f/11", "f/5.6"} for end in ("nearest", "farthest")
+    }
+    assert chromium.js("[localStorage.length, sessionStorage.length, document.cookie]") == [0, 0, ""]
+    asked = [e["params"]["request"]["url"] for e in chromium.events if e["method"] == "Network.requestWillBeSent"]
+    assert len(asked) >= 10
+    assert {url.split(":")[0] for url in asked} <= {"file", "data", "blob"}
+    failed = [e for e in chromium.events if e["method"] in ("Runtime.exceptionThrown", "Log.entryAdded")]
+    assert not failed
+
+
+@pytest.mark.parametrize(
+    ("size", "dark", "language"),
+    [
+        ((390, 844), False, "de"),
+        pytest.param((390, 844), True, "en", marks=pytest.mark.slow),
+        ((1280, 900), True, "en"),
+        pytest.param((1280, 900), False, "de", marks=pytest.mark.slow),
+    ],
+)
+def test_the_page_fits_in_either_language(
+    chromium: browser.Browser, size: tuple[int, int], dark: bool, language: str
+) -> None:
+    opened(chromium, size, dark=dark, phone=size[0] < 500)
+    chromium.js(f"language = {language!r}; translate()")
+    assert chromium.js("document.documentElement.scrollWidth <= innerWidth")
+    assert chromium.js("innerWidth") == size[0]
+    small = "[...document.querySelectorAll('button, select, label')].filter(e => e.offsetHeight && e.offsetHeight < 44)"
+    assert chromium.js(f"{small}.map(e => e.textContent)") == []
+    unnamed = (
+        "[...document.querySelectorAll('input, select')].filter(e => !e.labels.length || !e.labels[0].textContent)"
+    )
+    assert chromium.js(f"{unnamed}.length") == 0
+    assert chromium.js("panels.map(p => p.box.querySelector('.what').textContent.trim().length > 100)") == [True] * 5
+    assert chromium.js("getComputedStyle(document.body).backgroundColor") == (
+        "rgb(20, 23, 26)" if dark else "rgb(255, 255, 255)"
+    )
+
+
+def test_keys_change_what_is_drawn_and_still_readers_see_no_motion(chromium: browser.Browser) -> None:
+    opened(chromium)
+    chromium.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
+    chromium.js("document.querySelector('#lens input').focus()")
+    before = chromium.js("panels[0].state.fNumber")
+    for kind in ("rawKeyDown", "keyUp"):
+        chromium.call(
+            "Input.dispatchKeyEvent", type=kind, key="ArrowRight", code="ArrowRight", windowsVirtualKeyCode=39
+        )
+    assert chromium.js("panels[0].state.fNumber") == pytest.approx(before * 2**0.5)
+    chromium.wait("panels[0].captions.textContent.includes('11.3')")
+    chromium.js(
+        "panels[2].times = 0, panels[2].draw = function () { this.times++; EyePanel.prototype.draw.call(this); }"
+    )
+    chromium.js("panels[2].change(); new Promise(done => setTimeout(done, 300))")
+    assert chromium.js("panels[2].times") == 1
+
+
+def test_every_text_is_in_both_languages_and_the_page_is_small(chromium: browser.Browser) -> None:
+    drawn(chromium, {"tiles": [0]})
+    assert (
+        chromium.js("Object.entries(WORDS).filter(([k, v]) => v.length !== 2 || v.some(text => !text)).map(([k]) => k)")
+        == []
+    )
+    files = [path for path in PLAY.iterdir() if path.is_file()]
+    assert sum(path.stat().st_size for path in files) < 1_000_000
+    assert (PLAY.parent / "play.webp").stat().st_size < 1_000_000
+    source = "".join(path.read_text("utf-8") for path in files if path.suffix == ".js" and path.name != "data.js")
+    bare = re.sub(r"/\*.*?\*/|^\s*//.*?$", "", source, flags=re.DOTALL | re.MULTILINE)
+    assert sum(bool(line.strip()) for line in bare.splitlines()) <= 1200
+    assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", source + PAGE.read_text("utf-8"))
+
+
+@pytest.mark.slow
+def test_frames_at_640_by_480_by_software(chromium: browser.Browser) -> None:
+    drawn(chromium, {"tiles": [0]})
+    given = json.dumps(fig5(noise=0.01, columns=3))
+    chromium.js(
+        """(async () => {
+            const copy = new OffscreenCanvas(640, 480).getContext("2d"), size = { width: 640, height: 480 };
+            copy.drawImage(await imageOf(PLAY.scene.png), 0, 0, 640, 480);
+            const bytes = new Uint8Array(copy.getImageData(0, 0, 640, 480).data.buffer);
+            tested.load(bytes, { ...PLAY.scene, ...size });
+        })()"""
+    )
+    start = time.perf_counter()
+    for seed in range(10):
+        chromium.js(
+            f"tested.draw({{ ...{given}, seed: {seed} }}, PLAY.scene.pixel_angle / 2); tested.read('depth').length"
+        )
+    rate = 10 / (time.perf_counter() - start)
+    print(f"{rate:.1f} frames per second, two views of 640 x 480 pixels and their depth, drawn by software")
+    assert rate > 0.5
