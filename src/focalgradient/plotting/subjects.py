@@ -290,7 +290,8 @@ def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
                 ink = "white" if strength > 0.55 else "black"
                 ax.text(x, bottom + height / 2, str(step), ha="center", va="center", color=ink, fontsize=6.5)
         base += heights
-    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
+    names = [name for _, name in sizes]
+    ax.set_xticks(range(len(sizes)), names, rotation=45, ha="right", rotation_mode="anchor")
     ax.set(ylim=(0, 100), xlabel="aperture", ylabel="responses (%)", title=label.replace("\n", " "))
     return ax
 

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
-from focalgradient.design import recorded_design
+from focalgradient.design import check_design
 from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
@@ -156,7 +156,7 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
     table = data.tables.get(task.name)
     if table is None or table.empty:
         raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
-    design = recorded_design(task.name, next(iter(data.sidecars.values()))["Design"])
+    design = check_design(task.name, next(iter(data.sidecars.values()))["Design"])
     rows = table[~table["catch"]] if "catch" in table else table
     return OwnTask(task, data, table, data.simulated, called(task, "tested", task.tested, design, rows))
 
