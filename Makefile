@@ -15,6 +15,8 @@ SHELL := /bin/sh
 export PYTHON
 # Threads are ours (one a core); linear algebra that spins threads of its own only takes their time.
 export OPENBLAS_NUM_THREADS = 1
+# Compiled modules are kept, even where the environment forbids it: every process of the tests would compile all of them.
+export PYTHONDONTWRITEBYTECODE =
 run := .venv/bin/python
 # On all cores, and one more process, as tests of windows and browsers wait more than they work; the tests of one file stay
 # together, as they share what is made for them and the screens they open. In the order collected: the long ones first,

@@ -13,7 +13,7 @@ from focalgradient.errors import InputError
 from focalgradient.power import AnyStudy, Model, Study, cube, latent, rise_power
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
-from focalgradient.power.running import power
+from focalgradient.power.running import power, subjects_needed
 from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 from focalgradient.statistics import Effect, analyse
@@ -273,6 +273,20 @@ def test_two_standard_errors_cover_the_share_of_a_few_experiments() -> None:
     covered = (within * stats.binom.pmf(np.arange(21), 20, true)).sum(axis=1)
     assert covered.mean() > 0.93
     assert covered.min() > 0.88
+
+
+@pytest.mark.parametrize(
+    ("shares", "needed"),
+    [
+        ({6: 0.5, 10: 0.9}, 9),
+        ({6: 0.5, 10: 0.8, 20: 0.9}, 10),
+        ({6: 0.85, 10: 0.75, 20: 0.95}, 13),  # from which on, as power does not fall
+        ({6: 0.85, 10: 0.9}, None),
+        ({6: 0.2, 10: 0.7}, None),
+    ],
+)
+def test_the_number_of_subjects_for_a_power_is_interpolated(shares: dict[int, float], needed: int | None) -> None:
+    assert subjects_needed(shares, 0.8) == needed
 
 
 def test_shares_of_experiments_have_binomial_errors() -> None:

@@ -79,6 +79,7 @@ def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path
     assert not tests
 
 
+@pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("with_lmertest", [True, False])
 @pytest.mark.parametrize(("scenes", "kept"), [(6, 0.7), (3, 0.8), (6, 0.0)])
@@ -122,6 +123,7 @@ EMPTY = {
 """Which trials of `three_fixations` (door and lamp as nearest and farthest) are missing."""
 
 
+@pytest.mark.fast_cases(3)
 @needs_r
 @pytest.mark.parametrize("missing", EMPTY)
 def test_r_repeats_the_tests_where_conditions_are_empty(tmp_path: Path, missing: str) -> None:
@@ -187,6 +189,7 @@ def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute
         assert rows == [pytest.approx([*_student(test)], rel=rel, abs=absolute) for test in done]
 
 
+@pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("kept", [1.0, 0.7])
 @pytest.mark.parametrize("kind", ["bipolar", "choice"])
@@ -210,6 +213,7 @@ OF_ONE_SCENE = " or ".join(
 """Trials without which each scene of `eight_scenes` has one aperture only."""
 
 
+@pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize(
     "missing",
@@ -299,6 +303,7 @@ def test_r_finds_the_odds_of_steps(tmp_path: Path) -> None:
     assert len(wide) == 8
 
 
+@pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("missing", ["aperture == 'pinhole'", "aperture == 'f/11' and participant_id == '01'"])
 @pytest.mark.parametrize("confounded", [False, True])
@@ -381,6 +386,7 @@ def test_the_script_of_steps_repeats_the_test_that_the_analysis_chose() -> None:
     assert "fit <- clmm(model" in trial_files(table, table, result)["headline_ordinal.R"].decode()
 
 
+@pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("fixations", [("nearest",), ("nearest", "farthest"), ("door", "lamp", "vase")])
 @pytest.mark.parametrize("cuts", [[2.5, 3.5, 4.2], [2.5]])

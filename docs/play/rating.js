@@ -68,10 +68,10 @@ class RatingPanel extends Panel {
       parts.push(line(simulated.map(v => v[0]), colour, 2, "3 5"), ...simulated.map(([, low, high], k) => `<path d="M${x(k)} ${y(low)}V${y(high)}" stroke="${colour}"/>`));
       const values = APERTURES.map(name => own[name] / own.pinhole);
       parts.push(line(values, colour, 4, ""), ...values.map((v, k) => `<circle cx="${x(k)}" cy="${y(v)}" r="6" fill="${colour}"/>`));
-      parts.push(`<text x="${90 + 330 * n}" y="16" style="fill:${colour}">${word(`key.${fixation}`)}</text>`);
+      parts.push(`<text x="90" y="${28 * n - 14}" style="fill:${colour}">${word(`key.${fixation}`)}</text>`);
     });
     const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    svg.setAttribute("viewBox", "0 0 720 300");
+    svg.setAttribute("viewBox", "0 -36 720 336");
     svg.innerHTML = parts.join("");
     return svg;
   }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
-from focalgradient.files.tables import TextTable, as_number, name_and_unit, parse_table
+from focalgradient.files.cells import as_number, name_and_unit
+from focalgradient.files.tables import TextTable, parse_table
 
 __all__ = [
     "ADDITIVE",
@@ -155,6 +157,11 @@ def _fitted(table: TextTable) -> Luminance:
     """Check a photometer's table and fit its curves."""
     name = table.name
     names, units = zip(*map(name_and_unit, table.header), strict=True) if table.header else ((), ())
+    for line in table.comments:
+        if foreign := re.search(r"\b(fl|ft-?l|foot-?lamberts?|lux|lx|mcd|normali[sz]ed|relative)\b", line.casefold()):
+            raise InputError(
+                f"{name} says {line[:60]!r}, but luminance must be in cd/m2: convert it, not {foreign[0]}."
+            )
     names = tuple({"gray": "grey"}.get(found, found) for found in names)
     for column in ("level", "grey"):
         if column not in names:

@@ -20,7 +20,7 @@ from focalgradient.eye import (
     eye_views,
     score,
 )
-from focalgradient.scenes import Scene, plane, spheres, terrain
+from focalgradient.scenes import Mesh, Scene, plane, spheres
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
@@ -163,13 +163,19 @@ def test_rays_and_waves_blur_a_wall_alike() -> None:
         (1.0, {"seed": -1}, "seed is -1"),
         (1.0, {"correlation": 1.2}, "between -1 and 1"),
         (1.0, {"noise": -0.1}, "noise"),
-        (terrain(0), {}, "meshes"),
         (Scene(()), {}, "no depth to see"),
     ],
 )
 def test_bad_input_is_refused(scene, asked, said) -> None:
     with pytest.raises(InputError, match=said):
         band_views(scene, EYE, **({"shape": (64, 64), "pixel_angle": PIXEL} | asked))
+
+
+def test_a_scene_of_meshes_is_refused() -> None:
+    corners = np.array([[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.1, 0.1, 1.0]])
+    triangle = Mesh(corners, np.array([[0, 1, 2]]), corners[:, :2], np.full((2, 2, 3), 0.5))
+    with pytest.raises(InputError, match="meshes"):
+        band_views(Scene((triangle,)), EYE, (64, 64), PIXEL)
 
 
 def test_times_out_of_order_are_refused() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,7 +21,7 @@ from focalgradient.quantities import POSITIVE
 if TYPE_CHECKING:
     import pandas as pd
 
-    from focalgradient.power import AnyStudy, Power
+    from focalgradient.power import AnyStudy
 
 __all__ = ["power"]
 
@@ -157,9 +157,10 @@ def power(
     who = "observers of the task" if isinstance(study, TaskStudy) else "subjects from a statistical model"
     lines = [f"Simulated {who}: proportion of experiments that find"]
     for name, meaning in study.tests.items():
-        lines.append(f"  {meaning}: {_shares((one.found[name], one.standard_error[name], one) for one in found)}")
+        lines.append(f"  {meaning}: {_shares({one.subjects: one.found[name] for one in found}, experiments)}")
     if len(study.tests) > 1:
-        lines.append(f"  all of them: {_shares((one.joint, one.joint_error, one) for one in found)}")
+        lines.append(f"  all of them: {_shares({one.subjects: one.joint for one in found}, experiments)}")
+    lines.append("In brackets 95 % intervals (Wilson), as only so many experiments were simulated.")
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")
@@ -176,8 +177,23 @@ def _csv(table: pd.DataFrame) -> bytes:
     return bytes(table.assign(simulated=True).to_csv(index=False, lineterminator="\n").encode())
 
 
-def _shares(found: Iterable[tuple[float, float, Power]]) -> str:
-    return ", ".join(f"{share:.1%} ± {error:.1%} (N = {one.subjects})" for share, error, one in found)
+def _shares(shares: Mapping[int, float], experiments: int) -> str:
+    """Return power by number of subjects with its interval, and the numbers for a power of .80 and .90."""
+    from focalgradient.power import share_interval, subjects_needed
+
+    parts = []
+    for count, share in shares.items():
+        low, high = share_interval(share, experiments)
+        parts.append(f"{share:.1%} [{low:.1%}, {high:.1%}] (N = {count})")
+    needed = []
+    for power in (0.8, 0.9):
+        number = subjects_needed(shares, power)
+        if number is None:
+            number_text = f"N <= {min(shares)}" if shares[max(shares)] >= power else f"N > {max(shares)}"
+        else:
+            number_text = f"N = {number}"
+        needed.append(f"{number_text} for .{power * 100:.0f}")
+    return f"{', '.join(parts)}; by interpolation {', '.join(needed)}"
 
 
 def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> AnyStudy:

@@ -67,8 +67,6 @@ def _text_cell(text: str) -> str:
 def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...]:
     """Return the columns of a session's table, given the design as recorded.
 
-    Designs of earlier versions state no scale, and their tables lack the columns introduced with it.
-
     Raises
     ------
     InputError

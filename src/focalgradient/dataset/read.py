@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from focalgradient.dataset.bids import Files, journals, read_description
 from focalgradient.dataset.columns import APERTURE, FORMULA, Column, columns_of, columns_stated
 from focalgradient.dataset.conduct import removals
-from focalgradient.design import Design, recorded_design
+from focalgradient.design import Design, check_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
 from focalgradient.tasks import is_task, task_named
@@ -402,7 +402,7 @@ def _sidecar(files: Files) -> dict[str, Any]:
 
 @lru_cache(maxsize=64)
 def _design(recorded: str) -> Design:
-    return recorded_design("the design", json.loads(recorded))
+    return check_design("the design", json.loads(recorded))
 
 
 def checked_design(name: str, recorded: Mapping[str, Any]) -> Design:

@@ -28,7 +28,7 @@ from focalgradient.dataset.conduct import EXPOSURE, exposures
 from focalgradient.dataset.events import Event, cell_test
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
-from focalgradient.design import Design, Trial, recorded_design
+from focalgradient.design import Design, Trial, check_design
 from focalgradient.errors import InputError
 from focalgradient.tasks import task_named
 from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, Noted, check_noted
@@ -366,7 +366,7 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
     log = read_journal(files.journal)
     if log.changed:
         raise InputError(log.changed[0])
-    design = recorded_design(str(files.journal), log.head["design"])
+    design = check_design(str(files.journal), log.head["design"])
     trials = design.trials(files.participant, files.session)
     recorded = log.of("trial")
     done = [(event["phase"], event["trial"]) for event in recorded]

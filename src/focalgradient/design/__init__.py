@@ -60,7 +60,6 @@ __all__ = [
     "design_of",
     "design_text",
     "load_design",
-    "recorded_design",
     "weighted_staircase",
 ]
 
@@ -141,22 +140,6 @@ def design_of(task: str, path: str | os.PathLike[str] | None) -> Design:
     return found
 
 
-def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
-    """Create a design from the settings in a journal or sidecar, also of an earlier version.
-
-    Raises
-    ------
-    InputError
-        As for `load_design`.
-
-    Examples
-    --------
-    >>> recorded_design("old", {"task": "depthrating"}).catch_pictures
-    ('standard',)
-    """
-    return check_design(name, {**_earlier(data.get("task")), **data})
-
-
 def check_design(name: str, data: Mapping[str, Any]) -> Design:
     """Create a design from a table of settings, which messages refer to as `name`.
 
@@ -177,8 +160,3 @@ def check_design(name: str, data: Mapping[str, Any]) -> Design:
         raise InputError(f"{name}: {given} one of {known}{suggestion(task, task_names())}")
     made: Design = check_table(name, dict(data), task_named(str(task)).design)
     return made
-
-
-def _earlier(task: Any) -> Mapping[str, Any]:
-    """Return the settings that designs of earlier versions of a task imply without stating them."""
-    return task_named(task).earlier if is_task(task) else {}

@@ -20,7 +20,8 @@ from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import check_pupil, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
-from focalgradient.files.tables import as_number, parse_table, read_cells
+from focalgradient.files.cells import as_number
+from focalgradient.files.tables import parse_table, read_cells
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
 
@@ -266,7 +267,7 @@ def _micrometres(name: str, headings: Sequence[str], comments: Sequence[str] = (
     """
     factors = set()
     for line in (*headings, *comments):
-        text = line.lower().replace("μ", "µ")
+        text = line.lower().replace("μ", "µ").replace("_", " ").replace("%", " percent ")
         stated = [
             word for within in re.findall(r"[(\[]([^)\]]*)[)\]]", text) for word in re.findall("[a-zµλ]+", within)
         ]

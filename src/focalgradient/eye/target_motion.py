@@ -12,7 +12,8 @@ import numpy as np
 from focalgradient.errors import InputError
 from focalgradient.eye.accommodation import Accommodation, target_course
 from focalgradient.files import LARGEST_LIST, printable
-from focalgradient.files.tables import as_number, name_and_unit, read_cells
+from focalgradient.files.cells import as_number, name_and_unit
+from focalgradient.files.tables import read_cells
 
 __all__ = ["TargetMotion"]
 

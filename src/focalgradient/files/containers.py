@@ -65,6 +65,8 @@ def refuse_other_container(data: bytes, name: str, what: str = "a table") -> Non
     text = data[:1000].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
     if text.startswith((b"<!doctype html", b"<html")):
         kinds.append("a web page")
+    elif b"*** header start ***" in data[:1000].replace(b"\0", b"").lower():
+        kinds.append("E-Prime's log of one session, which E-DataAid and E-Merge export as a table")
     elif text.startswith(b"<?xml"):
         kinds.append("an XML document")
     if is_workbook(data):
@@ -80,10 +82,11 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     """Return the rows of cells of a JSON text, the header first; None if the text is not JSON.
 
     It may be a list of objects, an object of columns, an object with such a list, or one of these a line, as jsPsych,
-    DataPipe and JATOS write them. Where there are several lists, the column "result" numbers them.
+    DataPipe and JATOS write them. Where there are several lists, the column "result" numbers them. The parts of an
+    object within an object are columns of their own.
 
-    >>> records_of('[{"a": 1, "b": "x"}, {"a": 2.5, "c": null}]', "x.json")
-    [['a', 'b', 'c'], ['1', 'x', ''], ['2.5', '', '']]
+    >>> records_of('[{"a": 1, "b": "x"}, {"a": 2.5, "b": {"c": null, "d": 3}}]', "x.json")
+    [['a', 'b', 'b.c', 'b.d'], ['1', 'x', '', ''], ['2.5', '', '', '3']]
     """
     start = text.lstrip("\ufeff \t\r\n")
     if not re.match(r'\[\s*[\[{\]]|\{\s*["}]', start) and not _is_json(start):
@@ -99,11 +102,13 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     results = [_objects(value, name) for value in values] if len(values) > 1 or not lists else _parts(lists[0], name)
     several = len(results) > 1 and any(len(result) > 1 for result in results)
     objects = [
-        ({"result": number} | one if several and "result" not in one else one)
+        _flat({"result": number} | one if several and "result" not in one else one)
         for number, result in enumerate(results, start=1)
         for one in result
     ]
     header = list(dict.fromkeys(key for one in objects for key in one))
+    whole = {key.rpartition(".")[0] for key in header}
+    header = [key for key in header if key not in whole or any(one.get(key) is not None for one in objects)]
     return [header, *([_text(one.get(key)) for key in header] for one in objects)]
 
 
@@ -137,6 +142,16 @@ def _objects(value: Any, name: str) -> list[dict[str, Any]]:
             "CSV, TSV or XLSX file."
         )
     return value
+
+
+def _flat(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row whose objects are replaced by their parts, named like response.Q0."""
+    parts: dict[str, Any] = {}
+    for key, value in row.items():
+        parts |= (
+            {f"{key}.{name}": part for name, part in _flat(value).items()} if isinstance(value, dict) else {key: value}
+        )
+    return parts
 
 
 def _text(value: Any) -> str:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from focalgradient.errors import InputError
+from focalgradient.files.cells import NUMBER, as_number, is_date
 from focalgradient.files.containers import is_workbook, records_of, refuse_other_container
 from focalgradient.files.names import printable
 from focalgradient.files.reading import MOST_COLUMNS, check_width, read_bytes
@@ -21,9 +22,6 @@ from focalgradient.files.workbooks import sheet_rows
 __all__ = [
     "RaggedTableError",
     "TextTable",
-    "as_number",
-    "is_date",
-    "name_and_unit",
     "parse_table",
     "read_cells",
     "unique_names",
@@ -38,9 +36,6 @@ LARGEST_TABLE = 256 * 2**20
 SAMPLE = 200
 """Number of lines by which the delimiter is chosen."""
 
-NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
-"""Number with a decimal point."""
-
 WITH_COMMA = re.compile(r"[+-]?\d*,\d+(?:e[+-]?\d+)?", re.IGNORECASE)
 """Number with one comma."""
 
@@ -51,40 +46,6 @@ GROUPED = re.compile(
 
 MAYBE_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 """Number that may have a thousands separator or three decimals, like 1,050."""
-
-_MONTHS = (
-    "jan|feb|mar|mär|mrz|apr|may|mai|jun|jul|aug|sep|oct|okt|oct|nov|dec|dez|déc|fév|avr|juin|juil|août|ene|abr|ago|dic"
-)
-DATE = re.compile(
-    rf"\d{{4}}-\d\d?-\d\d?(?:[ T].*)?|\d\d?([./-])\d\d?\1(?:\d{{4}}|\d\d)(?: .*)?|"
-    rf"\d\d?[.\- ]{{1,2}}(?:{_MONTHS})[a-zé]*\.?(?:[\- ]\d+)?|(?:{_MONTHS})[a-zé]*[.\- ]{{1,2}}\d+",
-    re.IGNORECASE,
-)
-"""Dates as spreadsheet programs and their CSV files write them."""
-
-UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]\s*$")
-
-SUFFIXES = (
-    *("nm", "um", "µm", "mm", "cm", "km", "ms", "us", "µs", "msec", "sec", "secs", "seconds", "milliseconds", "min"),
-    *(
-        "m",
-        "s",
-        "d",
-        "diopters",
-        "dioptres",
-        "diopter",
-        "dioptre",
-        "db",
-        "deg",
-        "arcmin",
-        "arcsec",
-        "px",
-        "cpd",
-        "inch",
-    ),
-    *("in", "ft", "waves", "percent", "pct", "pixels", "pixel"),
-)
-"""Units that end a name behind an underscore or a space."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,6 +171,11 @@ class TextTable:
         return f"{self.name}, row {self.places[row]}: {printable(named) or f'cell {column + 1}'}"
 
 
+def _unwrapped(cell: str) -> str:
+    """Return the text of a cell that keeps spreadsheet programs from converting it, like ="01"."""
+    return cell[2:-1] if cell.startswith('="') and cell.endswith('"') and len(cell) > 2 else cell
+
+
 def _readings(cell: str) -> list[str]:
     """Return the numbers that a cell with a comma or a point may be."""
     bare = re.sub(r"['’ \u00a0\u202f]", "", cell)
@@ -226,40 +192,6 @@ def _like_number(cell: str) -> bool:
     """Return whether a cell is a number with either decimal mark, or nan or inf, and so no heading."""
     text = cell.strip().casefold().lstrip("+-")
     return as_number(text.replace(",", ".")) is not None or text in ("nan", "inf", "infinity", "1e999")
-
-
-def as_number(cell: str) -> float | None:
-    """Return a finite number written with a decimal point; None for anything else.
-
-    >>> as_number(" 1.5e-2 "), as_number("1,5"), as_number("nan"), as_number("1e999"), as_number("1_0")
-    (0.015, None, None, None, None)
-    """
-    text = cell.strip().replace("−", "-")
-    value = float(text) if text.isascii() and NUMBER.fullmatch(text) else float("inf")
-    return value if abs(value) < float("inf") else None
-
-
-def is_date(cell: str) -> bool:
-    """Return whether a cell is a date, as spreadsheet programs make of numbers like 5.6.
-
-    >>> is_date("2026-06-05"), is_date("05. Jun"), is_date("5.6.2026"), is_date("5.6"), is_date("f/5.6")
-    (True, True, True, False, False)
-    """
-    return bool(DATE.fullmatch(cell.strip()))
-
-
-def name_and_unit(header: str) -> tuple[str, str]:
-    """Split a heading into name and unit, both in lower case: the unit stands in brackets or at the end.
-
-    >>> name_and_unit("Level (dB)"), name_and_unit("rt_ms"), name_and_unit("distance [m]"), name_and_unit("rating")
-    (('level', 'db'), ('rt', 'ms'), ('distance', 'm'), ('rating', ''))
-    """
-    text = " ".join(header.replace("μ", "µ").split()).casefold().replace("μ", "µ")
-    found = UNIT.search(text)
-    if found:
-        return text[: found.start()].strip(), found[1]
-    name, _, last = text.replace(" ", "_").replace(",", "_").rpartition("_")
-    return (name.strip("_"), last) if name and last in SUFFIXES else (text, "")
 
 
 def read_cells(
@@ -342,16 +274,36 @@ def parse_table(
             continue
         kept.append((number, cells))
     names: list[str] = []
+    if header:
+        titles = _titles(kept)
+        comments += [" ".join(cells).strip() for _, cells in kept[:titles]]
+        notes += [
+            f"Above the names of the columns stands a title: {printable(one)}." for one in comments[-titles:] if titles
+        ]
+        kept = kept[titles:]
     if kept and (header or not any(map(_like_number, kept[0][1]))):
-        names = [cell.strip() for cell in kept.pop(0)[1]]
+        names = [_unwrapped(cell).strip() for cell in kept.pop(0)[1]]
+    if names and kept and header and data.lstrip(b"\xef\xbb\xbf").startswith(b'"'):
+        first = [cells[0] for _, cells in kept]
+        if all(len(cells) == len(names) + 1 for _, cells in kept) and len(set(first)) == len(first):
+            names.insert(0, "")
+            notes.append(f"The first cells of {name} are the names of rows, as R writes them.")
     width = len(names)
     for number, cells in kept:
         if width and any(cell.strip() for cell in cells[width:]):
             commas = " (decimal commas need semicolons or tabs between the columns)" if delimiter == "," else ""
             raise RaggedTableError(f"{name}, row {number}: there are {len(cells)} cells, but must be {width}{commas}.")
-    rows = tuple(tuple((cells + [""] * width)[: width or len(cells)]) for _, cells in kept)
+    rows = tuple(tuple(map(_unwrapped, (cells + [""] * width)[: width or len(cells)])) for _, cells in kept)
     places = tuple(number for number, _ in kept)
     return TextTable(name, tuple(names), rows, places, delimiter, tuple(comments), tuple(notes))
+
+
+def _titles(rows: Sequence[tuple[int, Sequence[str]]]) -> int:
+    """Return the number of rows of one cell above a row of names, as titles are."""
+    filled = [sum(bool(cell.strip()) for cell in cells) for _, cells in rows]
+    start = next((number for number, count in enumerate(filled) if count > 1), 0)
+    usual = Counter(filled).most_common(1)[0][0] if filled else 0
+    return start if usual > 2 and not any(map(_like_number, rows[start][1])) else 0
 
 
 def unique_names(header: Sequence[str]) -> list[str]:
@@ -402,16 +354,22 @@ def _split(text: str, name: str, *, spaces: bool, columns: int | None) -> tuple[
     check_width(sample, ",", name)
     delimiter = given or _delimiter(sample, name, spaces=spaces, columns=columns)
     if delimiter == " ":
-        return [(number, line.split()) for number, line in enumerate(lines[start:], start=start + 1)], delimiter
+        return [(number, _words(line)) for number, line in enumerate(lines[start:], start=start + 1)], delimiter
+    rows: list[tuple[int, list[str]]] = []
+    padded = any(f'{delimiter} "' in line for line in sample)
     try:
-        reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-        rows: list[tuple[int, list[str]]] = []
+        reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True, skipinitialspace=padded)
         for cells in reader:
             rows.append((start + len(rows) + 1, cells))
             if len(rows) > MOST_ROWS + 1:
                 break
     except csv.Error as error:
-        raise InputError(f"{name} cannot be read as a table ({error}): give a CSV or TSV file.") from error
+        raise InputError(
+            f"{name}, row {start + len(rows) + 1}: a quotation mark is not closed, or stands within a cell: double or "
+            "remove it."
+            if '"' in text
+            else f"{name} cannot be read as a table ({error}): give a CSV or TSV file."
+        ) from error
     swallowed = [number for number, cells in rows if any("\n" in cell and delimiter in cell for cell in cells)]
     width = max((len(cells) for _, cells in rows), default=0)
     if swallowed and width > 2:
@@ -421,6 +379,16 @@ def _split(text: str, name: str, *, spaces: bool, columns: int | None) -> tuple[
                     f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close or remove it."
                 )
     return rows, delimiter
+
+
+def _words(line: str) -> list[str]:
+    """Split a line at spaces; quotation marks hold words together."""
+    if '"' not in line:
+        return line.split()
+    try:
+        return next(csv.reader([line.strip()], delimiter=" ", skipinitialspace=True), [])
+    except csv.Error:
+        return line.split()
 
 
 def _delimiter(sample: Sequence[str], name: str, *, spaces: bool, columns: int | None) -> str:
@@ -440,17 +408,16 @@ def _delimiter(sample: Sequence[str], name: str, *, spaces: bool, columns: int |
             widths = (
                 [len(cells) for cells in csv.reader(sample, delimiter=mark)]
                 if mark != " "
-                else [len(line.split()) for line in sample]
+                else [len(_words(line)) for line in sample]
             )
         except csv.Error:
             continue
-        if (
-            not widths
-            or max(widths) > MOST_COLUMNS
-            or (widths[0] < 2 and not (spaces and min(widths[1:], default=1) > 1))
-        ):
+        if not widths or max(widths) > MOST_COLUMNS:
             continue
-        like = Counter(widths).most_common(1)[0][0] if spaces else widths[0]
+        most = Counter(widths).most_common(1)[0][0]
+        if widths[0] < 2 and not (min(widths[1:], default=1) > 1 if spaces else most > 2):  # a title may stand above
+            continue
+        like = most if spaces or widths[0] < 2 else widths[0]
         score = (sum(width == like for width in widths) / len(widths), like)
         if score > best and like > 1:
             best, chosen = score, mark
@@ -459,4 +426,8 @@ def _delimiter(sample: Sequence[str], name: str, *, spaces: bool, columns: int |
             f"{name}: {sample[0].strip()!r} is {sample[0].strip().replace(',', '.')} with a decimal comma, or two "
             "numbers with a comma as separator: put semicolons between columns, or write decimal points."
         )
+    if not spaces and not best[0]:  # as R's write.table separates columns
+        heading, *widths = [len(_words(line)) for line in sample] or [0]
+        if heading > 1 and len(set(widths)) == 1 and widths[0] - heading in (0, 1):
+            return " "
     return chosen

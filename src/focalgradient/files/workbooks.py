@@ -132,12 +132,14 @@ def _rows(root: ElementTree.Element, texts: list[str], dates: frozenset[str]) ->
 
 
 def _value(cell: ElementTree.Element, texts: list[str], dates: frozenset[str]) -> str:
-    """Return a cell's text; numbers are rounded to 15 significant digits, as spreadsheets store them."""
+    """Return a cell's text; numbers are rounded to 15 significant digits, and formulas without a value stay."""
     kind = cell.get("t", "n")
     held = {_local(one): one for one in cell}
     if kind == "inlineStr":
         return _text(held["is"]) if "is" in held else ""
     text = (held["v"].text or "") if "v" in held else ""
+    if kind == "n" and not text and "f" in held:
+        return f"={held['f'].text or ''}"  # a formula that no program has computed
     if kind == "s" and text.isdecimal() and len(text) < 10:
         return texts[int(text)] if int(text) < len(texts) else ""
     try:

@@ -2,35 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from focalgradient.plotting.figures import BLUE, GREY, ORANGE, new_figure, shortened, style
+from focalgradient.plotting.ratio_axis import ratio_axis
 from focalgradient.plotting.subjects import SIMULATED
 
 __all__ = ["forest_figure"]
-
-TICKS = (1, 2, 0.5, 5, 0.2, 10, 0.1, 1.5, 0.7, 3, 1.2, 0.8, 0.9, 1.1)
-"""Candidate ticks of a ratio axis in order of priority; a tick too close to earlier ones is omitted."""
-
-MIN_TICK_GAP = 0.06
-"""Minimum distance between two ticks, as a fraction of the axis, so that labels do not overlap."""
-
-
-def _apart(ticks: list[float], ends: tuple[float, float]) -> list[float]:
-    """Return those ticks, in ascending order, that are at least `MIN_TICK_GAP` apart on a logarithmic axis.
-
-    >>> _apart([1, 2, 1.1], (0.5, 5.0))
-    [1, 2]
-    """
-    kept: list[float] = []
-    for tick in ticks:
-        if all(abs(math.log(tick / other)) > MIN_TICK_GAP * math.log(ends[1] / ends[0]) for other in kept):
-            kept.append(tick)
-    return sorted(kept)
 
 
 def forest_figure(
@@ -75,11 +55,7 @@ def forest_figure(
         ax.set_yticks([*rows, 1], [*names, "pooled mean"])
         ax.set(ylim=(0, len(studies) + 1.6), xlabel=what)
         if none == 1:
-            ax.set_xscale("log")
-            ends = ax.get_xlim()
-            ticks = _apart([one for one in TICKS if ends[0] < one < ends[1]], ends)
-            ax.set_xticks(ticks, [f"{one:g}" for one in ticks])
-            ax.xaxis.set_minor_formatter(NullFormatter())
+            ratio_axis(ax, "x")
         if simulated:
             ax.text(0.99, 0.98, SIMULATED, transform=ax.transAxes, va="top", ha="right")
         figure.draw_without_rendering()

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
-from focalgradient.power import AnyStudy, Power
+from focalgradient.power import AnyStudy, Power, share_interval
 
 __all__ = ["power_figure"]
 
@@ -24,19 +24,24 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
         left, right = figure.subplots(1, 2)
         subjects = [each.subjects for each in found]
         handles = []
-        drawn = {
-            meaning: [(one.found[name], one.standard_error[name]) for one in found]
-            for name, meaning in study.tests.items()
-        }
+        drawn = {meaning: [one.found[name] for one in found] for name, meaning in study.tests.items()}
         if len(study.tests) > 1:
-            drawn["all tests"] = [(one.joint, one.joint_error) for one in found]
+            drawn["all tests"] = [one.joint for one in found]
         for number, (meaning, shares) in enumerate(drawn.items()):
             whole = meaning == "all tests"
             look = {"color": "black" if whole else COLOURS[number % len(COLOURS)], "linestyle": ":" if whole else "-"}
-            at = [(100 * share, 100 * half) for share, half in shares]
-            ends = [[min(1.96 * half, share), min(1.96 * half, 100 - share)] for share, half in at]
+            ends = [share_interval(share, one.experiments) for share, one in zip(shares, found, strict=True)]
+            bars = [
+                (max(share - low, 0), max(high - share, 0)) for share, (low, high) in zip(shares, ends, strict=True)
+            ]
             left.errorbar(
-                subjects, [share for share, _ in at], np.transpose(ends), marker="o", markersize=4, capsize=2, **look
+                subjects,
+                [100 * share for share in shares],
+                100 * np.transpose(bars),
+                marker="o",
+                markersize=4,
+                capsize=2,
+                **look,
             )
             handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
         left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)

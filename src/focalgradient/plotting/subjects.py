@@ -15,6 +15,7 @@ from matplotlib.patheffects import withStroke
 from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.ratio_axis import ratio_axis
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
 __all__ = [
@@ -112,6 +113,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
             _means(ax, [(x, mean) for x, _, mean in means], colour, marker)
             labels.append((means[-1][2].estimate, label, colour))
         ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ratio_axis(ax, "y")
         ax.set(xlabel="maximum retinal blur (arcmin)", ylabel="perceived depth (ratio to the pinhole)")
         _labels(ax, labels, 0.12)
         if simulated:
@@ -203,6 +205,7 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     if ratio:
         ax.set_ylabel("perceived depth (ratio to the pinhole)")
         ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ratio_axis(ax, "y")
     else:
         ax.set_ylabel("rating (geometric mean)")
     _labels(ax, labels, 0.12)
@@ -239,6 +242,7 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
             labels.append((means[-1][1].estimate, label, colour))
     ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.set_ylabel("perceived depth (ratio to the pinhole)")
+    ratio_axis(ax, "y")
     _apertures(ax, sizes)
     _labels(ax, labels, 0.12)
     if simulated:
@@ -270,6 +274,7 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
     small = max(4.0, min(8.0, 130 / max(len(order), 1)))
     ax.set_yticks(range(len(order)), order, fontsize=small)
     ax.set_xlabel("depth effect at the largest aperture\n(ratio to the pinhole)")
+    ratio_axis(ax, "x")
     return ax
 
 
@@ -290,7 +295,8 @@ def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
                 ink = "white" if strength > 0.55 else "black"
                 ax.text(x, bottom + height / 2, str(step), ha="center", va="center", color=ink, fontsize=6.5)
         base += heights
-    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
+    names = [name for _, name in sizes]
+    ax.set_xticks(range(len(sizes)), names, rotation=45, ha="right", rotation_mode="anchor")
     ax.set(ylim=(0, 100), xlabel="aperture", ylabel="responses (%)", title=label.replace("\n", " "))
     return ax
 
@@ -432,17 +438,19 @@ def _gradients(ax: Axes, conditions: Sequence[tuple[str, float]]) -> None:
 
 def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> None:
     """Label curves at their end heights, right of the axes, with labels at least `apart` (axes fraction) apart."""
-    low, high = ax.get_ylim()
+    scale = ax.yaxis.get_transform()  # linear or logarithmic
+    low, high = scale.transform(np.array(ax.get_ylim()))
     places: list[float] = []
     for y, _, _ in sorted(labels):
-        places.append(max((y - low) / (high - low), places[-1] + apart if places else -np.inf))
+        height = (float(scale.transform(np.array([y]))[0]) - low) / (high - low)
+        places.append(max(height, places[-1] + apart if places else -np.inf))
     top = 1 - apart / 2
     for index in reversed(range(len(places))):  # move labels beyond the top down again
         places[index] = top = min(places[index], top)
         top -= apart
     beside = ax.get_yaxis_transform()  # at a height in data, which axes that share their limits may still change
     for place, (_, label, colour) in zip(places, sorted(labels), strict=True):
-        y = low + place * (high - low)
+        y = float(scale.inverted().transform(np.array([low + place * (high - low)]))[0])
         ax.text(1.02, y, label, transform=beside, ha="left", va="center", color=colour, fontweight="bold")
 
 

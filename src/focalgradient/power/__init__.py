@@ -15,7 +15,7 @@ from focalgradient.power.cube import (
 from focalgradient.power.latent import LatentModel, LatentStudy, latent_power, simulated_answers, study_of_ratings
 from focalgradient.power.own_tasks import TaskStudy
 from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, rise_power, simulated_ratings
-from focalgradient.power.running import Power, power, run, run_here
+from focalgradient.power.running import Power, power, run, run_here, share_interval, subjects_needed
 from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.study import AnyStudy
 from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
@@ -44,8 +44,10 @@ __all__ = [
     "run",
     "run_here",
     "sensitivity",
+    "share_interval",
     "simulated_answers",
     "simulated_ratings",
     "simulated_reports",
     "study_of_ratings",
+    "subjects_needed",
 ]

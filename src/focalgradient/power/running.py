@@ -18,7 +18,7 @@ from focalgradient.parallel import completed
 from focalgradient.power.study import AnyStudy
 from focalgradient.progress import Progress
 
-__all__ = ["Power", "power", "run", "run_here"]
+__all__ = ["Power", "power", "run", "run_here", "share_interval", "subjects_needed"]
 
 KEPT = ("subjects", "number", "width", "far_width", "left_out")
 """Columns of an experiment other than its tests."""
@@ -203,3 +203,42 @@ def power(experiments: pd.DataFrame, *, logs: bool = True) -> list[Power]:
 def _error(share: float, experiments: int) -> float:
     more = (share * experiments + 2) / (experiments + 4)
     return math.sqrt(more * (1 - more) / (experiments + 4))
+
+
+def subjects_needed(shares: Mapping[int, float], power: float) -> int | None:
+    """Interpolate the number of subjects from which on a power is reached; None if it is not within those simulated.
+
+    Between the largest simulated number of subjects below the power and the next, power is taken as linear.
+
+    Parameters
+    ----------
+    shares
+        Power by number of subjects.
+    power
+        Power to be reached.
+
+    Examples
+    --------
+    >>> subjects_needed({6: 0.5, 10: 0.9, 20: 1.0}, 0.8)
+    9
+    """
+    counts = sorted(shares)
+    below = [number for number, count in enumerate(counts) if shares[count] < power]
+    if not below or below[-1] == len(counts) - 1:
+        return None
+    low, high = counts[below[-1] : below[-1] + 2]
+    part = (power - shares[low]) / (shares[high] - shares[low])
+    return math.ceil(round(low + part * (high - low), 9))
+
+
+def share_interval(share: float, experiments: int) -> tuple[float, float]:
+    """Return the 95 % interval (Wilson) of a proportion of simulated experiments.
+
+    >>> low, high = share_interval(1.0, 100)
+    >>> round(low, 3), high
+    (0.963, 1.0)
+    """
+    from statsmodels.stats.proportion import proportion_confint  # type: ignore[import-untyped]
+
+    low, high = proportion_confint(share * experiments, experiments, method="wilson")
+    return float(low), float(high)

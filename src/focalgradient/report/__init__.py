@@ -270,6 +270,12 @@ def _of_table(
     return _Analysed(title, [part], notes=[*own.notes], notices=[*own.notices])
 
 
+def _is_ours(path: Path) -> bool:
+    """Return whether the sidecar of a table of behaviour names this package."""
+    sidecar = path.with_suffix(".json")
+    return sidecar.is_file() and b"focalgradient" in sidecar.read_bytes().lower()
+
+
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:
     """Analyse every task of a data set that has sessions."""
     title = str(read_description(root).get("Name", root.name))
@@ -286,8 +292,15 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
     if not parts:
         if refused:
             raise refused[0]
-        for path in sorted(root.glob("sub-*/**/*_beh.tsv")):
-            if not is_task(name := path.stem.rpartition("_task-")[2].removesuffix("_beh")):
+        for path in sorted([*root.glob("sub-*/**/*_beh.tsv"), *root.glob("sub-*/**/*_events.tsv")]):
+            name, _, kind = path.stem.rpartition("_task-")[2].rpartition("_")
+            pattern = "/".join(["sub-*", *["*"] * (len(path.relative_to(root).parts) - 2), f"*_{kind}.tsv"])
+            if not is_task(name) and (kind == "events" or not _is_ours(path)):
+                raise InputError(
+                    f"{root} holds the task {name!r} of another program: name its tables and their columns, as in "
+                    f"'focalgradient report {root}/{pattern} --columns rating=NAME'."
+                )
+            if not is_task(name):
                 raise InputError(f"{path} is of a task {unknown_task(name)}")
         known = ", ".join(task_named(name).called for name in task_names())
         raise InputError(f"{root} contains no answers to any known task ({known}): there is nothing to report.")

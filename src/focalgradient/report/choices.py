@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from focalgradient.report.document import Anchored, Block, Heading, Links
+from focalgradient.report.document import Anchored, Block, Details, Links
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 
 __all__ = ["CUBE", "DETECTION", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
@@ -115,7 +115,5 @@ def chosen(keys: Sequence[str]) -> Links:
 
 
 def explained(keys: Sequence[str]) -> Iterator[Block]:
-    """Yield the paragraphs of the choices, each once."""
-    yield Heading("Choices and their reasons", 3)
-    for key in dict.fromkeys(keys):
-        yield Anchored(f"why-{key}", *CHOICES[key])
+    """Yield the paragraphs of the choices, each once, folded."""
+    yield Details("Choices and their reasons", [Anchored(f"why-{key}", *CHOICES[key]) for key in dict.fromkeys(keys)])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 __all__ = [
     "Anchored",
     "Block",
+    "Details",
     "Figure",
     "Heading",
     "Links",
@@ -86,7 +87,15 @@ class Figure:
     caption: str
 
 
-Block = Heading | Paragraph | Links | Anchored | Notice | Table | Figure
+@dataclass(frozen=True, slots=True)
+class Details:
+    """Blocks that are folded under a summary, in HTML and Markdown."""
+
+    summary: str
+    blocks: Sequence[Block]
+
+
+Block = Heading | Paragraph | Links | Anchored | Notice | Table | Figure | Details
 
 
 def as_html(title: str, blocks: Sequence[Block]) -> str:
@@ -136,6 +145,9 @@ def _html(block: Block) -> str:
             return f'<p id="{anchor}"><b>{html.escape(title)}.</b> {typeset(text)}</p>\n'
         case Notice(text):
             return f'<p class="notice">{typeset(text)}</p>\n'
+        case Details(summary, blocks):
+            inside = "".join(map(_html, blocks))
+            return f"<details><summary>{html.escape(summary)}</summary>\n{inside}</details>\n"
         case Figure(_, png, caption):
             source = base64.b64encode(png).decode("ascii")
             text = html.escape(caption)
@@ -171,6 +183,9 @@ def _markdown(block: Block) -> str:
             return f"**{_plain(title)}.** {_plain(text)}"
         case Notice(text):
             return f"> **{_plain(text)}**"
+        case Details(summary, blocks):
+            inside = "\n\n".join(map(_markdown, blocks))
+            return f"<details>\n<summary>{_plain(summary)}</summary>\n\n{inside}\n\n</details>"
         case Figure(name, _, caption):
             return f"![{_plain(caption)}]({name})\n\n*{_plain(caption)}*"
         case Table(caption, header, rows, notes, csv, folded):

@@ -259,9 +259,10 @@ def sensitivity(
     caption = "Main results with and without exclusions"
     file = f"{name}{EFFECT}"
     columns = ["exclusions", "what"] if not digits else None
-    sheet = Sheet(file, Table(caption, header, rows, csv=file), pd.DataFrame(digits, columns=columns))
+    table = Table(caption, header, rows, csv=file) if found.exclusions else None
+    sheet = Sheet(file, table, pd.DataFrame(digits, columns=columns))
     if not found.exclusions:
-        return sheet, ["The rules left out nobody and no trial: results with and without exclusions are the same."], []
+        return sheet, ["The rules left out nobody and no trial."], []
     results = "; ".join(f"{one.what}: {_in_words(one)}" for one in both[1][1])
     counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
     sentences = [f"Without exclusions ({counted}): {results}."] if results else []
@@ -299,10 +300,14 @@ def _changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
     of = {one.what: one.effect for one in kept}
     for other in everyone:
         effect = of.get(other.what)
-        reliable = [isinstance(each, Effect) and each.significant for each in (effect, other.effect)]
-        if reliable[0] != reliable[1]:
-            with_, without = ("reliable" if each else "not reliable" for each in reliable)
-            yield f"Exclusions decide: {other.what} is {with_} {WITH} and {without} {WITHOUT}."
+        tests = [test for test in (effect, other.effect) if isinstance(test, Effect)]
+        if len({test.significant for test in tests}) == 2 or (len(tests) == 1 and tests[0].significant):
+            with_, without = (
+                f"p {p if p.startswith('<') else f'= {p}'}" if isinstance(test, Effect) else "not tested"
+                for test in (effect, other.effect)
+                for p in [probability(test.corrected_p) if isinstance(test, Effect) else ""]
+            )
+            yield f"Exclusions decide: {other.what}, {with_} {WITH} and {without} {WITHOUT}."
 
 
 def with_and_without(

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
-from focalgradient.design import recorded_design
+from focalgradient.design import check_design
 from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
@@ -156,7 +156,7 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
     table = data.tables.get(task.name)
     if table is None or table.empty:
         raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
-    design = recorded_design(task.name, next(iter(data.sidecars.values()))["Design"])
+    design = check_design(task.name, next(iter(data.sidecars.values()))["Design"])
     rows = table[~table["catch"]] if "catch" in table else table
     return OwnTask(task, data, table, data.simulated, called(task, "tested", task.tested, design, rows))
 
@@ -170,8 +170,7 @@ def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
 
 def _in_words(test: ConditionTest) -> Paragraph:
     assert isinstance(test.effect, Effect)
-    verb = "is reliable" if test.effect.significant else "is not reliable"
-    return Paragraph(f"The effect “{test.name}” {verb} ({test.effect.summary()}).")
+    return Paragraph(f"Effect “{test.name}”: {test.effect.summary()}.")
 
 
 def _confounded(rows: pd.DataFrame, factors: Iterable[str]) -> Iterator[Notice]:
@@ -236,8 +235,7 @@ def _methods(task: Task, settings: Mapping[str, Any], tests: tuple[ConditionTest
         f"Answers{logs} were averaged within subject and condition. The effect of a condition with three or more "
         "levels that are numbers is its least-squares slope within subject; of other conditions each level was "
         "compared with the first. Effects were tested over subjects by Student’s t (levels of different subjects by "
-        f"Welch’s), two-sided, with Holm’s correction over {many(len(tests), 'test')}; an effect is called reliable "
-        "where the corrected p is below .05.",
+        f"Welch’s), two-sided, with Holm’s correction over {many(len(tests), 'test')}.",
     ]
 
 

@@ -126,4 +126,6 @@ class Part(ABC):
                 text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
                 values.setdefault(setting, {})[text] = None
         rows = [[setting, "; ".join(text)] for setting, text in values.items()]
-        return [listed(f"{self.name}_design.csv", "Design", ["setting", "value"], rows)] if self.data else []
+        return (
+            [listed(f"{self.name}_design.csv", "Design", ["setting", "value"], rows, folded=True)] if self.data else []
+        )

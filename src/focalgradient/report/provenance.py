@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import platform
-import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -22,8 +21,8 @@ from focalgradient.report.tables import Sheet
 
 __all__ = ["listed", "provenance"]
 
-PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
-"""Packages whose versions are listed if they were imported."""
+PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "matplotlib")
+"""Packages that every report imports, whose versions are listed."""
 
 
 class Analysed(Protocol):
@@ -55,8 +54,8 @@ def provenance(
 ) -> Iterator[Sheet]:
     """Yield tables of the software, of the data set with the rules `applied` to it, and of its files with hashes."""
     root = paths[0]
-    made = [[name, version(name)] for name in PACKAGES if name in sys.modules] + [["Python", platform.python_version()]]
-    yield listed("versions.csv", "Analysed with", ["what", "version"], made)
+    made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
+    yield listed("versions.csv", "Analysed with", ["what", "version"], made, folded=True)
     sidecars: dict[Files, Mapping[str, Any]] = {}
     for part in parts:
         sidecars |= {} if part.data is None else part.data.sidecars
@@ -77,7 +76,7 @@ def provenance(
     if "bound" in applied:
         facts["bound of equivalence"] = {f"{bound:g}": None}
     rows = [[name, ", ".join(values)] for name, values in facts.items()]
-    yield listed("data_set.csv", "Data set", ["what", "value"], rows)
+    yield listed("data_set.csv", "Data set", ["what", "value"], rows, folded=True)
     hashes = []
     for files in sidecars:
         for path in (files.table, files.sidecar):

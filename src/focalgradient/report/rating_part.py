@@ -13,17 +13,17 @@ from focalgradient.report.analysed import Ratings, analyse_ratings
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, place_sheet, screens, screens_sheet
-from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.document import Block, Details, Notice, Paragraph
 from focalgradient.report.exclusions import with_and_without
 from focalgradient.report.export import trial_files
-from focalgradient.report.gaze import gaze_part
+from focalgradient.report.gaze import findings, gaze_part
 from focalgradient.report.observed import Observed, observed_ratings
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part
-from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
+from focalgradient.report.scales import comparison_sheets, factor_sheet
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects
 from focalgradient.report.tables import quality_sheets, rating_sheets
-from focalgradient.report.words import counts, methods_ratings, rating_findings
+from focalgradient.report.words import counts, methods_ratings, rating_cautions, rating_checks
 from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Quality
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
@@ -112,6 +112,11 @@ class RatingPart(Part):
 
     def findings(self, output: Output) -> Iterator[Block]:
         part = self.ratings
+        for sentence in findings(part):
+            yield Notice(sentence) if isinstance(part.main, NotComputed) else Paragraph(sentence)
+        result = part.result if isinstance(part.result, DepthRatingResult) else None
+        if result is not None:
+            yield from map(Paragraph, rating_cautions(result))
         yield Paragraph(counts(part.quality))
         own = quality_sheets(part.quality, "depth_rating")
         seen = [] if part.data is None else screens(part.data)
@@ -121,29 +126,28 @@ class RatingPart(Part):
         own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
         if part.factors:
             own = [factor_sheet(part.factors, part.analysis), *own]
-        without = [*with_and_without("depth_rating", part.quality, part.main, part.everyone, own)]
-        if part.compared is not None:
-            yield from map(Paragraph, comparison_findings(part.compared))
-            yield from without
-            own = [*comparison_sheets(part.compared), *own]
-        elif isinstance(part.result, NotComputed):
-            yield Notice(part.result.reason)
-            yield from without
-        else:
-            yield from map(Paragraph, rating_findings(part.result))
-            yield from without
-            yield from self._figures(part.result, output)
-            own = [*rating_sheets(part.result), *own]
+        yield from with_and_without("depth_rating", part.quality, part.main, part.everyone, own)
+        folded: list[Block] = []
+        results = [*comparison_sheets(part.compared)] if part.compared is not None else []
+        if result is not None:
+            figure, *further = self._figures(result, output)
+            yield figure
+            folded += [*map(Paragraph, rating_checks(result)), *further]
+            results = rating_sheets(result)
+        shown, *tables = output.tables([*results, *own])
+        yield shown
         checked = rating_residuals(part.kept, part.analysis)
         if not part.kept.empty and checked:
-            yield output.figure("depth_rating_residuals", residual_figure(checked, simulated=part.simulated), RESIDUALS)
-        yield from robustness_part(part, output)
-        yield from output.tables(own)
-        if isinstance(part.result, DepthRatingResult):
-            yield from map(Paragraph, part.result.remarks)
+            drawn = residual_figure(checked, simulated=part.simulated)
+            folded.append(output.figure("depth_rating_residuals", drawn, RESIDUALS))
+        folded += robustness_part(part, output)
+        folded += tables
+        if result is not None:
+            yield from map(Paragraph, result.remarks)
         yield from gaze_part(part, output.sheets)
         if self.posterior is not None:
             yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
+        yield Details("Checks and further tables", folded)
 
     def _figures(self, result: DepthRatingResult, output: Output) -> Iterator[Block]:
         simulated, data = self.simulated, self.ratings.data

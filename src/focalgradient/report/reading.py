@@ -7,7 +7,9 @@ from typing import Any
 
 from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
-from focalgradient.statistics.own_tables import Paths, Source, Where, factor_of, few
+from focalgradient.statistics.own_names import few
+from focalgradient.statistics.own_numbers import factor_of
+from focalgradient.statistics.own_tables import Paths, Source, Where
 
 __all__ = ["explained_table"]
 

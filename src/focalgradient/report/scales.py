@@ -31,14 +31,14 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
         if isinstance(slope, NotComputed):
             yield f"{focused}, the slope on the aperture was not tested: {slope.reason}"
         else:
-            verb = "did not change reliably" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
+            verb = "was not shown to change" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
             unit = f"{slope_unit(found.analysis)} per millimetre"
             sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
             yield sentence + _here(slope, fixed)
         if found.analysis.alike is None:
             continue
         if isinstance(largest, Effect):
-            verb = "differed" if largest.significant else "did not differ reliably"
+            verb = "differed" if largest.significant else "was not shown to differ"
             ends = f"({_worded(largest)}; {_over(largest)})"
             yield f"At the largest aperture it {verb} from that of pictures that are alike {ends}."
         else:
@@ -49,7 +49,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
         if isinstance(test, NotComputed):
             yield f"The slopes of “{one}” and “{other}” were not compared: {test.reason}"
         else:
-            verb = "differed" if test.significant else "did not differ reliably"
+            verb = "differed" if test.significant else "were not shown to differ"
             yield f"The slopes of “{one}” and “{other}” {verb} ({_worded(test)}; {_over(test)})."
 
 

@@ -28,6 +28,7 @@ from focalgradient.statistics import (
     Quality,
     as_table,
 )
+from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.cube import READINGS
 
@@ -216,7 +217,20 @@ def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
         return [*sheets, *_ordinal(result.ordinal)]
     if result.scene_means:
         sheets.append(Sheet("depth_rating_scenes.csv", None, as_table(result.scene_means)))
+    sheets += _sensitivity(result)
     return [*sheets, _rises(result), _equivalence(result), _means(result), _slopes(result), _components(result)]
+
+
+def _sensitivity(result: DepthRatingResult) -> list[Sheet]:
+    """Return the bootstrap-t of the primary effect as a file, if there is one."""
+    rows = [
+        {"fixation": each.fixation, "estimate": each.rise_these_scenes.estimate}
+        | as_table([each.bootstrap]).iloc[0].to_dict()
+        | {"method": "bootstrap-t over subjects"}
+        for each in result.fixations
+        if isinstance(each.bootstrap, BootstrapT) and isinstance(each.rise_these_scenes, Effect)
+    ]
+    return [Sheet("depth_rating_sensitivity.csv", None, pd.DataFrame(rows))] if rows else []
 
 
 def _rises(result: DepthRatingResult) -> Sheet:
@@ -448,16 +462,8 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
                 "log_sd_se": fit.log_sd_se,
             }
         )
-    header = [
-        "blur agrees with",
-        "mm",
-        "percept",
-        "subjects",
-        "geometric mean (s)",
-        "SE of its log",
-        "gamma shape",
-        "SE",
-    ]
+    header = ["blur agrees with", "mm", "percept", "subjects"]
+    header += ["geometric mean (s)", "SE of its log", "gamma shape", "SE"]
     header += ["SD of log mean", "SE"]
     caption = (
         "Durations over subjects: gamma distributions of one shape and each subject’s own mean, the cut-off censored"

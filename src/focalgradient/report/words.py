@@ -33,6 +33,8 @@ __all__ = [
     "methods_ratings",
     "necker_findings",
     "p_is",
+    "rating_cautions",
+    "rating_checks",
     "rating_findings",
 ]
 
@@ -47,18 +49,20 @@ def counts(found: Quality) -> str:
 
 
 def rating_findings(result: DepthRatingResult) -> list[str]:
-    """Summarise experiment 1 in a few sentences, the primary outcome first."""
+    """Answer the questions of experiment 1 in one sentence each: primary effect, equivalence, difference."""
     if isinstance(result.ordinal, OrdinalResult):
         return _ordinal_findings(result.ordinal)
     sentences = []
-    for each in result.fixations:
+    for number, each in enumerate(result.fixations):
         subject = f"With {in_focus(each.fixation)}"
         if isinstance(each.rise, NotComputed):
             sentences.append(f"{subject}, the depth effect was not tested: {each.rise.reason}")
+        elif number and isinstance(each.equivalence, Equivalence):
+            sentences.append(_equivalence_sentence(subject, each.rise, each.equivalence))
         else:
-            sentences.append(_rise_sentence(subject, each, result))
+            sentences.append(_rise_sentence(subject, each.rise))
     if isinstance(result.interaction, Effect):
-        differ = "differed" if result.interaction.significant else "did not differ reliably"
+        differ = "differed" if result.interaction.significant else "were not shown to differ"
         ratio = result.interaction.ratio
         ends = interval(ratio.low, ratio.high, 2)
         sentences.append(
@@ -72,51 +76,79 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
     return sentences
 
 
-def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
-    """Describe a depth effect: test, test for these scenes if different, bootstrap-t, and equivalence."""
-    rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
-    assert isinstance(rise, Effect)
-    what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
-    over = _over(rise)
-    sentence = (
-        f"{subject}, ratings {what} from the pinhole to the largest aperture (ratio {decimals(ratio.estimate)}, "
-        f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_size(rise)}; over {over})."
-    )
-    fixed = each.rise_these_scenes
-    if random_scenes(rise) and isinstance(fixed, Effect):
-        ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
-        sentence += f" For these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
-    sentence += _bootstrapped(each, rise)
-    if isinstance(each.equivalence, Equivalence) and (each.equivalence.equivalent or not rise.significant):
-        bound = math.exp(each.equivalence.bound)
-        ends = interval(math.exp(each.equivalence.low), math.exp(each.equivalence.high), 2)
-        within = f"equivalent to zero within a factor of {decimals(bound)}"
-        if not each.equivalence.equivalent:
-            said = f"Equivalence to zero within a factor of {decimals(bound)} was not established"
-        elif rise.significant:
-            said = f"The change is nevertheless {within}: smaller than what would matter"
-        else:
-            said = f"The change is {within}"
-        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{p_is(each.equivalence.p)})."
-    sentence += _assumption(each)
-    return sentence
-
-
-def _bootstrapped(each: FixationResult, rise: Effect) -> str:
-    """Report the sensitivity analysis of the primary effect, and what to make of it where it disagrees."""
-    found, fixed = each.bootstrap, each.rise_these_scenes
-    if isinstance(found, NotComputed):
-        return ""
-    ends = interval(math.exp(found.low), math.exp(found.high), 2)
-    said = f" Sensitivity: bootstrap-t over subjects, for these scenes, 95{SPACE}% CI {ends}, p{SPACE}{p_is(found.p)}"
-    if found.significant == rise.significant:
-        return f"{said}; it agrees."
-    if isinstance(fixed, Effect) and fixed.significant == found.significant:
-        return f"{said}. It disagrees because, as the test for these scenes, it does not generalise to other scenes."
+def _rise_sentence(subject: str, rise: Effect) -> str:
+    """Describe a depth effect by its test."""
+    ratio = rise.ratio
     return (
+        f"{subject}, ratings {_direction(rise)} from the pinhole to the largest aperture (ratio "
+        f"{decimals(ratio.estimate)}, 95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_size(rise)}; "
+        f"over {_over(rise)})."
+    )
+
+
+def _equivalence_sentence(subject: str, rise: Effect, equal: Equivalence) -> str:
+    """Describe a depth effect by the test of equivalence to zero; by its own where it is significant and not small."""
+    if rise.significant and not equal.equivalent:
+        return _rise_sentence(subject, rise)
+    bound = f"within a factor of {decimals(math.exp(equal.bound))}"
+    ends = interval(math.exp(equal.low), math.exp(equal.high), 2)
+    if rise.significant:
+        said = f"ratings {_direction(rise)}, by less than what would matter: the depth effect is"
+    else:
+        said = "the depth effect is" if equal.equivalent else "the depth effect was not shown to be"
+    return (
+        f"{subject}, {said} equivalent to zero {bound} (ratio {decimals(rise.ratio.estimate)}, 90{SPACE}% CI {ends}; "
+        f"two one-sided tests, p{SPACE}{p_is(equal.p)})."
+    )
+
+
+def _direction(rise: Effect) -> str:
+    return "were not shown to change" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
+
+
+def rating_cautions(result: DepthRatingResult) -> list[str]:
+    """Return what changes the reading of the answers: a sensitivity analysis that disagrees, skewed subjects."""
+    return [
+        sentence
+        for each in result.fixations
+        for sentence in (_bootstrapped(each)[1], _assumption(each))
+        if sentence and isinstance(each.rise, Effect)
+    ]
+
+
+def rating_checks(result: DepthRatingResult) -> list[str]:
+    """Return the tests beside the answers that decide nothing: for these scenes, and the sensitivity analysis."""
+    sentences = []
+    for each in result.fixations:
+        rise, fixed = each.rise, each.rise_these_scenes
+        if isinstance(rise, Effect) and random_scenes(rise) and isinstance(fixed, Effect):
+            ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
+            sentences.append(
+                f"With {in_focus(each.fixation)}, for these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; "
+                f"{_test(fixed)}."
+            )
+        if agrees := _bootstrapped(each)[0]:
+            sentences.append(agrees)
+    return sentences
+
+
+def _bootstrapped(each: FixationResult) -> tuple[str, str]:
+    """Report the sensitivity analysis of the primary effect, first if it agrees, second if it disagrees."""
+    found, rise, fixed = each.bootstrap, each.rise, each.rise_these_scenes
+    if isinstance(found, NotComputed) or isinstance(rise, NotComputed):
+        return "", ""
+    ends = interval(math.exp(found.low), math.exp(found.high), 2)
+    said = f"Sensitivity: bootstrap-t over subjects, for these scenes, 95{SPACE}% CI {ends}, p{SPACE}{p_is(found.p)}"
+    if found.significant == rise.significant:
+        return f"{said}; it agrees.", ""
+    if isinstance(fixed, Effect) and fixed.significant == found.significant:
+        because = "It disagrees because, as the test for these scenes, it does not generalise to other scenes."
+        return "", f"{said}. {because}"
+    return (
+        "",
         f"{said}. It disagrees, and the test above decides: the result depends on the assumption that subjects’ "
         "effects are normally distributed. Look at each subject’s effect (Q-Q plot), and do not rely on the result "
-        "before it is repeated with more subjects."
+        "before it is repeated with more subjects.",
     )
 
 
@@ -126,7 +158,7 @@ def _assumption(each: FixationResult) -> str:
     if not isinstance(parts, Components) or not parts.skewed:
         return ""
     return (
-        f" Subjects’ depth effects are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
+        f"Subjects’ depth effects are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
         f"{decimals(parts.subjects_w, 3)}, p{SPACE}{p_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
         "the Q-Q plot): Student’s t assumes that they are, and no test of few subjects makes up for it (where one "
         f"subject in five shows the effect, about {ENOUGH_SUBJECTS} subjects do)."
@@ -141,7 +173,7 @@ def _pair(one: str, other: str, test: Effect | NotComputed, what: str) -> str:
     """Describe the difference between a pair out of more than two fixations."""
     if isinstance(test, NotComputed):
         return f"The {what} of “{one}” and “{other}” were not compared: {test.reason}"
-    differ = "differed" if test.significant else "did not differ reliably"
+    differ = "differed" if test.significant else "were not shown to differ"
     ends = interval(test.ratio.low, test.ratio.high, 2)
     return (
         f"The {what} of “{one}” and “{other}” {differ} (their ratio {decimals(test.ratio.estimate)}, "
@@ -157,7 +189,7 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
         if isinstance(rise, NotComputed):
             sentences.append(f"{subject}, the slope was not tested: {rise.reason}")
             continue
-        what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
+        what = "were not shown to change" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
         ends = interval(rise.ratio.low, rise.ratio.high, 2)
         sentences.append(
             f"{subject}, ratings {what} with blur (odds ratio of a higher answer at the largest aperture "
@@ -168,7 +200,7 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
             ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
             sentences[-1] += f" For these scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
     if isinstance(result.interaction, Effect):
-        differ = "differed" if result.interaction.significant else "did not differ reliably"
+        differ = "differed" if result.interaction.significant else "were not shown to differ"
         ratio = result.interaction.ratio
         sentences.append(
             f"The two slopes {differ} (ratio of the odds ratios {decimals(ratio.estimate)}, 95{SPACE}% CI "
@@ -193,11 +225,10 @@ def necker_findings(result: NeckerResult) -> list[str]:
         if isinstance(test, NotComputed):
             sentences.append(f"{blur} was not tested: {test.reason}")
             continue
-        verb = "left" if not test.significant else "raised" if test.estimate > 0 else "lowered"
-        unchanged = "" if test.significant else " without reliable change"
+        verb = "was not shown to change" if not test.significant else "raised" if test.estimate > 0 else "lowered"
         without, with_ = (shares[key] for key in (("none", 0.0), (effect.gradient, effect.strength)))
         sentences.append(
-            f"{blur} {verb} the nonrigid share of the time{unchanged} (odds ratio {decimals(math.exp(test.estimate))}, "
+            f"{blur} {verb} the nonrigid share of the time (odds ratio {decimals(math.exp(test.estimate))}, "
             f"95{SPACE}% CI {interval(math.exp(test.low), math.exp(test.high), 2)}; {_test(test)}{_size(test)}; "
             f"mean share {without} without, {with_} with it)."
         )
@@ -301,7 +332,7 @@ def analysis_necker(shortest_both: float) -> str:
         "The log odds of the nonrigid reading (its time over that of the rigid reading) were computed for each subject "
         "and gradient; half of the mean duration of a report was added to each time, which keeps log odds finite and "
         "reduces their bias. Each gradient was compared with none by a paired t-test over subjects. Holm’s method "
-        "corrects over gradients, and a change is called reliable if the corrected p is below .05. Intervals are 95 % "
+        "corrects over gradients. Intervals are 95 % "
         "intervals over subjects by t; shares of time only describe, with intervals on the log odds of their mean. "
         f"Both keys held for less than {shortest_both:g} s counted as a transition, not as a report. Gamma and "
         "log-normal distributions were fitted to the durations of each percept by maximum likelihood, with durations "

@@ -11,22 +11,13 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.tables import as_number
+from focalgradient.files.cells import as_number
 from focalgradient.statistics.conditions import ConditionTest, condition_tests, planned_tests
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.means import family
-from focalgradient.statistics.own_names import clean
-from focalgradient.statistics.own_ratings import ROLES
-from focalgradient.statistics.own_tables import (
-    Paths,
-    Source,
-    Where,
-    answered,
-    catch_trials,
-    few,
-    found_columns,
-    read_table,
-)
+from focalgradient.statistics.own_names import clean, few
+from focalgradient.statistics.own_ratings import ROLES, check_rating
+from focalgradient.statistics.own_tables import Paths, Source, Where, answered, catch_trials, found_columns, read_table
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
@@ -110,6 +101,7 @@ def read_conditions(
     ({'aperture_mm': [2.0, 8.0]}, True)
     """
     own = Source.read(path, ROLES, columns, where)
+    check_rating(own)
     if "rating" not in own.columns:
         raise own.no_column("rating")
     if not by:

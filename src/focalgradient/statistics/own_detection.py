@@ -9,7 +9,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.statistics.own_names import clean
+from focalgradient.statistics.own_names import clean, few, place
 from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
@@ -19,9 +19,7 @@ from focalgradient.statistics.own_tables import (
     answered,
     catch_trials,
     columns_like,
-    few,
     found_columns,
-    place,
     read_table,
 )
 

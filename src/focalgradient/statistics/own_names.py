@@ -14,7 +14,12 @@ from collections.abc import Iterable
 
 import pandas as pd
 
-__all__ = ["clean", "is_summary", "maybe_summary", "rows_named", "same_name", "united"]
+from focalgradient.files import printable
+
+__all__ = ["ABSENT", "clean", "few", "is_summary", "maybe_summary", "place", "rows_named", "same_name", "united"]
+
+ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a", "<na>"})
+"""Cells that count as empty."""
 
 LOOKALIKES = str.maketrans(
     "аеорсухіјѕԁһԛԝвкмнт" + "αβεικνορτυχ" + "ıℓ",
@@ -23,7 +28,7 @@ LOOKALIKES = str.maketrans(
 """Lower-case Cyrillic, Greek and other letters that look like Latin ones (Unicode Technical Standard 39, confusables).
 """
 
-DASHES = str.maketrans(dict.fromkeys("‐‑‒–—―−﹣－", "-"))
+DASHES = str.maketrans({**dict.fromkeys("‐‑‒–—―−﹣－", "-"), "ƒ": "f"})
 
 _SUMMARIES = (
     "mean|means|average|avg|total|totals|grand total|subtotal|median|std dev|stdev|st dev|standard deviation|"
@@ -122,6 +127,18 @@ def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
         return f"rows {numbers[0]} to {numbers[-1]}"
     more = f" and {len(numbers) - 3:,} more" if len(numbers) > 3 else ""
     return f"rows {', '.join(str(one) for one in numbers[:3])}{more}"
+
+
+def few(names: list[str]) -> str:
+    """Join up to ten distinct names."""
+    several = list(dict.fromkeys(names))
+    return ", ".join(several[:10]) + (f" and {len(several) - 10} more" if len(several) > 10 else "")
+
+
+def place(table: pd.DataFrame, wrong: pd.Series[bool]) -> str:
+    """Return file, row, and in a wide table column, of the first invalid row."""
+    file, row, *column = table.index[int(wrong.to_numpy().argmax())]
+    return f"{file}, row {row}" + (f", column {printable(column[0])}" if column else "")
 
 
 def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.DataFrame:

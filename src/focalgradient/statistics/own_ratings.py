@@ -6,15 +6,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.files.cells import as_number
 from focalgradient.scales import Choices, Ratios
-from focalgradient.statistics.own_names import rows_named
+from focalgradient.statistics.own_names import ABSENT, few, place, rows_named
 from focalgradient.statistics.own_rows import check_seconds, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
-    ABSENT,
     PARTICIPANT,
     Paths,
     Source,
@@ -22,8 +23,6 @@ from focalgradient.statistics.own_tables import (
     answered,
     catch_trials,
     columns_like,
-    few,
-    place,
     renamed,
     unused,
     where_like,
@@ -150,6 +149,7 @@ def read_ratings(
     [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
     """
     own = Source.read(path, ROLES, long_columns(columns), where)
+    check_rating(own)
     headers, notes, notices = list(own.cells), own.notes, own.notices
     words = given_words(conditions or {})
     if "rating" not in own.columns:
@@ -181,6 +181,27 @@ def read_ratings(
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
     checked = rating_table(table, Choices() if choices else Ratios())
     return OwnRatings(checked, tuple(notes), tuple(own.problems), tuple(notices), choices)
+
+
+RATINGS = frozenset(("rating", "ratings", "depth", "perceived", "reported", "judgment", "judgement", "slider"))
+"""Words of which names of columns of ratings consist."""
+
+
+def check_rating(own: Source) -> None:
+    """Raise `InputError` if a column of answers was taken for the ratings, and another one is called so."""
+    column = own.columns.get("rating", "")
+    if not column or "rating" in own.given or "interval" in own.columns or "rating" in column.casefold():
+        return
+    for name in own.cells:
+        words = {word.casefold() for word in PARTS.split(str(name)) if word}
+        cells = [cell.replace(",", ".") for cell in own.cells[name].unique() if cell.strip()]
+        if name in own.columns.values() or not words or not words <= RATINGS or not cells:
+            continue
+        if all(as_number(cell) is not None for cell in cells):
+            raise InputError(
+                f"{own.name} has two columns that may hold ratings, {printable(column)} and {printable(str(name))}: "
+                f'say which with columns={{"rating": "{printable(str(name))}"}}.'
+            )
 
 
 def long_columns(columns: Mapping[str, str] | None) -> Mapping[str, str] | None:
@@ -390,9 +411,27 @@ def _trials(own: Source, table: pd.DataFrame) -> pd.DataFrame:
         keys = table[[*by, *condition]]
         if told := _told_apart(own, table, keys):
             own.notices.append(f"Rows stand in groups of one condition, as several rows of one trial do{told}.")
+        elif start := _same_start(table["rating"], keys):
+            own.notices.append(start)
     table["trial"] = table.groupby(by, sort=False).cumcount() + 1
     own.notes.append("Trials are numbered as they stand in the file.")
     return table
+
+
+def _same_start(ratings: pd.Series[float], keys: pd.DataFrame) -> str:
+    """Return a notice if rows stand in groups of one condition, of which one row always has the same rating."""
+    group = (keys != keys.shift()).any(axis=1).cumsum()
+    sizes = group.value_counts()
+    if len(sizes) < 4 or sizes.nunique() != 1 or sizes.iloc[0] < 2:
+        return ""
+    values = ratings.groupby(group.groupby(group).cumcount().to_numpy()).agg(["nunique", "first"])
+    same = values["nunique"] == 1
+    if not same.any() or same.all():
+        return ""
+    return (
+        f"Rows stand in groups of {sizes.iloc[0]} of one condition, and row {int(np.argmax(same)) + 1} of each group "
+        f"always has the rating {values['first'][same].iloc[0]:g}, as the start of a slider has: leave such rows out."
+    )
 
 
 def _told_apart(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
@@ -414,5 +453,9 @@ def _told_apart(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
             and values.nunique() == size // count
             and not pd.DataFrame({"group": group, "value": values.to_numpy()}).duplicated().any()
         ):
-            return f"; {printable(str(name))} tells them apart: choose with {where_like(str(name), values.iloc[-1])}"
+            words = [*dict.fromkeys(values)]
+            likely = next((word for word in words if word.casefold() in MEASURES), values.iloc[-1])
+            return (
+                f"; {printable(str(name))} ({few(words)}) tells them apart: choose with {where_like(str(name), likely)}"
+            )
     return ""

@@ -11,10 +11,10 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.statistics.own_names import rows_named
+from focalgradient.statistics.own_names import ABSENT, place, rows_named
+from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import check_seconds
 from focalgradient.statistics.own_tables import (
-    ABSENT,
     PARTICIPANT,
     Paths,
     Source,
@@ -22,8 +22,6 @@ from focalgradient.statistics.own_tables import (
     answered,
     catch_trials,
     conditions_like,
-    numbers,
-    place,
     read_table,
     truths,
 )

@@ -5,19 +5,20 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.tables import RaggedTableError, as_number, is_date, name_and_unit, read_cells, unique_names
-from focalgradient.statistics.own_names import clean, united
+from focalgradient.files.cells import name_and_unit
+from focalgradient.files.tables import RaggedTableError, read_cells, unique_names
+from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
+from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
 
 __all__ = [
-    "ABSENT",
     "PARTICIPANT",
     "TABLES",
     "Paths",
@@ -27,12 +28,8 @@ __all__ = [
     "catch_trials",
     "columns_like",
     "conditions_like",
-    "few",
     "found_columns",
-    "numbers",
     "of_one_data_set",
-    "others",
-    "place",
     "read_table",
     "renamed",
     "rows_of",
@@ -41,17 +38,25 @@ __all__ = [
     "where_like",
 ]
 
-ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"})
-"""Cells that count as empty."""
-
 TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False, "": False, "n/a": False}
 
 PARTICIPANT = (
     *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
-    *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id", "result"),
+    *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id"),
+    *("responseid", "response id", "result"),
 )
 """Recognised names of the participant column."""
 
+
+PRACTICE = re.compile(
+    r"(?:practi[cs]e|training(?=_?trial)|warm-?up|demo|[üu]bung)(?:\b|_|trial)[\w.\- ]*", re.IGNORECASE
+)
+"""Names of loops and of blocks of practice."""
+
+EXCLUDED = re.compile(
+    r"(?:is_?)?(?:exclu\w*|outliers?|reject\w*|(?:in)?valid|bad|keep|includ\w*)(?:_\w+)?", re.IGNORECASE
+)
+"""Names of columns that mark rows to be left out or kept."""
 
 LISTED = 12
 """Maximum number of columns listed in an error message."""
@@ -125,10 +130,33 @@ class Source:
         own = cls(name, cells, found_columns(name, cells, roles, columns), given, notes)
         several = cells.index.get_level_values(0).unique()
         if "participant_id" not in own.columns and len(several) > 1:
-            own.cells["participant (file)"] = [Path(file).stem for file in cells.index.get_level_values(0)]
+            own.cells["participant (file)"] = [_person(str(file)) for file in cells.index.get_level_values(0)]
             own.columns["participant_id"] = "participant (file)"
             own.notices.append("There is no column of participants: each file is taken for one person's.")
-        return own
+        return own.without_practice()
+
+    def without_practice(self) -> Source:
+        """Leave out the rows of PsychoPy's loops of practice; note columns that name rows of practice."""
+        practice = pd.Series(False, index=self.cells.index)
+        for name in map(str, self.cells):
+            cells = self.cells[name]
+            named = {cell for cell in cells.unique() if PRACTICE.fullmatch(cell.strip())}
+            if name.casefold().endswith(".thisn") and PRACTICE.match(name):
+                practice |= ~cells.str.strip().str.casefold().isin(ABSENT)
+            elif named and name not in self.columns.values():
+                others = [cell for cell in cells.unique() if cell.strip() and cell not in named]
+                remedy = f": leave them out with {where_like(name, others[0])}" if others else ""
+                count = int(cells.isin(named).sum())
+                self.notices.append(f"{printable(name)} says that {count:,} rows are practice{remedy}.")
+            elif EXCLUDED.fullmatch(name.strip()) and name not in self.columns.values() and cells.nunique() > 1:
+                remedy = f"choose rows with {where_like(name, str(cells.mode()[0]))}"
+                self.notices.append(f"{printable(name)} ({few([*cells])}) was not used: {remedy} where it marks rows.")
+        if not practice.any() or practice.all():
+            return self
+        self.notices.append(f"{rows_of(practice)} left out, of a loop of practice.")
+        kept = self.cells[~practice].copy()
+        kept.attrs |= self.cells.attrs
+        return replace(self, cells=kept)
 
     def no_column(self, role: str, otherwise: str = "") -> InputError:
         """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
@@ -227,6 +255,11 @@ def read_table(paths: Paths, where: Where | None = None) -> tuple[str, pd.DataFr
         header, rows, places = list(table.header), list(table.rows), list(table.places)
         if not any(header):
             raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
+        if len(header) == 1 and path.suffix.lower() in TABLES:
+            raise InputError(
+                f"{table.name} has the one column {printable(header[0][:60])!r}: separate columns by commas, "
+                "semicolons or tabs."
+            )
         ragged = any(len(row) != len(header) for row in rows)
         if path.suffix.lower() not in TABLES and (len(header) == 1 or ragged):
             raise InputError(f"{table.name} is not a table: give {TABLE_OR_DATA_SET}.")
@@ -249,6 +282,16 @@ def read_table(paths: Paths, where: Where | None = None) -> tuple[str, pd.DataFr
     return name, chosen_rows(name, cells, where or {}, notes), notes
 
 
+def _person(file: str) -> str:
+    """Return the participant whom a file's name states, or the name.
+
+    >>> _person("sub-01_task-depth_run-2_events.tsv"), _person("anna.csv")
+    ('sub-01', 'anna')
+    """
+    stem = Path(file).stem
+    return stem.partition("_")[0] if re.match(r"sub-[^_]+_", stem) else stem
+
+
 def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | None = None) -> bool:
     """Return whether tables are the parts of one data set: files of one participant each.
 
@@ -269,7 +312,7 @@ def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | 
         name, cells, _ = read_table(path)
         columns = {} if participant is None else {"participant": participant}
         theirs = found_columns(name, cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
-        names = {clean(cell) for cell in cells[theirs]} - {""} if theirs else {Path(path).stem}
+        names = {clean(cell) for cell in cells[theirs]} - {""} if theirs else {_person(str(path))}
         people.append(names)
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
@@ -347,6 +390,8 @@ def found_columns(
                 found[role] = near
     for column in found.values():
         again = [one for one in header if re.fullmatch(re.escape(column) + r" \(column \d+\)", one)]
+        if column not in columns.values():
+            again += [one for one in header if one != column and clean(one).casefold() == clean(column).casefold()]
         if any((table[one] != table[column]).any() for one in again):
             raise InputError(f"{name} has the column {column} twice, with different cells: remove or rename one.")
     return found
@@ -405,22 +450,10 @@ def rows_of(left_out: pd.Series[bool]) -> str:
     return "1 row was" if count == 1 else f"{count:,} rows were"
 
 
-def few(names: list[str]) -> str:
-    """Join up to ten distinct names."""
-    several = list(dict.fromkeys(names))
-    return ", ".join(several[:10]) + (f" and {len(several) - 10} more" if len(several) > 10 else "")
-
-
 def unused(names: list[str]) -> list[str]:
     """Return a note that lists unused columns, if any."""
     named = [printable(name) for name in names if name]
     return [f"Columns that were not used: {few(named)}."] if named else []
-
-
-def place(table: pd.DataFrame, wrong: pd.Series[bool]) -> str:
-    """Return file, row, and in a wide table column, of the first invalid row."""
-    file, row, *column = table.index[int(wrong.to_numpy().argmax())]
-    return f"{file}, row {row}" + (f", column {printable(column[0])}" if column else "")
 
 
 def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
@@ -430,90 +463,3 @@ def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
     if wrong.any():
         raise InputError(f"{place(table, wrong)}: {role} is {table[role][wrong].iloc[0]!r}, but must be 0 or 1.")
     return texts.map(TRUTH).astype(bool)
-
-
-LENGTHS = {"mm": 1, "cm": 10, "m": 1000, "um": 0.001, "µm": 0.001}
-TIMES = {
-    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
-    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 0.001),
-    **dict.fromkeys(("us", "µs"), 1e-6),
-    "min": 60,
-}
-UNITS: dict[str, Mapping[str, float]] = {
-    "aperture_mm": LENGTHS,
-    "strength": LENGTHS,
-    **dict.fromkeys(("response_time", "duration", "onset", "end", "trial_duration"), TIMES),
-    "rating": {"": 1, "%": 0.01, "percent": 0.01, "ratio": 1, "x": 1},
-}
-"""Units that headings of numbers may state, by role, with the factor to the package's unit."""
-
-FOREIGN = ("log", "db", "decibel", "decibels", "in", "inch", "inches", "ft", "deg", "hz", "log10", "ln", "px")
-"""Units that a heading of a role in `UNITS` may not state."""
-
-
-def factor_of(role: str, header: str) -> float:
-    """Return the factor from the unit that a heading states to the package's unit.
-
-    >>> factor_of("response_time", "rt (ms)"), factor_of("aperture_mm", "pupil_cm"), factor_of("rating", "answer")
-    (0.001, 10, 1)
-    """
-    known, (_, unit) = UNITS.get(role, {}), name_and_unit(header)
-    first = re.split(r"[^a-z0-9]+", clean(header).casefold())[0]
-    stated = unit if unit in FOREIGN else first if first in ("log", "log10", "ln", "db") else ""
-    if known and (stated or (unit and unit not in known and any(unit in units for units in UNITS.values()))):
-        raise InputError(
-            f"the heading {printable(header)!r} states the unit {stated or unit}, but {role} must be in "
-            f"{' or '.join(name for name in known if name)}: convert the column and its heading."
-        )
-    return known.get(unit, 1)
-
-
-def numbers(
-    table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: bool = False, own: Source | None = None
-) -> pd.Series[float]:
-    """Parse finite numbers with a decimal point; empty cells become NaN if `empty` is True, else an error."""
-    absent = texts.str.strip().str.lower().isin(ABSENT)
-    parsed = {cell: as_number(cell) for cell in texts.unique()}
-    values = texts.map(parsed).astype(float)
-    wrong = values.isna()
-    if empty:
-        wrong &= ~absent
-    if wrong.any():
-        text = texts[wrong].iloc[0]
-        damaged = (
-            ", a date: where a spreadsheet program made it of a number, enter the number again as text"
-            if is_date(text)
-            else others(texts[wrong])
-        )
-        where = "" if own is None else own.apart(table.index, wrong, ": choose the other rows with {}")
-        raise InputError(
-            f"{place(table, wrong)}: {role} is {printable(text)!r}, but must be a number, like 1.4{damaged}{where}."
-        )
-    if own is not None:
-        header = own.columns.get(role, "")
-        factor = factor_of(role, header)
-        if factor != 1:
-            own.notices.append(f"The column {header} was multiplied by {factor:g}, for the unit that it states.")
-            values = values * factor
-        _check_thousands(table, role, values)
-    return values
-
-
-def _check_thousands(table: pd.DataFrame, role: str, values: pd.Series[float]) -> None:
-    """Raise `InputError` if few values are a thousand times the others, as 1.050 read as 1,050 is."""
-    large = (values >= 1000) & (values % 1 == 0)
-    rest = values[~large].dropna()
-    if not large.any() or large.mean() > 0.3 or rest.empty or rest.max() >= 20 or not (rest % 1).any():
-        return
-    if ((values[large] / 1000 >= rest.min() / 2) & (values[large] / 1000 <= rest.max() * 2)).all():
-        value = values[large].iloc[0]
-        raise InputError(
-            f"{place(table, large)}: {role} is {value:g}, but the others go from {rest.min():g} to {rest.max():g}: a "
-            f"spreadsheet program may have taken {value / 1000:.3f} for {value:,.0f}; correct it."
-        )
-
-
-def others(cells: pd.Series[str]) -> str:
-    """Return a parenthetical list of further invalid cells, to follow a sentence on the first."""
-    more = [repr(printable(one)) for one in cells.unique()[1:]]
-    return f" (and so are {few(more)}, {len(cells):,} cells)" if more else ""

@@ -13,10 +13,10 @@ from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.statistics.own_names import clean, rows_named
+from focalgradient.statistics.own_names import ABSENT, clean, few, place, rows_named
+from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
-    ABSENT,
     PARTICIPANT,
     Paths,
     Source,
@@ -24,10 +24,7 @@ from focalgradient.statistics.own_tables import (
     answered,
     catch_trials,
     columns_like,
-    few,
     found_columns,
-    numbers,
-    place,
     read_table,
 )
 

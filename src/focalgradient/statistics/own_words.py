@@ -10,9 +10,9 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.tables import is_date
-from focalgradient.statistics.own_names import clean, rows_named
-from focalgradient.statistics.own_tables import conditions_like, few, place
+from focalgradient.files.cells import is_date
+from focalgradient.statistics.own_names import clean, few, place, rows_named
+from focalgradient.statistics.own_tables import conditions_like
 from focalgradient.statistics.tables import PINHOLE
 
 __all__ = ["FIXED", "SHARP", "given_words", "meant", "whole_steps", "with_diameters"]
@@ -257,9 +257,11 @@ def with_diameters(table: pd.DataFrame, header: str, words: Words, notices: list
         return table
     unknown = [text for text in bare if float(text.replace(",", ".")) not in STOPS]
     if unknown:
+        serial = any(30000 < float(text.replace(",", ".")) < 60000 for text in unknown)
+        days = "; a spreadsheet program may have made dates of them, like 46178 of 5.6" if serial else ""
         raise InputError(
             f"aperture holds numbers that no lens has as its f-number, {few(unknown)}: name the column aperture_mm "
-            "where they are diameters in millimetres, or write f/ before f-numbers."
+            f"where they are diameters in millimetres, or write f/ before f-numbers{days}."
         )
     notices.append(
         f"The numbers {few(bare)} in the column of apertures were taken for f-numbers: name the column aperture_mm "

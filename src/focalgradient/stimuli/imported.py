@@ -22,7 +22,8 @@ from PIL import Image, ImageOps
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import inner_name, plain_name, read_array, read_bytes, refuse_overwriting
-from focalgradient.files.tables import as_number, read_cells
+from focalgradient.files.cells import as_number
+from focalgradient.files.tables import read_cells
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress

@@ -135,8 +135,6 @@ class Task(ABC):
     """Approximate processor time in seconds (one core) of one simulated observer's session."""
     no_pictures: ClassVar[str] = "whose observers look at none"
     """Reason why simulated observers need no picture folder; empty if they look at pictures."""
-    earlier: ClassVar[Mapping[str, Any]] = {}
-    """Values of settings that designs of earlier versions do not state."""
 
     @property
     @abstractmethod

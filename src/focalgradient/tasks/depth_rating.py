@@ -117,12 +117,6 @@ class DepthRating(Task):
     observer_s: ClassVar[float] = 0.5
     no_pictures: ClassVar[str] = ""
     settings_of_report: ClassVar[frozenset[str]] = frozenset({"bound", "ordinal", "far_effect"})
-    earlier: ClassVar[Mapping[str, Any]] = {
-        "catch_pictures": ["standard"],
-        "blank_s": 0.0,
-        "pause_s": 0.0,
-        "least_break_s": 0.0,
-    }
 
     @property
     def design(self) -> type[Any]:
@@ -153,7 +147,6 @@ class DepthRating(Task):
         return found
 
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
-        """Return the columns; designs of earlier versions have no setting `scale`, and fewer columns."""
         if not isinstance(settings, Mapping) or "scale" not in settings:
             return COLUMNS
         factors = settings.get("factors")

@@ -20,7 +20,7 @@ from focalgradient.dataset import Apparatus, Files, Journal, Manifest, Session, 
 from focalgradient.dataset.bids import add_participant, begin_dataset, check_folder, check_participant
 from focalgradient.dataset.journal import create_whole, make_folder, whole_lines, writing
 from focalgradient.dataset.withdrawal import has_withdrawn, record_of
-from focalgradient.design import DepthRatingDesign, Design, NeckerDesign, Trial, recorded_design
+from focalgradient.design import DepthRatingDesign, Design, NeckerDesign, Trial, check_design
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -91,7 +91,7 @@ class _Study:
                     f"sessions {first.session} and {given.begun.session} have different designs or pictures: collect "
                     "one study at a time."
                 )
-        self.design: Design = recorded_design(f"session {first.session}", first.design)
+        self.design: Design = check_design(f"session {first.session}", first.design)
         if not (isinstance(self.design, DepthRatingDesign | NeckerDesign) or task_named(self.design.task).described):
             raise InputError(
                 f"session {first.session} is of {self.design.task}, which cannot run in a browser: leave it out."

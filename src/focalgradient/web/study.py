@@ -22,7 +22,7 @@ from pydantic import ValidationError
 
 from focalgradient.dataset import Apparatus, Files, Journal, Session, read_journal
 from focalgradient.dataset.withdrawal import record_of, remove_participant
-from focalgradient.design import Design, recorded_design
+from focalgradient.design import Design, check_design
 from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
@@ -347,7 +347,7 @@ class Study:
             return place.session
         journal = Journal.take(place.journal)
         journal.follow(log, durable=durable)
-        design = recorded_design(str(place.journal), log.head["design"])
+        design = check_design(str(place.journal), log.head["design"])
         place.session = Session(Files(self.data, design.task, place.participant), design, journal, log.events)
         return place.session
 

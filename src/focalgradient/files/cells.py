@@ -1,0 +1,78 @@
+"""What the text of one cell says: a number, a date, or a heading with its unit."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["NUMBER", "as_number", "is_date", "name_and_unit"]
+
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
+"""Number with a decimal point."""
+
+_MONTHS = (
+    "jan|feb|mar|mär|mrz|apr|may|mai|jun|jul|aug|sep|oct|okt|oct|nov|dec|dez|déc|fév|avr|juin|juil|août|ene|abr|ago|dic"
+)
+DATE = re.compile(
+    rf"\d{{4}}-\d\d?-\d\d?(?:[ T].*)?|\d\d?([./-])\d\d?\1(?:\d{{4}}|\d\d)(?: .*)?|"
+    rf"\d\d?[.\- ]{{1,2}}(?:{_MONTHS})[a-zé]*\.?(?:[\- ]\d+)?|(?:{_MONTHS})[a-zé]*[.\- ]{{1,2}}\d+",
+    re.IGNORECASE,
+)
+"""Dates as spreadsheet programs and their CSV files write them."""
+
+UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]\s*$")
+
+SUFFIXES = (
+    *("nm", "um", "µm", "mm", "cm", "km", "ms", "us", "µs", "msec", "sec", "secs", "seconds", "milliseconds", "min"),
+    *(
+        "m",
+        "s",
+        "d",
+        "diopters",
+        "dioptres",
+        "diopter",
+        "dioptre",
+        "db",
+        "deg",
+        "arcmin",
+        "arcsec",
+        "px",
+        "cpd",
+        "inch",
+    ),
+    *("in", "ft", "waves", "percent", "pct", "pixels", "pixel"),
+)
+"""Units that end a name behind an underscore or a space."""
+
+
+def as_number(cell: str) -> float | None:
+    """Return a finite number written with a decimal point; None for anything else.
+
+    >>> as_number(" 1.5e-2 "), as_number("1,5"), as_number("nan"), as_number("1e999"), as_number("1_0")
+    (0.015, None, None, None, None)
+    """
+    text = cell.strip().replace("−", "-")
+    value = float(text) if text.isascii() and NUMBER.fullmatch(text) else float("inf")
+    return value if abs(value) < float("inf") else None
+
+
+def is_date(cell: str) -> bool:
+    """Return whether a cell is a date, as spreadsheet programs make of numbers like 5.6.
+
+    >>> is_date("2026-06-05"), is_date("05. Jun"), is_date("5.6.2026"), is_date("5.6"), is_date("f/5.6")
+    (True, True, True, False, False)
+    """
+    return bool(DATE.fullmatch(cell.strip()))
+
+
+def name_and_unit(header: str) -> tuple[str, str]:
+    """Split a heading into name and unit, both in lower case: the unit stands in brackets or at the end.
+
+    >>> name_and_unit("Level (dB)"), name_and_unit("rt_ms"), name_and_unit("distance [m]"), name_and_unit("rating")
+    (('level', 'db'), ('rt', 'ms'), ('distance', 'm'), ('rating', ''))
+    """
+    text = " ".join(header.replace("μ", "µ").split()).casefold().replace("μ", "µ")
+    found = UNIT.search(text)
+    if found:
+        return text[: found.start()].strip(), found[1]
+    name, _, last = text.replace(" ", "_").replace(",", "_").rpartition("_")
+    return (name.strip("_"), last) if name and last in SUFFIXES else (text, "")

@@ -1,0 +1,167 @@
+"""Tables as programs of other laboratories write them: read as meant, or refused in one sentence with a remedy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import read_zernike
+from focalgradient.files.tables import parse_table
+from focalgradient.luminance import parse_luminance
+from focalgradient.report import make_report
+from focalgradient.statistics import read_ratings
+from focalgradient.statistics.own_conditions import read_conditions
+
+HEAD = ("participant", "scene", "aperture", "fixation", "rating")
+ROWS = [
+    (f"p{who}", scene, aperture, fixation, f"{1 + 0.1 * who * (aperture != 'pinhole') + 0.03 * (scene == 'hall'):.2f}")
+    for who in range(1, 5)
+    for scene in ("garden", "hall")
+    for aperture in ("pinhole", "f/5.6")
+    for fixation in ("near", "far")
+]
+TRIALS = [dict(zip(HEAD, row, strict=True)) for row in ROWS]
+
+
+def written(mark: str = ",", quoted: bool = False, head: tuple[str, ...] = HEAD) -> str:
+    cells = [[f'"{cell}"' if quoted else cell for cell in row] for row in (head, *ROWS)]
+    return "".join(mark.join(row) + "\n" for row in cells)
+
+
+def numbered(text: str) -> str:
+    head, *rows = text.splitlines()
+    return "\n".join([head, *(f'"{number}" {row}' for number, row in enumerate(rows, start=1))])
+
+
+def jspsych(part: Callable[[str], object]) -> str:
+    trials = []
+    for trial in TRIALS:
+        rest = {name: trial[name] for name in HEAD[:-1]}
+        trials += [{"participant": trial["participant"], "response": None}, rest | {"response": part(trial["rating"])}]
+    return json.dumps(trials)
+
+
+READ: dict[str, tuple[str | bytes, dict[str, str]]] = {
+    "byte order mark and trailing commas": ("\ufeff" + written().replace("\n", ",\n"), {}),
+    "titles above the header": ("Experiment 1,,,,\nCollected in May,,,,\n,,,,\n" + written(), {}),
+    "a title of E-Merge": (("e-merged data\n\n" + written("\t")).encode("utf-16"), {}),
+    "write.table of R": (numbered(written(" ", quoted=True)), {}),
+    "write.table of R without names of rows": (written(" ", quoted=True), {}),
+    "spaces behind commas": (written(", ", quoted=True), {}),
+    "cells kept as text": ("\n".join(",".join(f'="{cell}"' for cell in row) for row in (HEAD, *ROWS)), {}),
+    "a letter for the f-number": (written().replace("f/5.6", "ƒ/5.6"), {}),
+    "parts of an answer": (jspsych(lambda rating: {"slider": float(rating), "sure": 3}), {"rating": "response.slider"}),
+    "a loop of practice": (
+        written(head=(*HEAD, "practice.thisN")) + "p1,demo,pinhole,near,9,0\np2,demo,pinhole,far,9,1\n",
+        {},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_other_programs_tables_are_read_as_meant(tmp_path: Path, name: str) -> None:
+    text, columns = READ[name]
+    path = tmp_path / "own.txt"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    if path.read_bytes().startswith(b"["):
+        path = path.rename(tmp_path / "own.json")
+    table = read_ratings(path, columns).table
+    assert table["rating"].tolist() == [float(row[-1]) for row in ROWS]
+    assert table["participant_id"].tolist() == [row[0] for row in ROWS]
+
+
+REFUSED = {
+    "Header Start": "\t*** Header Start ***\nLevelName: Session\n*** Header End ***\n".encode("utf-16"),
+    "the one column": written(":"),
+    "save the data as JSON": written().replace("1.00", '"{""Q0"": 1.04}"', 1),
+    "a quotation mark is not closed": written().replace("garden", '"big" garden', 1),
+    r'response and depth: say which with columns=\{"rating": "depth"\}': "\n".join(
+        ",".join((*row[:4], str(1 + number % 5) if number else "response", row[4] if number else "depth"))
+        for number, row in enumerate((HEAD, *ROWS))
+    ),
+    "has the column rating twice": "\n".join(
+        ",".join((*row, "9" if number else "Rating")) for number, row in enumerate((HEAD, *ROWS))
+    ),
+    "row 4: rating is 110, but .* 1.10 may have lost its decimal mark": written().replace(",1.10", ",110", 1),
+    "a formula without its value": written().replace("1.00", "=1+0/100", 1),
+    "dates of them": written().replace("f/5.6", "46178").replace("pinhole", "0"),
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_other_programs_damaged_is_refused_with_a_remedy(tmp_path: Path, words: str) -> None:
+    content = REFUSED[words]
+    path = tmp_path / "own.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match="E-Prime's log" if words == "Header Start" else words) as error:
+        read_ratings(path)
+    assert "\n" not in str(error.value)
+
+
+def test_starts_of_sliders_without_a_name_are_noticed(tmp_path: Path) -> None:
+    lines = [",".join(HEAD), *(",".join(each) for row in ROWS for each in ((*row[:4], "1"), row))]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(lines))
+    assert "as the start of a slider has" in " ".join(read_ratings(path).notices)
+    path.write_text("\n".join([lines[0], *(line for line in lines[2::2] for _ in range(2))]))
+    assert "as the start of a slider has" not in " ".join(read_ratings(path).notices)
+
+
+def test_named_rows_of_practice_are_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    rows = [",".join((*row, "practice" if number % 8 == 0 else "main")) for number, row in enumerate(ROWS)]
+    path.write_text("\n".join([",".join((*HEAD, "phase")), *rows]))
+    assert (
+        'phase says that 4 rows are practice: leave them out with where={"phase": "main"}.'
+        in read_ratings(path).notices
+    )
+    path.write_text(path.read_text().replace("phase", "excluded").replace("practice", "1").replace("main", "0"))
+    assert (
+        'excluded (1, 0) was not used: choose rows with where={"excluded": "0"} where it marks rows.'
+        in read_ratings(path).notices
+    )
+    assert len(read_ratings(path, where={"excluded": "0"}).table) == len(ROWS) - 4
+
+
+def test_a_data_set_of_another_laboratory_is_read_by_its_tables(tmp_path: Path) -> None:
+    tables = []
+    for who in range(1, 4):
+        folder = tmp_path / f"sub-0{who}" / "beh"
+        folder.mkdir(parents=True)
+        for run in (1, 2):
+            rows = [f"{2 * number}\t1\t{size}\t{1 + size / 20 + run / 50}\n" for number, size in enumerate((2, 4, 8))]
+            tables.append(folder / f"sub-0{who}_task-mine_run-{run}_events.tsv")
+            tables[-1].write_text("onset\tduration\taperture_mm\trating\n" + "".join(rows))
+    (tmp_path / "dataset_description.json").write_text('{"Name": "x", "BIDSVersion": "1.8.0"}')
+    with pytest.raises(InputError, match=r"sub-\*/\*/\*_events.tsv --columns rating=NAME"):
+        make_report(tmp_path)
+    assert sorted(set(read_conditions(tables).table["participant_id"])) == ["sub-01", "sub-02", "sub-03"]
+
+
+def test_a_title_needs_a_row_of_names() -> None:
+    table = parse_table(b"first,,\n1,2,3\n4,5,6\n", "x.csv")
+    assert table.header == ("first", "", "")
+
+
+@pytest.mark.parametrize("text", ["n,m,c_nm\n4,0,50\n", "n\tm\tC_NM\n4\t0\t50\n"])
+def test_a_unit_behind_an_underscore_is_converted(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "eye.csv"
+    path.write_text(text)
+    assert read_zernike(path)[12] == pytest.approx(0.05)
+
+
+def test_percentages_are_no_coefficients(tmp_path: Path) -> None:
+    path = tmp_path / "eye.csv"
+    path.write_text("n,m,%\n4,0,5\n")
+    with pytest.raises(InputError, match="in another unit"):
+        read_zernike(path)
+
+
+def test_a_photometers_comment_states_its_unit() -> None:
+    rows = "".join(f"{level},{level / 2.55}\n" for level in range(0, 256, 51))
+    with pytest.raises(InputError, match="must be in cd/m2: convert it, not fl"):
+        parse_luminance("# luminance in fL\nlevel,grey\n" + rows, "table")

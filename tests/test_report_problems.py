@@ -1,0 +1,128 @@
+"""The report of a data set that is damaged, incomplete or mixed: what can be analysed is, and the rest is named."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from recorded import edit, rating_file, record_necker, record_ratings
+
+from focalgradient import InputError
+from focalgradient.design import DepthRatingDesign
+from focalgradient.files import plain_name
+from focalgradient.power import Model
+from focalgradient.report import analyse_ratings, make_report
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("few") / "data"
+    return record_necker(record_ratings(root, 2), 2)
+
+
+@pytest.fixture
+def copy(few, tmp_path) -> Path:
+    """To be spoilt, and without journals, so that tables alone count."""
+    root = Path(shutil.copytree(few, tmp_path / "data"))
+    shutil.rmtree(root / "sourcedata")
+    return root
+
+
+def page(made) -> str:
+    return made.files["report.html"].decode().replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_a_default_bound_of_equivalence_is_said_to_be_one(few):
+    assert "is the default: state your own" in page(make_report(few))
+
+
+@pytest.mark.slow
+def test_no_setting_of_a_design_names_a_file(copy):
+    for path in copy.rglob("*_task-depthrating_beh.json"):
+        sidecar = json.loads(path.read_text())
+        sidecar["Design"]["../outside"] = "x"
+        path.write_text(json.dumps(sidecar))
+    made = make_report(copy)
+    assert "necker_design.csv" in made.files
+    assert "depth_rating_design.csv" not in made.files  # a design of other settings is left out, and named
+    assert all(plain_name(name) for name in made.files)
+    assert "../outside" in page(made)
+
+
+@pytest.mark.slow
+def test_the_same_data_give_the_same_report(few):
+    assert make_report(few).files == make_report(few).files
+
+
+BAD = {
+    "missing column": (("rating", 1, "score"), r"sub-01_task-depthrating_beh\.tsv: the column rating is missing"),
+    "unknown level": (("fixation", 4, "middle"), r"sub-01_task-depthrating_beh\.tsv, row 4: fixation is 'middle'"),
+    "duplicate trial": (
+        ("trial", 3, "1"),
+        r"sub-01_task-depthrating_beh\.tsv, row 3: its trial is also in a row above",
+    ),
+    "no positive rating": (("rating", 5, "0"), r"sub-01_task-depthrating_beh\.tsv, row 5: rating is '0'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_wrong_is_said_with_file_and_row(copy, name):
+    (column, row, text), sentence = BAD[name]
+    edit(rating_file(copy), row, column, text)
+    found = analyse_ratings(copy)
+    assert re.search(sentence, found.data.problems[0])
+    assert set(found.kept["participant_id"]) <= {"sub-02"}
+    edit(rating_file(copy, "02"), row, column, text)
+    with pytest.raises(InputError, match=sentence):
+        analyse_ratings(copy)
+
+
+def test_what_can_be_analysed_is(copy):
+    edit(rating_file(copy), 5, "rating", "0")
+    made = make_report(copy)
+    (problem,) = (one for one in made.problems if "has no journal" not in one)
+    assert problem.startswith("Left out of the analysis: ")
+    assert "row 5: rating is '0'" in problem
+    assert "necker.png" in made.files
+    assert "Problem: Left out of the analysis: sub-01" in page(made)
+
+
+def test_people_and_simulated_observers_are_not_mixed(copy):
+    edit(copy / "participants.tsv", 3, "kind", "human")
+    with pytest.raises(InputError, match=r"sub-02_task-depthrating_beh\.tsv, row 2 .* kind is human"):
+        analyse_ratings(copy)
+    with pytest.raises(InputError, match="analyse people and simulated observers apart"):
+        make_report(copy)
+
+
+def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="is an empty folder"):
+        make_report(tmp_path / "empty")
+    for file in copy.glob("sub-*/beh/*.tsv"):
+        file.unlink()
+    with pytest.raises(InputError, match="contains no answers to any known task"):
+        make_report(copy)
+
+
+def test_all_excluded_is_said(tmp_path):
+    made = make_report(record_ratings(tmp_path / "data", 2, Model(noise=2.0)))
+    assert "leave out all 2 subjects" in page(made)
+    assert "depth_rating_exclusions.csv" in made.files
+
+
+@pytest.mark.slow
+def test_sessions_left_unfinished_are_told(copy):
+    path = rating_file(copy)
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-3]))
+    made = make_report(copy)
+    assert any("3 of 34 trials of the design are missing" in problem for problem in made.problems)
+    assert "depth_rating.png" in made.files
+
+
+@pytest.mark.slow
+def test_twenty_observers_of_both_experiments(tmp_path):
+    root = record_necker(record_ratings(tmp_path / "data", 20, design=DepthRatingDesign(practice_trials=0)), 20)
+    made = make_report(root)
+    assert made.problems == ()
