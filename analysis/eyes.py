@@ -146,7 +146,7 @@ def draw(
             row[-1].set(xlim=(vergences[0], vergences[-1]), ylim=(0, 1), yticks=[0, 0.5, 1])
             if number < len(strehl) - 1:
                 row[-1].set_xticklabels([])
-        axes[0, -1].legend(loc="lower left", fontsize=6)
+        axes[0, -1].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize=6)
         axes[-1, -1].set_xlabel("vergence of the target (D)")
         axes[-1, 0].set_xlabel(f"{2 * half:g} arcmin across")
         figure.suptitle("Simulated eyes: image of a point, and its quality by distance")

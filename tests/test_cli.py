@@ -167,7 +167,7 @@ def test_nothing_is_half_written(folder, monkeypatch, broken, code):
 
 def test_images_too_large_for_the_memory_are_refused_before_the_work(folder, monkeypatch):
     monkeypatch.setattr(depths, "recover_depth", lambda *_, **__: pytest.fail("began"))
-    monkeypatch.setattr(memory, "available", lambda: 1_000_000)
+    monkeypatch.setattr(memory, "available", lambda: 100_000)
     assert "of memory, but 0.0 GB are available: crop" in sentence(run("depth", *SETTINGS))
     monkeypatch.setattr(memory, "available", lambda: None)
     with Image.new("L", (20_000, 20_000)) as huge:

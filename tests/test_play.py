@@ -359,7 +359,9 @@ def test_keys_change_what_is_drawn_and_still_readers_see_no_motion(chromium: bro
     chromium.js(
         "panels[2].times = 0, panels[2].draw = function () { this.times++; EyePanel.prototype.draw.call(this); }"
     )
-    chromium.js("panels[2].change(); new Promise(done => setTimeout(done, 300))")
+    chromium.js("panels[2].change()")
+    chromium.wait("panels[2].times > 0")
+    chromium.js("new Promise(done => setTimeout(done, 300))")
     assert chromium.js("panels[2].times") == 1
 
 

@@ -145,7 +145,7 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
         (HEADER + "../a.png,yard,f/8,nearest,,", "row 2, column file is '..'"),
         (HEADER + "a.png,yard,f/8,nearest,gone.npy,", "row 2, column depth: .*gone.npy cannot be read"),
         (HEADER + "yard.npy,yard,f/8,nearest,,", "row 2, column file: yard.npy cannot be read"),
-        (HEADER + "a.png,yard,f/8,nearest", "row 2 has 4 cells"),
+        (HEADER + "a.png,yard,f/8,nearest,,,9", "row 2: there are 7 cells, but must be 6"),
         (HEADER + "a.png,..,f/8,nearest,,", "row 2, column scene"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,64,0", "row 2, column x_px: is 64"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,6,", "row 2, column y_px: is empty"),

@@ -37,8 +37,8 @@ from focalgradient.view import View
 __all__ = ["PhotographedDepth", "depth_from_photographs", "limits_beside_focus"]
 
 BYTES_PER_PIXEL = 100
-"""Memory of depth in bytes per pixel, apart from the images: 93 measured from 13 to 25 megapixels (1.6 and 2.7 GB), with
-the default method and two views full of occlusion boundaries."""
+"""Memory of depth in bytes per pixel, apart from the images: 93 measured from 13 to 25 megapixels (1.6 and 2.7 GB),
+with the default method and two views full of occlusion boundaries."""
 
 READING_SHARE = 1 / 6
 """Share of the work assigned to reading the photographs, for progress."""

@@ -38,7 +38,11 @@ def draw_picture(
     ax.imshow(values, extent=(0, width, height, 0), interpolation="antialiased")
     angle = np.linspace(0, 2 * np.pi, 61)
     for x, y in fixated:
-        around = x + ring * width * np.cos(angle), y + ring * width * np.sin(angle)
+        # A mark at the picture's edge ends there.
+        around = (
+            np.clip(x + ring * width * np.cos(angle), 0, width),
+            np.clip(y + ring * width * np.sin(angle), 0, height),
+        )
         for colour, thick in (("black", 1.4), ("white", 0.7)):
             ax.plot(*around, color=colour, linewidth=thick)
     ax.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[])

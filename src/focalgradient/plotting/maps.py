@@ -52,6 +52,9 @@ _OUTSIDE = ("#bbbbbb", "white", "#c0392b")
 _MOST_PIXELS = 2000
 """Side in pixels of the largest picture drawn without subsampling: 180 mm at 280 pixels per inch."""
 
+LONGEST_LABEL = 40
+"""Letters of a colour bar's label that leave room for the title of the map beside it."""
+
 LETTER = 1.3
 """Width of a letter in a colour bar's label (mm), with a margin; longer labels are wrapped, or shortened."""
 
@@ -202,7 +205,8 @@ def draw_depth(
             bbox={"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4},
         )
     # The map is drawn in vergence relative to the entrance pupil; its colour bar is labelled in the user's distance.
-    labels = f"distance from {depth.plane} (m)", "metres"
+    plane = f"distance from {depth.plane} (m)"
+    labels = (plane if len(plane) <= LONGEST_LABEL else "distance (m)"), "metres"
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, *labels)
     if depth.beyond is not None and depth.beyond.any():
         outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
@@ -261,7 +265,8 @@ def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[
     assert depth.evidence is not None
     measured, near, guessed = (_percent(float(np.mean(depth.evidence == how))) for how in (2, 1, 0))
     everywhere = np.ones(depth.shape, bool)
-    labels = f"distance from {depth.plane} (m)", "metres"
+    plane = f"distance from {depth.plane} (m)"
+    labels = (plane if len(plane) <= LONGEST_LABEL else "distance (m)"), "metres"
     bar = _map(depth_ax, np.maximum(depth.vergence, 0), everywhere, "viridis", limits, *labels)
     title = f"Completed depth: {measured} measured,\n{near} near evidence, {guessed} guessed"
     _with_metres(depth_ax, bar, limits, title, depth.offset)

@@ -115,7 +115,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
         ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
         ratio_axis(ax, "y")
         ax.set(xlabel="maximum retinal blur (arcmin)", ylabel="perceived depth (ratio to the pinhole)")
-        _labels(ax, labels, 0.12)
+        _labels(ax, labels, 0.15)
         if simulated:
             _label_simulated(ax)
         _freeze_layout(figure)
@@ -208,7 +208,7 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         ratio_axis(ax, "y")
     else:
         ax.set_ylabel("rating (geometric mean)")
-    _labels(ax, labels, 0.12)
+    _labels(ax, labels, 0.15)
     if simulated:
         _label_simulated(ax)
     return ax
@@ -244,7 +244,7 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
     ax.set_ylabel("perceived depth (ratio to the pinhole)")
     ratio_axis(ax, "y")
     _apertures(ax, sizes)
-    _labels(ax, labels, 0.12)
+    _labels(ax, labels, 0.15)
     if simulated:
         _label_simulated(ax)
     return ax
@@ -315,7 +315,7 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
         ax.axhline(each.place.estimate, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
         ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="bottom")
     ax.set(xlabel="aperture (mm)", ylabel="latent perceived depth (log odds)", title="Latent scale")
-    _labels(ax, labels, 0.12)
+    _labels(ax, labels, 0.15)
     return ax
 
 
@@ -330,11 +330,8 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
         }
         points = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
         ax.plot(*zip(*points, strict=True) if points else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
-    means = [
-        (conditions.index((each.gradient, each.strength)), each.of_readings)
-        for each in result.shares
-        if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
-    ]
+    of = {(each.gradient, each.strength): each.of_readings for each in result.shares if each.percept == "nonrigid"}
+    means = [(x, mean) for x, mean in enumerate(map(of.get, conditions)) if isinstance(mean, Interval)]
     ax.plot([x for x, _ in means], [100 * mean.estimate for _, mean in means], "o-", color=ORANGE, markersize=5)
     for x, mean in means:
         if mean.low is not None and mean.high is not None:

@@ -297,8 +297,8 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
             pattern = "/".join(["sub-*", *["*"] * (len(path.relative_to(root).parts) - 2), f"*_{kind}.tsv"])
             if not is_task(name) and (kind == "events" or not _is_ours(path)):
                 raise InputError(
-                    f"{root} holds the task {name!r} of another program: name its tables and their columns, as in "
-                    f"'focalgradient report {root}/{pattern} --columns rating=NAME'."
+                    f"{root} holds the task {name!r} of another program: name its tables, {root}/{pattern}, and their "
+                    "columns, as in 'focalgradient report TABLES --columns rating=NAME'."
                 )
             if not is_task(name):
                 raise InputError(f"{path} is of a task {unknown_task(name)}")

@@ -113,6 +113,7 @@ def read_detection(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "own.csv")
     ...     _ = file.write_text("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n")

@@ -146,6 +146,7 @@ def read_thresholds(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "own.csv")
     ...     _ = file.write_text("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n")

@@ -52,7 +52,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
         inliers, local = reject_outliers(whitened, part, likelihood)
         refined = refine(whitened, part, inliers, local)
-        halves = detail_halves(whitened, part, refined)
+        halves = detail_halves(whitened, part, refined, one_waveband)
         split, outlines = halves.test(), None
         if settings.outlines and one_waveband:
             outlines = find_outlines(whitened, refined, part, blurs.radius, split.tau)

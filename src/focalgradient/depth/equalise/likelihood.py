@@ -39,6 +39,8 @@ from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 
 __all__ = [
+    "ALL_WINDOWS",
+    "SCATTER_WINDOWS",
     "Equalised",
     "Filters",
     "Nodes",
@@ -58,8 +60,9 @@ MIN_NOISE_VARIANCE = 1e-4
 SCATTER_SHARE = 0.5
 """Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
 
-SCATTER_WINDOWS = 2.0
-"""Distance in windows over which a jump scatters depth: 95 % of a window's weight. Planes that grow farther leave out
+SCATTER_WINDOWS, ALL_WINDOWS = 2.0, 4.0
+"""Distance in windows over which a jump scatters depth where boundaries are found: 95 % of a window's weight; and where
+none is looked for: all of it. Planes that grow farther leave out
 what lies on another surface."""
 
 RANGE_SDS = 2.0
@@ -293,28 +296,30 @@ class Equalised:
         below, above = self.limited
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
 
-    def beside_jumps(self, nodes: Nodes) -> Nodes:
+    def beside_jumps(self, nodes: Nodes, windows: float = ALL_WINDOWS) -> Nodes:
         """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
 
-        Adds to it the scatter of depth about its local plane, in the window asked for.
+        Adds to it the scatter of depth about its local plane, in the window asked for, as far as so many of it reach.
         """
-        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(nodes)))
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(nodes, windows)))
 
     def farther_from_jumps(self, nodes: Nodes, reach: float) -> FloatArray:
         """Variance beside a jump that `beside_jumps` leaves out, of filters that `reach` so far, in pixels (h x w)."""
-        return np.maximum(SCATTER_SHARE * (self.scatter(nodes, reach) - self.scatter(nodes)), 0)
+        return np.maximum(
+            SCATTER_SHARE * (self.scatter(nodes, ALL_WINDOWS, reach) - self.scatter(nodes, ALL_WINDOWS)), 0
+        )
 
-    def scatter(self, nodes: Nodes, reach: float = 0.0) -> FloatArray:
+    def scatter(self, nodes: Nodes, windows: float, reach: float = 0.0) -> FloatArray:
         """Return the variance of depth about its local plane in the requested window, in levels squared (h x w).
 
-        The window is wider by `reach` pixels.
+        The window, wider by `reach` pixels, ends at `windows` standard deviations.
         """
         trust = 1 / (1 + nodes.sd**2)  # full where depth is known to a level or so
 
         def local(values: FloatArray) -> FloatArray:
-            margin = min(round(SCATTER_WINDOWS * sd) + 1, *(n - 1 for n in values.shape))
+            margin = min(round(windows * sd) + 1, *(n - 1 for n in values.shape))
             wide = np.pad(values, margin, mode="reflect")
-            return ndimage.gaussian_filter(wide, sd, truncate=SCATTER_WINDOWS)[margin:-margin, margin:-margin]
+            return ndimage.gaussian_filter(wide, sd, truncate=windows)[margin:-margin, margin:-margin]
 
         sd = (self.window + reach) / self.step
         total = local(trust)

@@ -161,15 +161,17 @@ def refine(
     return Refined(nodes, inliers, own_texture(equalised, local, weight, scale, part.compressed), images)
 
 
-def detail_halves(equalised: Equalised, part: Part, refined: Refined) -> DetailHalves:
+def detail_halves(equalised: Equalised, part: Part, refined: Refined, one_waveband: bool) -> DetailHalves:
     """Return depth from either half of the detail, for the split-band test of a part of the frame.
 
     The test's filters would carry what is saturated, contradicts, or comes from beyond the frame. Where all are left
-    out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
+    out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives. Textures of
+    different wavebands contradict by nature.
     """
     inliers, nodes = refined.inliers, refined.nodes
     weight = inliers.is_inlier.astype(np.float32)
-    images = [(weight * value, weight * derivative) for value, derivative in refined.images]
+    kept = weight if one_waveband else inliers.is_within.astype(np.float32)
+    images = [(kept * value, kept * derivative) for value, derivative in refined.images]
     scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
     return DetailHalves.of(equalised, nodes, images, weight, part.search, scale, is_informative)
 
