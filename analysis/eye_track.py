@@ -109,7 +109,8 @@ def _draw(times: NDArray[np.float64], measured: dict[str, Any]) -> Figure:
             axes[0].plot(times, one["rms_sd_D"], color=colour, linestyle="--", linewidth=0.8)
             axes[1].plot(times, 100 * one["right"], color=colour)
         axes[0].set(yscale="log", xlabel="time (s)", ylabel="error (D), root mean square")
-        axes[0].set_ylim(0.01, 4)
+        drawn = [measured[kind][name] for kind in KINDS for name in ("rms_error_D", "rms_sd_D")]
+        axes[0].set_ylim(min(0.01, 0.9 * float(np.min(drawn))), max(4.0, 1.1 * float(np.max(drawn))))
         axes[0].set_yticks([0.01, 0.03, 0.1, 0.3, 1], labels=["0.01", "0.03", "0.1", "0.3", "1"])
         axes[0].minorticks_off()
         axes[0].legend(loc="upper right")

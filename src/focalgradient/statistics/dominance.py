@@ -291,7 +291,7 @@ def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel 
     for _ in range(MAX_POLISHES):
         adapt()
         end = polished(cost, free)
-        if end is None or (np.abs(end) > MAX_PARAMETER).any():
+        if end is None or (np.abs(end) > MAX_PARAMETER).any():  # then the search's own end stands, if it is a minimum
             break
         moved, free = float(np.abs(end - free).max()), end
         if moved < CONVERGED:
@@ -300,7 +300,7 @@ def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel 
     vanished = [name in BETWEEN and (flat[i] or free[i] < MIN_LOG_SD) for i, name in enumerate(chosen)]
     if any(vanished):
         return _fitted(likelihood, {name: free[i] for i, name in enumerate(chosen) if not vanished[i]})
-    covariance = None if end is None else covariance_at(cost, free)
+    covariance = covariance_at(cost, free)
     if covariance is None or (np.abs(free) > MAX_PARAMETER).any():
         return NotComputed(
             "The likelihood of the durations has no maximum: too many are censored, or too few were reported."
