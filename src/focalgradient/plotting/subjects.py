@@ -313,7 +313,7 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
             labels.append((slope.estimate * largest_mm, label, colour))
     for each in result.thresholds:
         ax.axhline(each.place.estimate, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-        ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="bottom")
+        ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="top")
     ax.set(xlabel="aperture (mm)", ylabel="latent perceived depth (log odds)", title="Latent scale")
     _labels(ax, labels, 0.15)
     return ax
