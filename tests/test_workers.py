@@ -100,8 +100,10 @@ def contents(folder: Path) -> dict[str, Any]:
         if not path.is_file():
             continue
         if path.suffix == ".json":
-            told = json.loads(path.read_bytes())
-            found[name] = {key: value for key, value in told.items() if key not in ("seconds", "Journal")}
+            value = json.loads(path.read_bytes())
+            if isinstance(value, dict):
+                value = {key: entry for key, entry in value.items() if key not in ("seconds", "Journal")}
+            found[name] = value
         elif path.name.endswith("_beh.jsonl"):
             events = [json.loads(line) for line in path.read_bytes().splitlines()]
             found[name] = [{key: event[key] for key in event if key not in ("time", "chain")} for event in events]
