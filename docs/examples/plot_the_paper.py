@@ -88,7 +88,7 @@ for observer, panel in zip(("default", "blur-blind"), panels, strict=True):
     )
     result = fg.statistics.depth_rating(fg.dataset.read_dataset(answers).depth_rating, equivalence_bound=1.2)
     for one in result.fixations:
-        print(f"{observer}, {one.fixation} in focus: {one.rise.ratio.estimate:.2f}, p by Holm {one.rise.p_holm:.3f}")
+        print(f"{observer}, {one.fixation} in focus: {one.rise.ratio.estimate:.2f}, p {one.rise.corrected_p:.3f}")
         print(f"   equivalent to no effect within a factor of 1.2: {one.equivalence.equivalent}")
     draw_depth_rating(panel, result, simulated=True)
     panel.set_title(observer)
