@@ -40,7 +40,7 @@ SIGNATURES = (
     (b"\x1aE\xdf\xa3", "a film"),
     (b"EDF", "an eye tracker's file"),
 )
-"""First bytes of files that are no tables, with what they are."""
+"""Formats other than tables by the first bytes of a file."""
 
 PSYDAT = (
     "is PsychoPy's pickled data (psydat), which can run programs when it is opened and so is not read: give the CSV "

@@ -203,7 +203,7 @@ def read_cells(
     spaces: bool = False,
     columns: int | None = None,
 ) -> TextTable:
-    """Read a CSV, TSV, XLSX or JSON file, told by its content, as text cells.
+    """Read a CSV, TSV, XLSX or JSON file, recognised by its content, as text cells.
 
     Parameters
     ----------
