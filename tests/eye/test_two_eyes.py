@@ -56,7 +56,7 @@ def test_views_of_one_scene_are_shifted_by_the_disparity_and_blurred_by_each_eye
 @pytest.mark.parametrize(
     ("bad", "said"),
     [
-        (lambda: TwoEyes("left", Eye(0.004, 1.0)), "left is 'left', but must be of Eye"),
+        (lambda: TwoEyes("left", Eye(0.004, 1.0)), "left is 'left', but must be an Eye"),
         (lambda: TwoEyes.of(Eye(0.004, 1.0), interocular=63.0), "interocular is 63.*metres"),
         (lambda: TwoEyes.of_person("much", "plano"), "refraction is 'much'"),
         (lambda: typical_aberrations(0.007), "7 mm.*6 mm"),

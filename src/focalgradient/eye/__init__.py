@@ -18,6 +18,7 @@ from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chro
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.cone_density import cone_density, cone_nyquist_cpd
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.description import EyeDescription, read_eye
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fixation import FixationalMovements
@@ -45,10 +46,10 @@ from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.prior import EyePrior, learn_chromatic_scale, recover_eye_depth
+from focalgradient.eye.protocol import EyeModel
 from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality, point_images
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
-from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.score import score
@@ -84,6 +85,7 @@ __all__ = [
     "Course",
     "Eye",
     "EyeDescription",
+    "EyeModel",
     "EyePrior",
     "FixationalMovements",
     "GaussianFit",
