@@ -19,10 +19,11 @@ from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.calibration import Calibration
 from focalgradient.cli import main
 from focalgradient.depth import methods_for
-from focalgradient.eye import TwoEyes, band_light, blur_transfer, off_axis
+from focalgradient.eye import band_light, blur_transfer, off_axis
 from focalgradient.photographs import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.tables import Sensor
 from focalgradient.psf import check_psf, pixel_transfer, psf_of, registry
+from focalgradient.retina import TwoEyes
 
 PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)

@@ -97,7 +97,7 @@ class SeenContrast:
     """
 
     slopes: tuple[float, float, float]
-    eye: EyeModel
+    eye: Any
     pixel_angle: float
 
     def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -354,6 +354,7 @@ class ColouredCones(Cones):
     Examples
     --------
     >>> red = LocalColours.known(SpectralBasis.of_srgb(), [1, 0, 0], (48, 64))
+    >>> from focalgradient import Eye
     >>> cones = Cones.of(Eye(0.004, 1.0), "L+M")
     >>> round(red.seen_by(cones).focus_vergence - cones.focus_vergence, 2)
     -0.3
@@ -387,6 +388,7 @@ def estimate_colours(
     --------
     A red texture, in focus.
 
+    >>> from focalgradient import Eye
     >>> texture = 1 + 0.2 * np.random.default_rng(1).standard_normal((64, 64, 1))
     >>> basis = SpectralBasis.of_srgb()
     >>> catch = np.stack([basis.catch(band) for band in "LMS"])

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import check_number
 from focalgradient.eye.age import FUNDAMENTALS_AGE, lens_density
 from focalgradient.eye.cones import Cones
-from focalgradient.eye.isetbio import FOCAL_LENGTH, SpectralImage
 from focalgradient.eye.light import luminosity
 from focalgradient.eye.photons import LUMENS_PER_WATT
 from focalgradient.eye.protocol import EyeModel, check_eye
@@ -19,6 +18,7 @@ from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.spectral import SpectralPicture
 from focalgradient.progress import Progress
 from focalgradient.render import blur_picture
+from focalgradient.retina.isetbio import FOCAL_LENGTH, SpectralImage
 
 __all__ = ["retinal_spectra", "scene_spectra"]
 
