@@ -136,9 +136,22 @@ def report(
     rules
         Exclusion criteria, set in advance (TOML).
     columns
-        Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports on
-        the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds:
-        level=blur,correct=hit.
+        Your names of the columns of a table, one to each of ours; --explain prints how each column is read.
+
+        \b
+        participant=subject   all tables
+        rating=resp           ratings, or depth_*
+        aperture=fstop        ratings (aperture_mm: mm)
+        fixation=focus        ratings; optional
+        scene=picture         ratings; optional
+        response_time=rt      ratings; optional
+        level=blur_D          thresholds
+        correct=hit           thresholds
+        gradient=blur         cube
+        percept=seen          cube
+        duration=seconds      cube
+        signal=present        detection
+        response=said         detection
     where
         Only rows of a table whose column NAME has the value VALUE: trial_type=slider. Repeatable: several values of one
         column add rows, several columns narrow them down.
