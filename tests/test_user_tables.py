@@ -11,16 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import InputError
+from focalgradient.cli import main
 from focalgradient.eye import read_zernike
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.files.tables import TextTable, parse_table, read_cells
 from focalgradient.luminance import parse_luminance
 from focalgradient.report.reading import explained_table
-from focalgradient.statistics import read_ratings, read_thresholds
+from focalgradient.statistics import own_tables, read_ratings, read_thresholds
 from focalgradient.statistics.own_tables import of_one_data_set
 
 HEAD = "participant,aperture,fixation,scene,rating"
@@ -358,3 +360,47 @@ def test_numbers_of_rows_are_those_of_the_file() -> None:
     table = parse_table(b"# one\n\na,b\n1,2\n\n3,4\n", "x.csv")
     assert table.places == (4, 6)
     assert np.array(table.rows).tolist() == [["1", "2"], ["3", "4"]]
+
+
+def test_each_file_is_parsed_once_in_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+    real = own_tables.read_cells
+    monkeypatch.setattr(own_tables, "read_cells", lambda path, what: read.append(str(path)) or real(path, what))
+    for who in ("anna", "ben"):
+        rows = "".join(f"{who},{mm},{1 + mm / (20 if who == 'ben' else 30):.3f}\n" for mm in (2, 4, 8))
+        (tmp_path / f"{who}.csv").write_text(f"subject,aperture_mm,rating\n{rows}")
+    words = ["report", str(tmp_path / "anna.csv"), str(tmp_path / "ben.csv"), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    assert sorted(read) == [str(tmp_path / "anna.csv"), str(tmp_path / "ben.csv")]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-16", "utf-32"])
+def test_wide_encodings_are_read_with_and_without_a_byte_order_mark(tmp_path: Path, encoding: str) -> None:
+    text = "\n".join([HEAD, *BODY]).replace("garden", "Gärten")
+    table = read_ratings(saved(tmp_path, text.encode(encoding))).table
+    assert set(table["scene"]) == {"Gärten", "hall"}
+    assert table["rating"].tolist() == [float(line.rpartition(",")[2]) for line in BODY]
+
+
+def test_names_in_two_rows_are_joined(tmp_path: Path) -> None:
+    spanning = "id,near,,far,\n,pinhole,f/5.6,pinhole,f/5.6\nA,1.0,1.4,0.9,1.2\nB,1.1,1.5,1.0,1.3\n"
+    own = read_ratings(saved(tmp_path, spanning))
+    cells = own.table[["participant_id", "fixation", "aperture", "rating"]].values.tolist()
+    assert cells[:4] == [
+        ["A", "nearest", "pinhole", 1.0],
+        ["A", "nearest", "f/5.6", 1.4],
+        ["A", "farthest", "pinhole", 0.9],
+        ["A", "farthest", "f/5.6", 1.2],
+    ]
+    assert any("stand in two rows, of which 2 is the second: id, near pinhole" in note for note in own.notes)
+    units = f"{HEAD},rt\n,,,,,[ms]\n" + "".join(f"{line},{800 + number}\n" for number, line in enumerate(BODY))
+    assert read_ratings(saved(tmp_path, units)).table["response_time"].iloc[0] == pytest.approx(0.8)
+    rows = "id,sex,aperture,fixation,rating\nA,m,pinhole,near,1\nB,f,f/4,near,1.2\n"
+    assert len(read_ratings(saved(tmp_path, rows)).table) == 2
+
+
+@pytest.mark.parametrize("written", ["1:5.6", "1 : 5,6", "f:5.6", "F5.6", "f/5.6"])
+def test_f_numbers_as_engraved_on_lenses(tmp_path: Path, written: str) -> None:
+    text = "\n".join([HEAD, *BODY]).replace("f/5.6", f'"{written}"')
+    assert set(read_ratings(saved(tmp_path, text)).table["aperture"]) == {"pinhole", "f/5.6"}

@@ -56,8 +56,8 @@ def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> b
     """Return whether a table has ratings and apertures, but no fixation: conditions are then what was varied."""
     if (columns or {}).get("rating", "").endswith("*"):
         return False
-    name, table, _ = read_table(path)
-    found = found_columns(name, table, ROLES, columns or {})
+    table = read_table(path)
+    found = found_columns(table.name, table.cells, ROLES, columns or {})
     return "rating" in found and "fixation" not in found and bool({"aperture", "aperture_mm"} & set(found))
 
 

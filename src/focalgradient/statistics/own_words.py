@@ -37,7 +37,9 @@ USER_FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Name of a user-defined fixation."""
 
 SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
-F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+F_NUMBER = re.compile(r"(?:f?\s*[/:]?\s*|1\s*:\s*)(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+"""f-number, like f/5.6, F5.6, 5,6 or as engraved on lenses, 1:5.6."""
+
 NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 MILLIMETRES = re.compile(r"(\d+(?:[.,]\d+)?)\s*mm", re.IGNORECASE)
 
