@@ -84,7 +84,7 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(stop, code, tmp_
 def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> None:
     more = "practice_trials = 1\npractice_s = 1.0\npractice_rounds = 2\npractice_required = true\n"
     (tmp_path / "mine.toml").write_text('language = "zh.toml"\n' + WATCHING.replace("practice_trials = 0\n", more))
-    thanks = "That is all\\n\\nThank you for taking part."
+    thanks = "Finished\\n\\nThank you for taking part."
     assert thanks in words_text("en")
     (tmp_path / "zh.toml").write_text(words_text("en").replace(thanks, "谢谢参与"), encoding="utf-8")
     data = tmp_path / "data"

@@ -165,7 +165,7 @@ def _scene_effects(report: Report, what: str) -> pd.DataFrame:
     """Return the rows of an effect, empty unless they have that of these scenes together."""
     if SCENE_EFFECTS not in report.files:
         return pd.DataFrame()
-    rows = [row for row in json.loads(report.files[SCENE_EFFECTS]) if row["what"] == what]
+    rows = [row for row in json.loads(report.files[SCENE_EFFECTS])["effects"] if row["what"] == what]
     if not rows:
         return pd.DataFrame()
     table = pd.DataFrame(rows).astype({"effect": float, "standard_error": float})

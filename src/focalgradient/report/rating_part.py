@@ -21,7 +21,7 @@ from focalgradient.report.observed import Observed, observed_ratings
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part
 from focalgradient.report.scales import comparison_sheets, factor_sheet
-from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects
+from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
 from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_cautions, rating_checks
 from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Quality
@@ -185,4 +185,4 @@ class RatingPart(Part):
         part = self.ratings
         result = None if isinstance(part.result, NotComputed) else part.result
         found = trial_files(part.table, part.kept, part.compared or result)
-        return {**found, SCENE_EFFECTS: scene_effects(part).to_json(orient="records").encode()}
+        return {**found, SCENE_EFFECTS: scene_effects_file(part)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from itertools import combinations
 
 import numpy as np
@@ -17,10 +18,10 @@ from focalgradient.statistics import ComparisonResult, DepthRatingResult, Effect
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.comparisons import own_slopes
 
-__all__ = ["SCENE_EFFECTS", "scene_effects"]
+__all__ = ["SCENE_EFFECTS", "scene_effects", "scene_effects_file"]
 
 SCENE_EFFECTS = "depth_rating_scene_effects.json"
-"""File of the effects by scene in a report: a list of the rows of `scene_effects`."""
+"""File of the effects by scene in a report: an object whose ``effects`` are the rows of `scene_effects`."""
 
 COLUMNS = ["what", "scene", "pictures_sha256", "effect", "standard_error"]
 
@@ -47,6 +48,11 @@ def scene_effects(part: Ratings) -> pd.DataFrame:
     for what, effects in zip(names, _by_scene(part, result), strict=False):
         rows += [(what, scene, digests.get(str(scene), ""), effect, None) for scene, effect in effects.items()]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def scene_effects_file(part: Ratings) -> bytes:
+    """Return the content of `SCENE_EFFECTS`."""
+    return json.dumps({"effects": json.loads(scene_effects(part).to_json(orient="records"))}).encode()
 
 
 def _these_scenes(result: DepthRatingResult | ComparisonResult) -> list[Effect | NotComputed]:

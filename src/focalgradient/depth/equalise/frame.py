@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.likelihood import ALL_WINDOWS, SCATTER_WINDOWS, Equalised, Nodes
+from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance
@@ -131,8 +131,7 @@ def depth_at_nodes(
             # An error of the model bends depth, too, and is part of the sd already.
             by_model = split.tau * np.maximum(LEAST_BLUR, given.blur(nodes.level)) * levels_per_pixel
             variance = np.maximum(variance - by_model**2, 0)
-        windows = SCATTER_WINDOWS if outlines else ALL_WINDOWS
-        return NodeDepth(equalised.beside_jumps(nodes, windows), split, variance)
+        return NodeDepth(equalised.beside_jumps(nodes, SCATTER_WINDOWS), split, variance)
     # No outline is looked for, and filters carry one side over the other as far as blur reaches.
     variance = equalised.farther_from_jumps(nodes, FILTER_REACH * float(np.median(given.blur(nodes.level))))
     nodes = equalised.beside_jumps(nodes)
