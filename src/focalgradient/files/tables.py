@@ -293,6 +293,13 @@ def parse_table(
             names.insert(0, "")
             notes.append(f"The first cells of {name} are the names of rows, as R writes them.")
     width = len(names)
+    if delimiter and kept and not data.rstrip(b" \0").endswith((b"\n", b"\r")):
+        (number, last), others = kept[-1], {len(cells) for _, cells in kept[:-1]}
+        if others == {width} and 1 < len(last) < width:
+            raise InputError(
+                f"{name} ends within row {number}, after {len(last)} of {width} cells: copy the whole file again, or "
+                "remove that row."
+            )
     for number, cells in kept:
         if width and any(cell.strip() for cell in cells[width:]):
             commas = " (decimal commas need semicolons or tabs between the columns)" if delimiter == "," else ""

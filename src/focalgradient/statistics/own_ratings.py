@@ -189,8 +189,21 @@ RATINGS = frozenset(("rating", "ratings", "depth", "perceived", "reported", "jud
 
 
 def check_rating(own: Source) -> None:
-    """Raise `InputError` if a column of answers was taken for the ratings, and another one is called so."""
+    """Raise `InputError` if rows hold several measures, or a column of answers was taken for the ratings beside one."""
     column = own.columns.get("rating", "")
+    measures = MEASURES | OTHER_MEASURES
+    for name in own.cells:
+        values = [value for value in own.cells[name].unique() if value.strip()]
+        if 1 < len(values) <= len(measures) and name not in own.columns.values():
+            words = [{word.casefold() for word in PARTS.split(value) if word} for value in values]
+            if all(word and word <= measures for word in words) and not all(
+                word <= {"n", "sd", "se"} for word in words
+            ):
+                chosen = next((value for value in values if value.strip().casefold() in MEASURES), values[0])
+                raise InputError(
+                    f"{own.name}: {printable(str(name))} says that rows hold several measures ({few(values)}): choose "
+                    f"one with {where_like(str(name), chosen)}."
+                )
     if not column or "rating" in own.given or "interval" in own.columns or "rating" in column.casefold():
         return
     for name in own.cells:
@@ -353,8 +366,8 @@ def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     return table.assign(rating=answer).drop(columns="interval")
 
 
-LONGEST_RESPONSE_S = 60.0
-"""Maximum median response time in seconds, as in `Rules`; larger values indicate another unit."""
+LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S = 60.0, 0.05
+"""Maximum (as in `Rules`) and minimum median response time in seconds; others indicate another unit."""
 
 
 def _answers(own: Source, table: pd.DataFrame) -> pd.DataFrame:
@@ -368,7 +381,7 @@ def _answers(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     table = own.optional(table, "dropped_frames")
     if "response_time" in table:
         try:
-            check_seconds(table, "response_time", LONGEST_RESPONSE_S)
+            check_seconds(table, "response_time", LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S)
         except InputError as error:
             if "response_time" in own.given:
                 raise

@@ -5,6 +5,7 @@ Unambiguous cases are removed and noted with their rows at the top of the report
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 
@@ -18,6 +19,9 @@ __all__ = ["check_seconds", "without_codes", "without_copies", "without_headers"
 
 CODE = re.compile(r"-?9{2,}|-9|-?8{3,}")
 """Codes of missing answers: 99, 999, -9, -99, -999, 888, ..."""
+
+NEGATIVE = re.compile(r"-\d+(?:\.\d+)?")
+"""Codes of missing times: all negative numbers."""
 
 MIN_CODE_RATIO = 10.0
 """Minimum ratio of a positive code to all other answers: 99 among answers up to 98 is an answer."""
@@ -78,7 +82,8 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     if role not in table:
         return table
     texts = table[role].str.strip().str.replace(r"[.]0+$", "", regex=True)
-    codes = texts.map({one: bool(CODE.fullmatch(one)) for one in texts.unique()}).astype(bool)
+    patterns = (CODE, NEGATIVE) if role == "response_time" else (CODE,)
+    codes = texts.map({one: any(code.fullmatch(one) for code in patterns) for one in texts.unique()}).astype(bool)
     if not codes.any():
         return table
     values = pd.to_numeric(texts, errors="coerce").abs()
@@ -92,9 +97,14 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     return table.assign(**{role: table[role].mask(missing, "")})
 
 
-def check_seconds(table: pd.DataFrame, role: str, longest: float) -> None:
-    """Raise `InputError` if the median of times exceeds `longest`, in seconds, as milliseconds do."""
-    middle = float(table[role].median()) if role in table else 0.0
+def check_seconds(table: pd.DataFrame, role: str, longest: float, shortest: float = 0.0) -> None:
+    """Raise `InputError` if the median of times, in seconds, is above `longest` or below `shortest`: another unit."""
+    middle = float(table[role].median()) if role in table else math.nan
+    if middle < shortest:
+        raise InputError(
+            f"the median of {role} is {middle:g} s, but nobody answers in less than {shortest:g} s: correct the unit "
+            "in the heading, or thousands separators that were taken for decimal points."
+        )
     if middle > longest:
         raise InputError(
             f"the median of {role} is {middle:g}, but must be a time in seconds: give seconds, or call the column "
