@@ -154,7 +154,8 @@ def report(
         column add rows, several columns narrow them down.
     by
         Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
-        blur_D, or the contrasts of a factor. Repeatable.  [default: the apertures of a table without fixations]
+        blur_D, or the contrasts of a factor; those that vary between participants are adjusted for one another.
+        Repeatable.  [default: the apertures of a table without fixations]
     explain
         Print how each column of a table is read, and compute nothing.
     conditions

@@ -161,7 +161,7 @@ def make_report(
         for name, value in {"bound": bound, "bayes": bayes or None, "focal_length_mm": focal_length_mm}.items():
             if value is not None:
                 raise InputError(f"{name} is for ratings by aperture and fixation, not by condition: leave it out.")
-        parts: list[Part] = [ConditionPart.of(ratings_by)]
+        parts: list[Part] = [ConditionPart.of(ratings_by, stated.rules)]
         found = _Analysed(root.stem, parts, [], [*ratings_by.notes], [*ratings_by.notices])
     elif other := other_than_ratings(files, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
