@@ -65,16 +65,14 @@ def draw_condition(
     numbers = len(levels) >= 3 and all(isinstance(one, int | float | np.number) for one in levels)
     places = [float(level) for level in levels] if numbers else [float(at) for at in range(len(levels))]
     back = np.exp if ratio else np.asarray
+    ax.set(xlabel=_named(factor, units), ylabel=_named(answer, units, *(["geometric mean"] if ratio else [])))
     between = own.notna().sum(axis=1).max() == 1
     for heights in own.to_numpy(float):
         ax.plot(places, back(heights), "." if between else "-", color=BLUE, linewidth=0.5, alpha=0.5)
     if between and numbers:
-        x, y = np.array(
-            [(places[level], row[level]) for row in own.to_numpy(float) for level in np.flatnonzero(~np.isnan(row))]
-        ).T
-        ends = np.array([min(places), max(places)])
-        ax.plot(ends, back(np.polyval(np.polyfit(x, y, 1), ends)), color=BLUE, linewidth=2)
-        ax.set(xlabel=_named(factor, units), ylabel=_named(answer, units, *(["geometric mean"] if ratio else [])))
+        subjects, at = np.nonzero(own.notna().to_numpy())
+        line = np.polyfit(np.array(places)[at], own.to_numpy(float)[subjects, at], 1)
+        ax.plot(places, back(np.polyval(line, places)), color=BLUE, linewidth=2)
         return ax
     means = [t_interval(own[level].dropna()) for level in levels]
     ax.plot(places, [back(mean.estimate) for mean in means], "o-", color=BLUE, linewidth=2, markersize=5, zorder=3)
@@ -82,8 +80,6 @@ def draw_condition(
         if mean.low is not None and mean.high is not None:
             ends = [[back(mean.estimate) - back(mean.low)], [back(mean.high) - back(mean.estimate)]]
             ax.errorbar(place, back(mean.estimate), ends, color=BLUE, linewidth=2, capsize=3, zorder=3)
-    averaged = ["geometric mean"] if ratio else []
-    ax.set(xlabel=_named(factor, units), ylabel=_named(answer, units, *averaged))
     if not numbers:
         ax.set_xticks(places, [str(level) for level in levels])
         ax.set_xlim(-0.4, len(levels) - 0.6)

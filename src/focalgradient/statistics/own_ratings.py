@@ -197,9 +197,9 @@ def check_rating(own: Source) -> None:
     for name in own.cells:
         values = [value for value in own.cells[name].unique() if value.strip()]
         if 1 < len(values) <= len(measures) and name not in own.columns.values():
-            words = [{word.casefold() for word in PARTS.split(value) if word} for value in values]
-            if all(word and word <= measures for word in words) and not all(
-                word <= {"n", "sd", "se"} for word in words
+            spoken = [{word.casefold() for word in PARTS.split(value) if word} for value in values]
+            if all(word and word <= measures for word in spoken) and not all(
+                word <= {"n", "sd", "se"} for word in spoken
             ):
                 chosen = next((value for value in values if value.strip().casefold() in MEASURES), values[0])
                 raise InputError(

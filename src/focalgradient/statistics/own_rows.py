@@ -100,7 +100,7 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
 def check_seconds(table: pd.DataFrame, role: str, longest: float, shortest: float = 0.0) -> None:
     """Raise `InputError` if the median of times, in seconds, is above `longest` or below `shortest`: another unit."""
     middle = float(table[role].median()) if role in table else math.nan
-    if middle < shortest:
+    if 0 <= middle < shortest:
         raise InputError(
             f"the median of {role} is {middle:g} s, but nobody answers in less than {shortest:g} s: correct the unit "
             "in the heading, or thousands separators that were taken for decimal points."

@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import name_and_unit
-from focalgradient.files.tables import RaggedTableError, read_cells, unique_names
+from focalgradient.files.tables import RaggedTableError, TextTable, read_cells, unique_names
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
@@ -281,12 +281,10 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     tables = [read_table(path) for path in paths]
     if len(tables) == 1:
         return tables[0]
-    attrs = dict(tables[0].cells.attrs)
     parts = [table.cells.copy() for table in tables if len(table.cells)] or [tables[0].cells.copy()]
-    for cells in parts:
-        cells.attrs.clear()
-    cells = pd.concat(parts).fillna("")
-    cells.attrs |= attrs
+    for part in parts:
+        part.attrs.clear()
+    cells = _like(tables[0].cells, pd.concat(parts).fillna(""))
     files = tuple(path for table in tables for path in table.paths)
     notes = tuple(note for table in tables for note in table.notes)
     return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes)
@@ -294,23 +292,24 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
 
 def _read_file(path: Path) -> UserTable:
     """Read the cells of one file."""
+    is_named = path.suffix.lower() in TABLES
+    no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
     try:
         table = read_cells(path, "a table, or the folder of a data set")
     except RaggedTableError as error:
-        if path.suffix.lower() in TABLES:
+        if is_named:
             raise
-        raise InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.") from error
+        raise no_table from error
     header, rows, places = list(table.header), list(table.rows), list(table.places)
     if not any(header):
         raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
-    if len(header) == 1 and path.suffix.lower() in TABLES:
+    if len(header) == 1 and is_named:
         raise InputError(
             f"{table.name} has the one column {printable(header[0][:60])!r}: separate columns by commas, "
             "semicolons or tabs."
         )
-    ragged = any(len(row) != len(header) for row in rows)
-    if path.suffix.lower() not in TABLES and (len(header) == 1 or ragged):
-        raise InputError(f"{table.name} is not a table: give {TABLE_OR_DATA_SET}.")
+    if not is_named and (len(header) == 1 or any(len(row) != len(header) for row in rows)):
+        raise no_table
     notes = [note.replace(table.name, path.name) for note in table.notes]
     if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
         notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
@@ -381,8 +380,6 @@ def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) 
 
 def with_points(table: pd.DataFrame, roles: Sequence[str], delimiter: str) -> pd.DataFrame:
     """Return the table with decimal points in the columns of numbers; the mark is decided for all of them."""
-    from focalgradient.files.tables import TextTable
-
     if not roles or table.empty:
         return table
     cells = [[clean(cell) for cell in table[role]] for role in roles]
