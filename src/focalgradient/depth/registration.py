@@ -183,7 +183,8 @@ def measure_placement(
         frame = clear if clear.mean() > ENOUGH else frame
     # Texture that repeats itself fits at many shifts.
     placement, shifted = Placement(), _coarse_shift(*smooth)
-    if _placement_step(*smooth, shifted, frame)[2] < CLEARLY_LESS * _placement_step(*smooth, placement, frame)[2]:
+    here, there = (_placement_step(smooth[0], smooth[1], place, frame)[2] for place in (placement, shifted))
+    if there < CLEARLY_LESS * here:
         placement = shifted
     for _ in range(steps):
         step, variance, _ = _placement_step(smooth[0], smooth[1], placement, frame)
