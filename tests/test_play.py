@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import re
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -25,7 +26,9 @@ from focalgradient.eye import Eye, Oscillation, band_difference
 from focalgradient.paper import paper_distance
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
-PLAY = Path(__file__).parents[1] / "docs" / "play"
+ROOT = Path(__file__).parents[1]
+PLAY = ROOT / "docs" / "play"
+CURRENT = "from pathlib import Path; import hatch_build; print(hatch_build.play_is_current(Path()))"
 PAGE = PLAY / "index.html"
 DATA: dict[str, Any] = json.loads(
     (PLAY / "data.js").read_text(encoding="utf-8").removeprefix("const PLAY =").rstrip("\n;")
@@ -240,7 +243,7 @@ def test_the_side_of_focus_shows_in_the_ratio_of_the_eyes_bands(chromium: browse
 def test_no_request_leaves_and_nothing_is_stored_when_eight_pictures_are_rated(chromium: browser.Browser) -> None:
     opened(chromium, (390, 844), phone=True)
     for n in range(8):
-        chromium.js(f"panels[3].slider.set({0.1 * n})")
+        chromium.js(f"panels[3].slider.set({0.5 + 0.025 * n})")
         chromium.js("panels[3].button.click()")
     drawn_curves = chromium.js("document.querySelector('#rating svg').textContent")
     assert drawn_curves.count("simulated") == 2
@@ -330,7 +333,7 @@ def test_the_page_fits_in_either_language(
     chromium: browser.Browser, size: tuple[int, int], dark: bool, language: str
 ) -> None:
     opened(chromium, size, dark=dark, phone=size[0] < 500)
-    chromium.js(f"language = {language!r}; translate()")
+    chromium.js(f"translate({language!r})")
     assert chromium.js("document.documentElement.scrollWidth <= innerWidth")
     assert chromium.js("innerWidth") == size[0]
     small = "[...document.querySelectorAll('button, select, label')].filter(e => e.offsetHeight && e.offsetHeight < 44)"
@@ -340,6 +343,8 @@ def test_the_page_fits_in_either_language(
     )
     assert chromium.js(f"{unnamed}.length") == 0
     assert chromium.js("panels.map(p => p.box.querySelector('.what').textContent.trim().length > 100)") == [True] * 5
+    heights = chromium.js("panels.map(p => p.box.querySelector('.what').getBoundingClientRect().height)")
+    assert size[0] < 500 or max(heights) < 3.5 * 24  # two lines, and the equation
     assert chromium.js("getComputedStyle(document.body).backgroundColor") == (
         "rgb(20, 23, 26)" if dark else "rgb(255, 255, 255)"
     )
@@ -357,12 +362,31 @@ def test_keys_change_what_is_drawn_and_still_readers_see_no_motion(chromium: bro
     assert chromium.js("panels[0].state.fNumber") == pytest.approx(before * 2**0.5)
     chromium.wait("panels[0].captions.textContent.includes('11.3')")
     chromium.js(
-        "panels[2].times = 0, panels[2].draw = function () { this.times++; EyePanel.prototype.draw.call(this); }"
+        "const eye = panels[2], draw = eye.draw; eye.times = 0, eye.draw = () => { eye.times++; draw.call(eye); }; 1"
     )
     chromium.js("panels[2].change()")
     chromium.wait("panels[2].times > 0")
     chromium.js("new Promise(done => setTimeout(done, 300))")
     assert chromium.js("panels[2].times") == 1
+
+
+def test_a_finger_takes_the_distance_of_a_place_and_moves_a_slider(chromium: browser.Browser) -> None:
+    opened(chromium, (390, 844), phone=True)
+    chromium.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    try:
+        for name, share in (("canvas", (0.5, 0.95)), ("input[name=fNumber]", (0.75, 0.5))):
+            chromium.js(f"window.touched = document.querySelector('#lens {name}'); touched.scrollIntoView(); 1")
+            left, top, width, height = chromium.js(
+                "(({ left, top, width, height }) => [left, top, width, height])(touched.getBoundingClientRect())"
+            )
+            point = {"x": left + share[0] * width, "y": top + share[1] * height}
+            chromium.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[point])
+            chromium.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        chromium.wait("panels[0].state.fNumber > 20")
+        row, column = round(0.9 * SCENE["height"]), SCENE["width"] // 2  # the lower view stands below the upper
+        assert chromium.js("panels[0].state.pointDistance") == pytest.approx(1 / VERGENCE[row, column], rel=0.03)
+    finally:
+        chromium.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
 def test_every_text_is_in_both_languages_and_the_page_is_small(chromium: browser.Browser) -> None:
@@ -374,10 +398,17 @@ def test_every_text_is_in_both_languages_and_the_page_is_small(chromium: browser
     files = [path for path in PLAY.iterdir() if path.is_file()]
     assert sum(path.stat().st_size for path in files) < 1_000_000
     assert (PLAY.parent / "play.webp").stat().st_size < 1_000_000
-    source = "".join(path.read_text("utf-8") for path in files if path.suffix == ".js" and path.name != "data.js")
+    own = [path for path in PLAY.glob("*.js") if path.name not in ("data.js", "play.js")]
+    shared = [ROOT / "src" / "focalgradient" / name for name in ("live/gl.js", "web/page/numbers.js")]
+    source = "".join(path.read_text("utf-8") for path in (*own, *shared))
     bare = re.sub(r"/\*.*?\*/|^\s*//.*?$", "", source, flags=re.DOTALL | re.MULTILINE)
     assert sum(bool(line.strip()) for line in bare.splitlines()) <= 1200
     assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", source + PAGE.read_text("utf-8"))
+
+
+def test_the_bundle_is_of_the_present_sources() -> None:
+    made = subprocess.run([sys.executable, "-c", CURRENT], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert made.stdout == "True\n", "run 'python hatch_build.py', and commit docs/play/play.js"
 
 
 @pytest.mark.slow

@@ -1,6 +1,8 @@
-"use strict";
 /* Fig. 5: the Laplacians of two views, their ratio (the focal disparity), and the depth that it gives. */
-class DisparityPanel extends Panel {
+import { Panel, still } from "./panel.js";
+import { decimal, stop, word } from "./words.js";
+
+export class DisparityPanel extends Panel {
   constructor() {
     super("disparity");
     const stops = { min: 0, max: 10, step: 1, from: n => 4 * 2 ** (n / 2), format: stop };

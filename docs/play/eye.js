@@ -1,6 +1,9 @@
-"use strict";
 /* The eye's two views at once, of the L and M cones and of the S cones, and its two views in time. */
-class EyePanel extends Panel {
+import { eyeFocus, oscillation } from "./optics.js";
+import { Panel, still } from "./panel.js";
+import { decimal, word } from "./words.js";
+
+export class EyePanel extends Panel {
   constructor() {
     super("eye");
     const dioptres = value => `${value > 0 ? "+" : ""}${decimal(value, 2)} D`;

@@ -1,8 +1,11 @@
-"use strict";
 /* Fig. 1 and Eq. 1: a lens, the blur of a point, and the two distances that have this blur. */
+import { blurRadius, distancesOfBlur } from "./optics.js";
+import { element, imageOf, Panel } from "./panel.js";
+import { decimal, stop, word } from "./words.js";
+
 const NEAREST = 0.2, FARTHEST = 8;  // metres that the diagram shows
 
-class LensPanel extends Panel {
+export class LensPanel extends Panel {
   constructor() {
     super("lens");
     const metres = value => `${decimal(value, 2)} m`;
@@ -10,7 +13,7 @@ class LensPanel extends Panel {
     this.focus = this.range("focusDistance", { min: -1, max: 1.6, step: 0.02, value: -0.5, from: Math.exp, format: metres });
     this.distance = this.range("pointDistance", { min: -1, max: 1.6, step: 0.02, value: 0.3, from: Math.exp, format: metres });
     this.svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    this.svg.setAttribute("viewBox", "0 0 800 240");
+    this.svg.setAttribute("viewBox", "0 0 800 250");
     this.svg.setAttribute("role", "img");
     this.box.insertBefore(this.svg, this.box.querySelector(".tiles"));
     this.canvas.addEventListener("pointerdown", event => this.pick(event));
@@ -60,18 +63,18 @@ class LensPanel extends Panel {
     const isFar = pointDistance > focusDistance, other = isFar ? near : far, at = image(pointDistance);
     const blur = half * Math.abs((sensor - at) / (at - lens));
     const dot = (metres, text, colour, up) => `<circle cx="${place(metres)}" cy="${middle}" r="5" fill="${colour}"/>
-      <text x="${Math.max(place(metres), 60)}" y="${up ? 30 : 215}" text-anchor="middle" style="fill:${colour}">${text}</text>`;
+      <text x="${Math.max(place(metres), 60)}" y="${up ? 30 : 205}" text-anchor="middle" style="fill:${colour}">${text}</text>`;
     this.svg.innerHTML = `
       <path d="M0 ${middle}H800" stroke="var(--line)"/>
       <path d="M${place(focusDistance)} 45V185" stroke="var(--soft)" stroke-dasharray="3 4"/>
-      <text x="${place(focusDistance)}" y="235" text-anchor="middle" style="fill:var(--soft)">${word("inFocus")}</text>
+      <text x="${place(focusDistance)}" y="243" text-anchor="middle" style="fill:var(--soft)">${word("inFocus")}</text>
       ${other > NEAREST && other < FARTHEST ? rays(other, "var(--blue)", "5 4") + dot(other, `${decimal(other, 2)} m`, "var(--blue)", false) : ""}
       ${rays(pointDistance, "var(--orange)", "")}${dot(pointDistance, `${decimal(pointDistance, 2)} m`, "var(--orange)", true)}
       <path d="M${lens} 10V${middle - half}M${lens} ${middle + half}V220" stroke="var(--text)" stroke-width="5"/>
       <ellipse cx="${lens}" cy="${middle}" rx="8" ry="${half}" fill="#8cf4" stroke="var(--text)"/>
       <path d="M${sensor} 20V210" stroke="var(--text)" stroke-width="2"/>
       <path d="M${sensor} ${middle - blur}V${middle + blur}" stroke="var(--orange)" stroke-width="6"/>
-      <text x="${sensor}" y="235" text-anchor="middle">${word("sensor")}</text>`;
+      <text x="${sensor}" y="243" text-anchor="middle">${word("sensor")}</text>`;
     this.svg.setAttribute("aria-label", this.said.textContent);
   }
 }

@@ -100,7 +100,7 @@ def detail_table(light: NDArray[np.floating]) -> list[float]:
 
 
 def curves(pictures: StimulusSet) -> dict[str, Any]:
-    """Return the mean ratings of simulated observers relative to the pinhole picture, by fixation and aperture."""
+    """Return simulated observers' mean ratings relative to the pinhole picture, and the rating scale's ends."""
     design = DepthRatingDesign(scenes=pictures.scenes[1:], standard_scene=pictures.scenes[0])
     with tempfile.TemporaryDirectory() as folder, processes(2) as pool:
         encoded = encoded_stimuli(pictures, pool)
@@ -118,7 +118,7 @@ def curves(pictures: StimulusSet) -> dict[str, Any]:
         means.setdefault(mean.fixation, {})[mean.aperture] = [
             round(float(getattr(mean.ratio, name, 1.0)), 3) for name in ("estimate", "low", "high")
         ]
-    return {"observers": OBSERVERS, "means": means}
+    return {"observers": OBSERVERS, "means": means, "scale": [design.least_rating, design.most_rating]}
 
 
 def rated(folder: Path) -> dict[str, str]:

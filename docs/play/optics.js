@@ -1,15 +1,14 @@
-"use strict";
 /* Eq. 1 and the table of the optics, from the numbers of `data.js`. Metres, dioptres, pixels. */
 
 /* Sensor distance of a lens that is focused at a distance: Eq. 12. */
 const sensorDistance = (focalLength, focus) => focalLength * focus / (focus - focalLength);
 
 /* Radius of the blur disc on the sensor, of a point at a distance: Eq. 15. */
-const blurRadius = (focalLength, fNumber, focus, distance) =>
+export const blurRadius = (focalLength, fNumber, focus, distance) =>
   sensorDistance(focalLength, focus) * focalLength / fNumber / 2 * Math.abs(1 / focus - 1 / distance);
 
 /* Both distances that have this blur: Eqs. 1 and 16, with the paper's f = F / (radius of the lens). Infinity where there is none. */
-function distancesOfBlur(focalLength, fNumber, focus, sigma) {
+export function distancesOfBlur(focalLength, fNumber, focus, sigma) {
   const v0 = sensorDistance(focalLength, focus), f = 2 * fNumber;
   const [far, near] = [1, -1].map(side => {
     const below = v0 - focalLength - side * sigma * f;
@@ -30,7 +29,7 @@ const disparityAt = (apertures, defocus, pixelAngle) =>
   detailAfter(apertures[1] / 2 * defocus / pixelAngle) / detailAfter(apertures[0] / 2 * defocus / pixelAngle);
 
 /* The inverse: defocus at 128 ratios, even in their logarithm, from 1 to the smallest within reach. */
-function depthTable({ apertures, reach }, pixelAngle) {
+export function depthTable({ apertures, reach }, pixelAngle) {
   const steps = 400, logs = [];
   for (let n = 0; n <= steps; n++) logs.push(Math.min(Math.log(disparityAt(apertures, reach * n / steps, pixelAngle)), n ? logs[n - 1] : 0));
   const lowest = Math.min(logs[steps], -1e-6), table = new Float32Array(128);
@@ -47,10 +46,10 @@ function depthTable({ apertures, reach }, pixelAngle) {
 const farPoint = correction => -correction / (1 - 0.012 * correction);
 
 /* Vergences in focus of an eye: across and upright, each of the L and M cones, of the S cones. */
-function eyeFocus({ sphere, cylinder, axis, accommodation }) {
+export function eyeFocus({ sphere, cylinder, axis, accommodation }) {
   const across = farPoint(axis === 180 ? sphere : sphere + cylinder), upright = farPoint(axis === 180 ? sphere + cylinder : sphere);
   return [across, upright].map(relaxed => ["L+M", "S"].map(band => relaxed + accommodation - PLAY.chromatic[band]));
 }
 
 /* Change of accommodation at a time in seconds. */
-const oscillation = (amplitude, seconds) => amplitude * Math.sin(2 * Math.PI * PLAY.oscillation.frequency * seconds);
+export const oscillation = (amplitude, seconds) => amplitude * Math.sin(2 * Math.PI * PLAY.oscillation.frequency * seconds);

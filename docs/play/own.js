@@ -1,5 +1,7 @@
-"use strict";
 /* A picture of one's own with its depth map, blurred; or two photographs of one's own, and their ratio. */
+import { element, imageOf, Panel } from "./panel.js";
+import { decimal, stop, word } from "./words.js";
+
 const LARGEST = 640;
 const LINEAR = Float64Array.from({ length: 256 }, (_, n) => n < 11 ? n / 255 / 12.92 : ((n / 255 + 0.055) / 1.055) ** 2.4);
 
@@ -15,7 +17,7 @@ function luminance(image, width, height) {
   return made;
 }
 
-class OwnPanel extends Panel {
+export class OwnPanel extends Panel {
   constructor() {
     super("own");
     this.images = {};

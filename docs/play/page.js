@@ -1,8 +1,18 @@
-"use strict";
 /* Builds the panels and sets their language. Nothing is stored, and nothing leaves the page. */
+import { DisparityPanel } from "./disparity.js";
+import { EyePanel } from "./eye.js";
+import { LensPanel } from "./lens.js";
+import { blurRadius, distancesOfBlur, eyeFocus, oscillation } from "./optics.js";
+import { OwnPanel } from "./own.js";
+import { imageOf } from "./panel.js";
+import { RatingPanel } from "./rating.js";
+import { TwoViews } from "./two-views.js";
+import { language, speak, word, WORDS } from "./words.js";
+
 const panels = [new LensPanel(), new DisparityPanel(), new EyePanel(), new RatingPanel(), new OwnPanel()];
 
-function translate() {
+function translate(chosen = language) {
+  speak(chosen);
   document.documentElement.lang = language;
   for (const text of document.querySelectorAll("[data-word]")) text.innerHTML = word(text.dataset.word);
   document.title = word("title");
@@ -14,6 +24,9 @@ function translate() {
   }
 }
 
-document.getElementById("language").onclick = () => { language = language === "en" ? "de" : "en"; translate(); };
+document.getElementById("language").onclick = () => translate(language === "en" ? "de" : "en");
 translate();
 const ready = Promise.all(panels.map(panel => panel.load()));
+
+// For tests and the film of the page.
+Object.assign(globalThis, { panels, ready, translate, imageOf, TwoViews, WORDS, blurRadius, distancesOfBlur, eyeFocus, oscillation });

@@ -1,10 +1,12 @@
-"use strict";
 /* What panels share: their frame, their controls, and when they are drawn. */
-const still = matchMedia("(prefers-reduced-motion: reduce)");
+import { TwoViews } from "./two-views.js";
+import { word } from "./words.js";
+
+export const still = matchMedia("(prefers-reduced-motion: reduce)");
 const narrow = matchMedia("(max-width: 600px)");
 
 /* An element with properties and children; `word` is the key of its text. */
-function element(name, properties = {}, ...children) {
+export function element(name, properties = {}, ...children) {
   const made = document.createElement(name), { word, ...rest } = properties;
   if (word) made.dataset.word = word;
   Object.assign(made, rest);
@@ -13,14 +15,14 @@ function element(name, properties = {}, ...children) {
 }
 
 /* The image of a data address or a file, decoded. */
-async function imageOf(address) {
+export async function imageOf(address) {
   const image = new Image();
   image.src = address;
   await image.decode();
   return image;
 }
 
-class Panel {
+export class Panel {
   constructor(id, { scene = true } = {}) {
     this.id = id;
     this.state = {};
@@ -45,7 +47,7 @@ class Panel {
     try {
       this.views = new TwoViews(this.canvas);
     } catch (error) {
-      if (error.message !== "WebGL 2") throw error;
+      if (!error.message.includes("WebGL 2")) throw error;
       tiles.replaceChildren(element("p", { className: "lacking", word: "noWebgl" }));
     }
     this.visible = true;

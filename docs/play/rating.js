@@ -1,13 +1,17 @@
-"use strict";
 /* Fig. 3: eight pictures to rate for depth, and the curve of these ratings beside that of simulated observers. */
+import { valueAt } from "../../src/focalgradient/web/page/numbers.js";
+import { element, Panel } from "./panel.js";
+import { decimal, stop, word } from "./words.js";
+
 const APERTURES = ["pinhole", "f/22", "f/11", "f/5.6"], FIXATIONS = ["nearest", "farthest"];
 
-class RatingPanel extends Panel {
+export class RatingPanel extends Panel {
   constructor() {
     super("rating", { scene: false });
     this.place = element("div");
     this.box.insertBefore(this.place, this.controls);
-    this.slider = this.range("rating", { min: -2, max: 2, step: 0.05, value: 0, from: x => 2 ** x, format: v => decimal(v, 2) });
+    const [least, most] = PLAY.rating.simulated.scale;
+    this.slider = this.range("rating", { min: 0, max: 1, step: 0.0125, value: 0.5, from: share => valueAt({ least, most, ratios: true }, share), format: v => decimal(v, 2) });
     this.button = element("button", { type: "button", onclick: () => this.next() });
     this.controls.append(this.button);
     this.restart();
@@ -31,7 +35,7 @@ class RatingPanel extends Panel {
     if (this.done === this.order.length) return this.restart();
     const { fixation, aperture } = this.order[this.done++];
     (this.answers[fixation] ??= {})[aperture] = this.state.rating;
-    this.slider.set(0);
+    this.slider.set(0.5);
     this.render();
   }
 
@@ -61,8 +65,8 @@ class RatingPanel extends Panel {
     const x = n => 90 + 190 * n, y = value => 150 - 55 * Math.log2(Math.min(Math.max(value, 0.25), 4)), { means } = PLAY.rating.simulated;
     const line = (values, colour, width, dash) =>
       `<path d="M${values.map((value, n) => `${x(n)} ${y(value)}`).join("L")}" fill="none" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash}"/>`;
-    const parts = [0.25, 0.5, 1, 2, 4].map(v => `<path d="M80 ${y(v)}H700" stroke="var(--line)"/><text x="70" y="${y(v) + 5}" text-anchor="end">${v}</text>`);
-    APERTURES.forEach((name, n) => parts.push(`<text x="${x(n)}" y="292" text-anchor="middle">${name === "pinhole" ? word("pinhole") : name}</text>`));
+    const parts = [0.25, 0.5, 1, 2, 4].map(v => `<path d="M80 ${y(v)}H700" stroke="var(--line)"/><text x="70" y="${y(v) + 5}" text-anchor="end">${decimal(v, v < 1 ? 2 : 0)}</text>`);
+    APERTURES.forEach((name, n) => parts.push(`<text x="${x(n)}" y="292" text-anchor="middle">${name === "pinhole" ? word("pinhole") : stop(Number(name.slice(2)))}</text>`));
     FIXATIONS.forEach((fixation, n) => {
       const colour = n ? "var(--orange)" : "var(--blue)", simulated = APERTURES.map(name => means[fixation][name]), own = this.answers[fixation];
       parts.push(line(simulated.map(v => v[0]), colour, 2, "3 5"), ...simulated.map(([, low, high], k) => `<path d="M${x(k)} ${y(low)}V${y(high)}" stroke="${colour}"/>`));

@@ -1,6 +1,7 @@
-"use strict";
 /* The shaders of two views of a scene, their Laplacians and the ratio of these, each a step of `TwoViews`. */
-const SHADERS = (() => {
+import { SRGB } from "../../src/focalgradient/live/gl.js";
+
+export const SHADERS = (() => {
   const head = packed => `#version 300 es
 precision highp float;
 precision highp int;
@@ -38,10 +39,6 @@ ivec2 mirrored(ivec2 at, ivec2 count) {
 }
 `;
   return {
-    corners: `#version 300 es
-in vec2 corner;
-void main() { gl_Position = vec4(corner, 0.0, 1.0); }`,
-
     head,
 
     // Eq. 7: each view is the scene, blurred by a Gaussian whose sigma is gain x |focus - vergence| pixels, along one
@@ -170,14 +167,12 @@ uniform sampler2D scene, views, detail, light, ratio, depth;
 uniform int what;
 uniform ivec2 origin, frame;
 uniform float most, exposure;
+${SRGB}
 vec3 scale(float share) {  // from far, dark blue, to near, yellow
   share = clamp(share, 0.0, 1.0);
   return mix(mix(vec3(0.05, 0.10, 0.35), vec3(0.36, 0.45, 0.52), min(2.0 * share, 1.0)), vec3(0.98, 0.88, 0.30), max(2.0 * share - 1.0, 0.0));
 }
-vec3 grey(float value) {
-  value = clamp(value, 0.0, 1.0);
-  return vec3(value < 0.0031308 ? 12.92 * value : 1.055 * pow(value, 1.0 / 2.4) - 0.055);
-}
+vec3 grey(float value) { return srgb(vec3(clamp(value, 0.0, 1.0))); }
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - origin;
   here = min(ivec2(vec2(here) * vec2(frame) / vec2(size)), frame - 1);

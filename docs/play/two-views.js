@@ -1,35 +1,24 @@
-"use strict";
 /* Two views of a scene, or two photographs, with their Laplacians and ratio, in WebGL 2.
  *
  *   const views = new TwoViews(canvas);
  *   views.load(image, { width, height, vergence });   // red: light in sRGB; green: vergence from 0 to `vergence` dioptres
  *   views.draw({ apertures, focus, tiles: [0, 1, 4] }, pixelAngle); */
-class TwoViews {
+import { program, rectangle, sample, target, webgl } from "../../src/focalgradient/live/gl.js";
+import { depthTable } from "./optics.js";
+import { SHADERS } from "./shaders.js";
+
+export class TwoViews {
   constructor(canvas, { packed = false } = {}) {
-    const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true });
-    if (!gl) throw new Error("WebGL 2");
+    const gl = webgl(canvas);
     Object.assign(this, { canvas, gl, packed: packed || !gl.getExtension("EXT_color_buffer_float"), programs: {}, targets: {} });
-    for (const name of ["blur", "squares", "gather", "ratio", "depth", "show"]) this.programs[name] = this.program(SHADERS[name]);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), gl.STATIC_DRAW);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
+    for (const name of ["blur", "squares", "gather", "ratio", "depth", "show"]) this.programs[name] = this.step(SHADERS[name]);
+    rectangle(gl);
     this.scene = gl.createTexture();
   }
 
-  program(pixel) {
-    const gl = this.gl, made = gl.createProgram();
-    for (const [kind, source] of [[gl.VERTEX_SHADER, SHADERS.corners], [gl.FRAGMENT_SHADER, SHADERS.head(this.packed) + pixel]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, source);
-      gl.compileShader(shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-      gl.attachShader(made, shader);
-    }
-    gl.bindAttribLocation(made, 0, "corner");
-    gl.linkProgram(made);
-    if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
-    const uniforms = {};
+  /* A step's program, with its uniforms by name. */
+  step(pixel) {
+    const gl = this.gl, made = program(gl, SHADERS.head(this.packed) + pixel), uniforms = {};
     for (let n = 0; n < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); n++) {
       const { name, type } = gl.getActiveUniform(made, n);
       uniforms[name.replace("[0]", "")] = { place: gl.getUniformLocation(made, name), type, list: name.endsWith("[0]") };
@@ -37,42 +26,27 @@ class TwoViews {
     return { made, uniforms };
   }
 
-  sample(texture) {
-    const gl = this.gl;
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
-    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
-  }
-
   /* Take the scene: an image of the browser, or RGBA bytes. `pair`: red and green are two photographs. */
   load(image, { width, height, vergence = 1, pair = false }) {
     const gl = this.gl;
-    this.sample(this.scene);
+    gl.bindTexture(gl.TEXTURE_2D, this.scene);
+    sample(gl, gl.TEXTURE_2D);
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     if (image instanceof Uint8Array) gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, image);
     else gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
     Object.assign(this, { width, height, vergence, pair });
     for (const { texture, frame } of Object.values(this.targets)) { gl.deleteTexture(texture); gl.deleteFramebuffer(frame); }
-    const grid = [width >> 2, height >> 2];
+    const grid = [width >> 2, height >> 2], format = this.packed ? gl.RGBA8 : gl.RGBA32F;
     this.targets = {};
-    for (const name of ["half", "views"]) this.targets[name] = this.target(width, height);
-    for (const name of ["detail", "light", "across", "ratio", "depth"]) this.targets[name] = this.target(...grid);
-  }
-
-  target(width, height) {
-    const gl = this.gl, texture = gl.createTexture(), frame = gl.createFramebuffer();
-    this.sample(texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, this.packed ? gl.RGBA8 : gl.RGBA32F, width, height);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
-    return { texture, frame, width, height };
+    for (const name of ["half", "views"]) this.targets[name] = target(gl, format, width, height);
+    for (const name of ["detail", "light", "across", "ratio", "depth"]) this.targets[name] = target(gl, format, ...grid);
   }
 
   /* Run a program over a target, or a rectangle of the canvas. Textures are given by the name of their target. */
   run(name, onto, values) {
-    const gl = this.gl, { made, uniforms } = this.programs[name], target = this.targets[onto];
-    const [x, y, width, height] = target ? [0, 0, target.width, target.height] : onto;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target ? target.frame : null);
+    const gl = this.gl, { made, uniforms } = this.programs[name], drawn = this.targets[onto];
+    const [x, y, width, height] = drawn ? [0, 0, drawn.width, drawn.height] : onto;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, drawn ? drawn.frame : null);
     gl.viewport(x, y, width, height);
     gl.useProgram(made);
     let unit = 0;

@@ -1,22 +1,23 @@
-"use strict";
 /* The texts, English and German. */
-let language = navigator.language.startsWith("de") ? "de" : "en";
+export let language = navigator.language.startsWith("de") ? "de" : "en";
 
-const word = key => {
+export const speak = chosen => { language = chosen; };
+
+export const word = key => {
   const found = WORDS[key];
   if (!found) throw new Error(`no words for ${key}`);
   return found[language === "de" ? 1 : 0];
 };
 
-const decimal = (value, digits) => {
+export const decimal = (value, digits) => {
   const text = value.toFixed(digits).replace("-", "−");
   return language === "de" ? text.replace(".", ",") : text;
 };
 
 /* An f-number, without a decimal that is 0. */
-const stop = number => `f/${decimal(number, Math.abs(number - Math.round(number)) < 0.05 ? 0 : 1)}`;
+export const stop = number => `f/${decimal(number, Math.abs(number - Math.round(number)) < 0.05 ? 0 : 1)}`;
 
-const WORDS = {
+export const WORDS = {
   title: ["A New Sense for Depth of Field: the figures, live", "Ein neuer Sinn für Tiefe: die Abbildungen zum Ausprobieren"],
   intro: [
     "A lens blurs each point according to its distance from the plane of focus, and this blur gives the distance back (A. P. Pentland, 1987). Everything here is computed in this page, at every change.",
@@ -38,7 +39,7 @@ const WORDS = {
   none: ["no distance", "keine Entfernung"],
   inFocus: ["in focus", "scharf"],
   sensor: ["sensor", "Sensor"],
-  fNumber: ["f-number of the right view", "Blendenzahl des rechten Bildes"],
+  fNumber: ["f-number of the second view", "Blendenzahl des zweiten Bildes"],
   focusDistance: ["focused at", "Scharf eingestellt auf"],
   pointDistance: ["distance of the point", "Entfernung des Punktes"],
 

@@ -1,7 +1,7 @@
 """Bundle the plugins into dist/, for `npm pack` and for tests.
 
-What draws lives in the Python package, for its own pages: the classes in `web/page`, `FocusView` and its shader in
-`live`, constants of the cube and texts beside them. They are written to build/shared.js, and bundled by deno.
+What draws lives in the Python package, for its own pages: the classes in `web/page`, and `FocusView` in `live`. Its
+shaders, constants of the cube and texts are written to build/shared.js, and all is bundled by deno.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def shared() -> str:
     """Source of what the plugins take from the Python package."""
     sys.path.insert(0, str(ROOT / "src"))
     from focalgradient.design.words import LANGUAGES, load_words
-    from focalgradient.live import page_script, page_shaders
+    from focalgradient.live import page_shaders
     from focalgradient.psf import DISC_K
     from focalgradient.render.wireframe import WIDTH
     from focalgradient.stimuli.cube_frames import LEVEL, REACH, SHRINK, TWIST
@@ -39,8 +39,7 @@ def shared() -> str:
     }
     cube = {"level": LEVEL, "reach": REACH, "shrink": SHRINK, "twist": TWIST, "width": WIDTH, "blur_k": DISC_K}
     parts = {"SHADERS": page_shaders(), "TEXTS": texts, "CUBE": cube}
-    constants = [f"export const {name} = {json.dumps(value, ensure_ascii=False)};" for name, value in parts.items()]
-    return "\n".join([page_script(), "export { FocusView };", *constants, ""])
+    return "".join(f"export const {name} = {json.dumps(value, ensure_ascii=False)};\n" for name, value in parts.items())
 
 
 def deno(*arguments: str | Path) -> None:

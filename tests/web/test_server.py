@@ -607,6 +607,7 @@ def test_a_page_of_older_sources_is_not_served(tmp_path: Path, monkeypatch: pyte
     web = tmp_path / "web"
     for name in ("page", "static"):
         shutil.copytree(str(files("focalgradient.web") / name), web / name)
+    (web / "gl.js").write_bytes((files("focalgradient.live") / "gl.js").read_bytes())
     monkeypatch.setattr(sys.modules["focalgradient.web.application"], "files", lambda _: web)
     check_page()
     with (web / "page" / "knob.js").open("a") as source:

@@ -3,7 +3,8 @@
 import { ParameterType } from "jspsych";
 import { inDevicePixels, late, nextFrame, rounded, Watch } from "../../../src/focalgradient/web/page/frames.js";
 import { Knob } from "../../../src/focalgradient/web/page/knob.js";
-import { FocusView, SHADERS } from "../build/shared.js";
+import { FocusView } from "../../../src/focalgradient/live/focus.js";
+import { SHADERS } from "../build/shared.js";
 import { pressed } from "./keys.js";
 import { FOOT } from "./prompt.js";
 import { appears, between, NOTHING_LOST, responseTime, simulated } from "./simulation.js";

@@ -1,4 +1,6 @@
 "use strict";
+import { program, rectangle, sample, webgl } from "./gl.js";
+
 /* A focus series in WebGL 2, drawn by the same shader as in the windows of the experiments.
  *
  *   const view = new FocusView(canvas, SHADERS), series = await view.load(packed);
@@ -7,35 +9,15 @@
  *   view.draw(series, { values, width, height, x, y });      // map centred on a position in the picture, in pixels
  *
  * `packed` is the result of `focalgradient.live.packed`; SHADERS are those of `focalgradient.live.page_shaders`. */
-class FocusView {
+export class FocusView {
   constructor(canvas, shaders, gamma = null) {
     this.canvas = canvas;
-    this.gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true });
-    if (!this.gl) throw new Error("it has no WebGL 2");
-    const gl = this.gl, kind = gamma ? "gamma" : "srgb";
+    const gl = this.gl = webgl(canvas), kind = gamma ? "gamma" : "srgb";
     this.gamma = gamma;
-    this.even = this.program(shaders.corners, shaders[kind]);
-    this.varying = this.program(shaders.corners, shaders[`${kind}_varies`]);
+    this.even = program(gl, shaders[kind]);
+    this.varying = program(gl, shaders[`${kind}_varies`]);
     this.places = gl.createTexture();
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), gl.STATIC_DRAW);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
-  }
-
-  program(corners, pixel) {
-    const gl = this.gl, made = gl.createProgram();
-    for (const [kind, source] of [[gl.VERTEX_SHADER, corners], [gl.FRAGMENT_SHADER, pixel]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, source);
-      gl.compileShader(shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-      gl.attachShader(made, shader);
-    }
-    gl.bindAttribLocation(made, 0, "corner");
-    gl.linkProgram(made);
-    if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
-    return { made, at: name => gl.getUniformLocation(made, name) };
+    rectangle(gl);
   }
 
   /* Unpack the planes and send them to the graphics card. */
@@ -56,14 +38,8 @@ class FocusView {
       gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, n, width, height, 1, gl.RGBA,
         bits === 8 ? gl.UNSIGNED_BYTE : gl.HALF_FLOAT, plane);
     }
-    this.sample(gl.TEXTURE_2D_ARRAY, gl.NEAREST);
+    sample(gl, gl.TEXTURE_2D_ARRAY);
     return { width, height, vergences, gain, texture };
-  }
-
-  sample(target, how) {
-    const gl = this.gl;
-    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(target, name, how);
-    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(target, name, gl.CLAMP_TO_EDGE);
   }
 
   /* Fractional plane index of a focus in dioptres: 1.25 is a quarter of the way from plane 1 to plane 2. */
@@ -78,7 +54,8 @@ class FocusView {
 
   /* Draw once. `lamp`: disc of light to add: x, y and radius in pixels, radiance as a fraction of white. */
   draw(series, focus, lamp = null) {
-    const gl = this.gl, map = typeof focus === "number" ? null : focus, { made, at } = map ? this.varying : this.even;
+    const gl = this.gl, map = typeof focus === "number" ? null : focus, made = map ? this.varying : this.even;
+    const at = name => gl.getUniformLocation(made, name);
     const { width, height } = series;
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     gl.viewport(0, 0, width, height);
@@ -102,7 +79,7 @@ class FocusView {
     gl.bindTexture(gl.TEXTURE_2D, this.places);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32F, width, height, 0, gl.RED, gl.FLOAT, places);
     const coarse = !placed && (width !== series.width || height !== series.height);
-    this.sample(gl.TEXTURE_2D, coarse && gl.getExtension("OES_texture_float_linear") ? gl.LINEAR : gl.NEAREST);
+    sample(gl, gl.TEXTURE_2D, coarse && gl.getExtension("OES_texture_float_linear") ? gl.LINEAR : gl.NEAREST);
     gl.uniform1i(at("places"), 1);
     const left = placed ? Math.round(x - width / 2) / series.width : 0;
     const top = placed ? Math.round(y - height / 2) / series.height : 0;

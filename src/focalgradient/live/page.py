@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 import zlib
 from importlib.resources import files
 from typing import Any
@@ -15,14 +16,8 @@ from focalgradient.live.shader import Dialect, fragment_shader, texels_of
 
 __all__ = ["packed", "page_script", "page_shaders"]
 
-CORNERS = """#version 300 es
-in vec2 corner;
-out vec2 where;
-void main() {
-    gl_Position = vec4(corner, 0.0, 1.0);
-    where = vec2(0.5, -0.5) * corner + 0.5;
-}
-"""
+SCRIPTS = ("gl.js", "focus.js")
+"""Modules of ``FocusView``, in the order in which they import one another."""
 
 
 def packed(series: FocusSeries, *, srgb: bool = True) -> dict[str, Any]:
@@ -68,9 +63,9 @@ def page_shaders() -> dict[str, str]:
     """Return the shader sources used by ``FocusView``, by name.
 
     >>> sorted(page_shaders())
-    ['corners', 'gamma', 'gamma_varies', 'srgb', 'srgb_varies']
+    ['gamma', 'gamma_varies', 'srgb', 'srgb_varies']
     """
-    made = {"corners": CORNERS}
+    made = {}
     for name, srgb in (("srgb", True), ("gamma", False)):
         for end, varies in (("", False), ("_varies", True)):
             made[name + end] = fragment_shader(Dialect.PAGE, srgb=srgb, varies=varies, lamp=True)
@@ -78,9 +73,12 @@ def page_shaders() -> dict[str, str]:
 
 
 def page_script() -> str:
-    """Return the JavaScript source of the class ``FocusView``.
+    """Return the JavaScript source of the class ``FocusView``, as a script that defines nothing else.
 
     >>> "class FocusView" in page_script()
     True
     """
-    return files("focalgradient.live").joinpath("focus.js").read_text(encoding="utf-8")
+    room = files("focalgradient.live")
+    modules = "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in SCRIPTS)
+    plain = re.sub(r"^(import .*\n|export )", "", modules, flags=re.MULTILINE)
+    return f"const FocusView = (() => {{\n{plain}\nreturn FocusView;\n}})();\n"

@@ -90,7 +90,9 @@ def check_page() -> None:
     """Raise `InputError` unless the page is bundled from its present sources, as at building and set-up."""
     web = files("focalgradient.web")
     made = web / "static" / "sources.sha256"
-    sources = b"".join(file.read_bytes() for file in sorted((web / "page").iterdir(), key=lambda file: file.name))
+    shared = files("focalgradient.live") / "gl.js"
+    pages = sorted((web / "page").iterdir(), key=lambda file: file.name)
+    sources = b"".join(file.read_bytes() for file in (*pages, shared))
     if not made.is_file() or made.read_text(encoding="utf-8") != hashlib.sha256(sources).hexdigest():
         raise InputError(
             "the page for browsers is not built, or from older sources: run 'make', or '.venv/bin/python "

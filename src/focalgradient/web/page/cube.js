@@ -6,6 +6,7 @@
 // one rectangle, and the graphics card sums the light of all pieces.
 
 import { ParameterType } from "jspsych";
+import { program, rectangle, SRGB, target, webgl } from "../../live/gl.js";
 import { inDevicePixels, late, play, rounded, Watch } from "./frames.js";
 
 const REACH = 5; // distance from a line beyond which it is dark, in standard deviations
@@ -76,29 +77,11 @@ precision highp float;
 uniform sampler2D sum;
 uniform float gamma;  // 0: the sRGB curve
 out vec4 colour;
+${SRGB}
 void main() {
-  float light = clamp(texelFetch(sum, ivec2(gl_FragCoord.xy), 0).r, 0.0, 1.0);
-  float value = gamma > 0.0 ? pow(light, 1.0 / gamma)
-    : light <= 0.0031308 ? 12.92 * light : 1.055 * pow(light, 1.0 / 2.4) - 0.055;
-  colour = vec4(vec3(value), 1.0);
+  vec3 light = clamp(texelFetch(sum, ivec2(gl_FragCoord.xy), 0).rrr, 0.0, 1.0);
+  colour = vec4(gamma > 0.0 ? pow(light, vec3(1.0 / gamma)) : srgb(light), 1.0);
 }`;
-
-function program(gl, vertex, fragment) {
-  const made = gl.createProgram();
-  for (const [kind, text] of [
-    [gl.VERTEX_SHADER, vertex],
-    [gl.FRAGMENT_SHADER, fragment],
-  ]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, text);
-    gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-    gl.attachShader(made, shader);
-  }
-  gl.linkProgram(made);
-  if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
-  return made;
-}
 
 // Edges of the cube after a number of turns: start and end in pixels from the centre, and signed blur in pixels.
 export function edges(cube, trial, turn) {
@@ -175,24 +158,14 @@ export class Cube {
   // `cube` contains the design's sizes; the canvas gets its width and height in device pixels.
   constructor(canvas, cube) {
     inDevicePixels(canvas, cube.width, cube.height);
-    const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
-    if (!gl || !gl.getExtension("EXT_color_buffer_float")) throw new Error("no WebGL2 with sums in floating point");
+    const gl = webgl(canvas);
+    if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("no WebGL2 with sums in floating point");
     const full = gl.getExtension("EXT_float_blend") !== null;
     Object.assign(this, { gl, cube, canvas });
-    this.light = program(gl, VERTEX, LIGHT);
-    this.encode = program(gl, FULL, ENCODE);
-    this.sum = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.sum);
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, full ? gl.RGBA32F : gl.RGBA16F, cube.width, cube.height);
-    this.target = gl.createFramebuffer();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.sum, 0);
-    this.square = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.square);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([0, 0, 1, 0, 0, 1, 1, 1]), gl.STATIC_DRAW);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
+    this.light = program(gl, LIGHT, VERTEX);
+    this.encode = program(gl, ENCODE, FULL);
+    this.target = target(gl, full ? gl.RGBA32F : gl.RGBA16F, cube.width, cube.height).frame;
+    rectangle(gl, [0, 0, 1, 1]);
     this.instances = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
     for (const [place, count, offset] of [
