@@ -6,6 +6,7 @@ the odds of *time*. Proportions of time and of reports, and percept durations, d
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from focalgradient.statistics.durations import (
     fit_durations,
     fit_durations_of_people,
 )
-from focalgradient.statistics.means import family, paired_effect, share_interval
+from focalgradient.statistics.means import by_role, paired_effect, share_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
@@ -148,7 +149,8 @@ class GradientEffect:
         Condition.
     odds_of_time
         Log odds ratio of the time of the nonrigid reading: mean of the bias-reduced within-subject values
-        (`log_odds`), by a paired t-test, with Holm's p over the gradients.
+        (`log_odds`), by a paired t-test. The first effect of a result is primary: the nonrigid gradient (without one
+        the rigid gradient) at its largest strength, uncorrected. The others are secondary, one family by Holm.
     """
 
     gradient: str
@@ -167,7 +169,8 @@ class NeckerResult:
     trials, reports
         Number of trials and reports analysed, without catch trials.
     subject_shares, shares, dominance, effects
-        Results by subject, averaged over subjects, of percept durations, and of each gradient relative to none.
+        Results by subject, averaged over subjects, of percept durations, and of each gradient relative to none (the
+        primary one first).
     remarks
         Omissions and their reasons, one sentence each.
     people
@@ -375,7 +378,7 @@ def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> 
     """Test each gradient against none."""
     plain = ("none", 0.0)
     tests: list[Effect | NotComputed] = []
-    tested = [condition for condition in own if condition != plain]
+    tested = primary_first(condition for condition in own if condition != plain)
     for gradient, strength in tested:
         if plain not in own:
             tests.append(NotComputed("There are no trials without a gradient to compare with."))
@@ -398,7 +401,18 @@ def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> 
                     "the true ratio is further from 1."
                 )
         tests.append(paired_effect(change.dropna(), "the subjects' own bias-reduced log odds of time, paired t-test"))
-    return tuple(GradientEffect(*condition, test) for condition, test in zip(tested, family(tests), strict=True))
+    return tuple(
+        GradientEffect(*condition, test) for condition, test in zip(tested, by_role(tests, [])[0], strict=True)
+    )
+
+
+def primary_first(conditions: Iterable[tuple[str, float]]) -> list[tuple[str, float]]:
+    """Return gradients with their strengths, the one of the primary hypothesis first.
+
+    >>> primary_first([("rigid", 8.9), ("nonrigid", 4.5), ("nonrigid", 8.9)])
+    [('nonrigid', 8.9), ('nonrigid', 4.5), ('rigid', 8.9)]
+    """
+    return sorted(conditions, key=lambda condition: (-GRADIENTS.index(condition[0]), -condition[1]))
 
 
 def _never(own: pd.DataFrame) -> str | None:
