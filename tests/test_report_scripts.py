@@ -181,9 +181,9 @@ def _rows(block: str) -> list[str]:
 
 def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute: float) -> None:
     """Compare what the script prints with the report: slopes and answers at the largest aperture, twice each."""
-    here = result.these_scenes
-    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
-    tests += [result.against_reference, here.against_reference]
+    both, here = result.scenes_random, result.these_scenes
+    tests = [[*both.slopes, both.interaction], [*here.slopes, here.interaction]]
+    tests += [both.against_reference, here.against_reference]
     for rows, wanted in zip(_shown(said), tests, strict=True):
         done = [test for test in wanted if isinstance(test, Effect)]
         assert rows == [pytest.approx([*_student(test)], rel=rel, abs=absolute) for test in done]
