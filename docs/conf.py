@@ -22,6 +22,7 @@ from sphinx_gallery.scrapers import matplotlib_scraper
 
 import focalgradient
 from focalgradient.cli import main
+from focalgradient.dataset.markers import MARKERS
 from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import OURS
 
@@ -116,7 +117,14 @@ def tables_of_columns() -> str:
     return "\n".join(rows)
 
 
+def table_of_markers() -> str:
+    """Codes of the events that the experiments mark."""
+    rows = [f"| {marker.code} | `{name}` | {marker.about} |" for name, marker in MARKERS.items()]
+    return "\n".join(["| code | event | meaning |", "|---|---|---|", *rows])
+
+
 (ROOT / "generated").mkdir(exist_ok=True)
+(ROOT / "generated" / "markers.md").write_text(table_of_markers(), encoding="utf-8")
 (ROOT / "generated" / "columns.md").write_text(tables_of_columns(), encoding="utf-8")
 
 
@@ -207,8 +215,8 @@ def copy_play(app: Sphinx, error: Exception | None) -> None:
 
 
 def escape_stars(app: Sphinx, context: object, lines: list[str]) -> None:
-    """Escape the stars in a command's help, which reStructuredText would take for emphasis."""
-    lines[:] = [line.replace("*", r"\*") for line in lines]
+    """Escape the stars in a command's help, and an underscore before one, which are markup of reStructuredText."""
+    lines[:] = [line.replace("*", r"\*").replace(r"_\*", r"\_\*") for line in lines]
 
 
 def setup(app: Sphinx) -> None:
