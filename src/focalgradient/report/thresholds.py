@@ -43,7 +43,7 @@ BIAS = (
     "+12 % (slope 2, 4 % lapses), as answers near threshold do not determine slope and lapse rate. A bias that "
     "conditions have in common cancels in the ratio of their thresholds."
 )
-"""Bias of the estimate: docs/thresholds-measured.md."""
+"""Bias of the estimate: docs/report/thresholds.md."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
