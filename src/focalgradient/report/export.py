@@ -67,14 +67,18 @@ time <- function(of) tapply(ifelse(d$percept == of, d$duration, 0), list(d$parti
 half <- mean(d$duration[d$percept %in% c("rigid", "nonrigid")]) / 2
 odds <- log((time("nonrigid") + half) / (time("rigid") + half))
 odds[time("nonrigid") + time("rigid") == 0] <- NA
-found <- do.call(rbind, lapply(setdiff(colnames(odds), "none 0"), function(name) {
+tested <- unique(d[d$gradient != "none", c("gradient", "strength")])
+tested <- tested[order(tested$gradient, -tested$strength), ]  # the primary one first
+tested <- paste(tested$gradient, tested$strength)
+found <- do.call(rbind, lapply(tested, function(name) {
   change <- na.omit(odds[, name] - odds[, "none 0"])
   if (length(change) < 2 || sd(change) < 1e-12) return(NULL)  # no test
   t <- t.test(change)
   data.frame(condition = name, change = mean(change), low = t$conf.int[1], high = t$conf.int[2], t = t$statistic,
              df = t$parameter, p = t$p.value)
 }))
-found$p_holm <- p.adjust(found$p, "holm")
+others <- found$condition != tested[1]; found$p_holm <- NA  # the primary p is not corrected
+found$p_holm[others] <- p.adjust(found$p[others], "holm")
 print(found, row.names = FALSE, digits = 6)
 """
 
