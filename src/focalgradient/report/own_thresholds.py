@@ -100,9 +100,12 @@ class OwnThresholdPart(Part):
             yield from self._difference(*pair, test)
         if any(isinstance(one.fit, ThresholdFit) for result in self.results.values() for one in result.subjects):
             level = f"level ({unit})" if unit else "level"
-            look = {"simulated": self.simulated, "level": level}
-            yield output.figure("thresholds", threshold_figure(self.results, **look), GROUPS)
-            yield output.figure("threshold_people", person_figure(self.results, **look), PEOPLE)
+            yield output.figure(
+                "thresholds", threshold_figure(self.results, simulated=self.simulated, level=level), GROUPS
+            )
+            yield output.figure(
+                "threshold_people", person_figure(self.results, simulated=self.simulated, level=level), PEOPLE
+            )
         if differences:
             named = ((f"{one} / {other}", test) for (one, other), test in differences.items())
             caption = "Ratios of thresholds between conditions, as logarithms"

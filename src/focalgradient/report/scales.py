@@ -24,7 +24,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
     """Yield the results in sentences; p values after Holm's correction decide their wording."""
     what = f"the {found.analysis.mean}"
     beside = found.scenes_random if found.analysis.binary else found.these_scenes
-    for name, slope, other, largest in zip(
+    for name, slope, second, largest in zip(
         found.fixations, found.slopes, beside.slopes, found.against_reference, strict=True
     ):
         focused = f"{'' if name != found.fixations[0] else 'Primary outcome. '}With {in_focus(name)}"
@@ -34,7 +34,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
             verb = "was not shown to change" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
             unit = f"{slope_unit(found.analysis)} per millimetre"
             sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
-            yield sentence + _beside(slope, other)
+            yield sentence + _beside(slope, second)
         if found.analysis.alike is None:
             continue
         if isinstance(largest, Effect):
