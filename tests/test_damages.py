@@ -407,7 +407,7 @@ DAMAGES = {
     "kind unknown": (people("human", "robot"), "row 2: kind is 'robot', but must be one of human, simulated"),
     "kind changed": (
         people("human", "simulated"),
-        r"sub-01 is simulated, but dataset_description\.json states the other",
+        r"sub-01 is simulated, but dataset_description\.json says human",
     ),
     "one number twice": (renamed, "sub-01 and sub-1 are the same number, and had the same trial order"),
     "people not UTF-8": (

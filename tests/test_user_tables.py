@@ -186,7 +186,7 @@ def test_start_and_end_of_each_trial_are_not_two_ratings(tmp_path: Path) -> None
     text = "\n".join([f"{HEAD},event", *rows])
     assert 'choose with where={"event": "end"}' in " ".join(read_ratings(saved(tmp_path, text)).notices)
     numbered = "\n".join([f"trial,{HEAD},event", *(f"{number // 2 + 1},{row}" for number, row in enumerate(rows))])
-    with pytest.raises(InputError, match=r"stands in a row above with another answer.*where={.event.: .end.}"):
+    with pytest.raises(InputError, match=r"occurs in a row above with another answer.*where={.event.: .end.}"):
         read_ratings(saved(tmp_path, numbered))
 
 

@@ -29,7 +29,7 @@ def test_long_with_names_of_its_own(tmp_path: Path) -> None:
     assert own.table["trial"].tolist() == [1, 2, 1, 2]
     assert not own.table["catch"].any()
     said = " ".join(own.notes)
-    for part in ("Spaces at the ends", "no column of catch trials", "Trials are numbered", "no column of scenes"):
+    for part in ("Spaces at the ends", "No catch-trial column", "Trials are numbered", "No scene column"):
         assert part in said
 
 

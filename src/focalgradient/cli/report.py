@@ -133,7 +133,7 @@ def report(
     rules
         Exclusion criteria, set in advance (TOML).
     columns
-        Your names of the columns of a table, one to each of ours; --explain prints how each column is read.
+        Your names of the columns of a table, one to each of ours; --explain prints how each column is interpreted.
 
         \b
         participant=subject   all tables
@@ -157,7 +157,7 @@ def report(
         blur_D, or the contrasts of a factor; those that vary between participants are adjusted for one another.
         Repeatable.  [default: the apertures of a table without fixations]
     explain
-        Print how each column of a table is read, and compute nothing.
+        Print how each column of a table is interpreted, and compute nothing.
     conditions
         Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.
     guess_rate

@@ -358,7 +358,7 @@ class ZernikePopulation:
         cells = read_cells(covariance, "a table of covariances", largest=LARGEST_LIST, header=False, spaces=True)
         rows = [[as_number(cell) for cell in row if cell.strip()] for row in cells.with_points().rows]
         if cells.header or not rows or any(len(row) != len(rows) or None in row for row in rows):
-            raise InputError(f"{printable(covariance)} is no square of numbers.")
+            raise InputError(f"{printable(covariance)} is not a square matrix of numbers.")
         table = np.array(rows, dtype=float)
         return cls(read_zernike(mean), table, measured_diameter, measured_nm)
 
@@ -371,7 +371,7 @@ class ZernikePopulation:
             )
         values, vectors = np.linalg.eigh((table + table.T) / 2)
         if values[0] < -1e-3 * max(values[-1], 1e-12):
-            raise InputError("covariance_um2 is no covariance: a sum of coefficients would vary less than not at all.")
+            raise InputError("covariance_um2 is not a covariance: a sum of coefficients has negative variance.")
         return vectors * np.sqrt(np.clip(values, 0, None))
 
     def drawn(self, random: np.random.Generator) -> NDArray[np.float64]:

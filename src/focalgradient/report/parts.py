@@ -116,7 +116,7 @@ class Part(ABC):
 
     def observed(self) -> Observed | NotComputed:
         """Return the answers and the observers that can be fitted to them, or the reason why there are none."""
-        return NotComputed(f"No observer here predicts the answers to {self.title!r}: fit your own by fit_observer.")
+        return NotComputed(f"No built-in observer models {self.title!r}; use fit_observer.")
 
     def design_table(self) -> list[Sheet]:
         """Return every setting of the design as a table, with all values if sessions differ."""

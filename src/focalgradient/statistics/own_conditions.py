@@ -35,7 +35,7 @@ KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session", "trial"
 """Roles that are read besides the conditions."""
 
 MOST_LEVELS = 50
-"""Maximum number of levels of a condition that is no number."""
+"""Maximum number of levels of a condition that is not numeric."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +138,7 @@ def read_conditions(
             levels[name] = list(dict.fromkeys(table[name]))
             if len(levels[name]) > MOST_LEVELS:
                 raise InputError(
-                    f"{printable(name)} has {len(levels[name])} levels that are no numbers: give a condition."
+                    f"{printable(name)} has {len(levels[name])} levels that are not numbers: give a condition."
                 )
         if len(levels[name]) < 2:
             raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
@@ -255,7 +255,7 @@ def _least_squares(values: np.ndarray, model: np.ndarray) -> list[Effect | NotCo
     if subjects <= terms:
         why = f"{subjects} subjects are too few for {terms - 1} conditions between them: nothing can be tested."
     elif np.linalg.matrix_rank(model) < terms:
-        why = "The conditions between subjects cannot be told apart: they vary together."
+        why = "The conditions between subjects cannot be separated: they vary together."
     else:
         fit = OLS(values, model).fit()
         if fit.ssr <= 1e-20 * max(float(values @ values), 1e-300):

@@ -159,7 +159,7 @@ class Source:
             people = [_person(str(file)) for file in cells.index.get_level_values(0)]
             own = replace(own, cells=_like(cells, cells.assign(**{"participant (file)": people})))
             own.columns["participant_id"] = "participant (file)"
-            own.notices.append("There is no column of participants: each file is taken for one person's.")
+            own.notices.append("No participant column: each file is treated as one participant.")
         return own.without_practice()
 
     def without_practice(self) -> Source:
@@ -198,7 +198,7 @@ class Source:
         numeric
             Roles of numbers, whose decimal mark is decided together.
         shown
-            Roles that say what was shown; rows with none of them are no trials, and are left out.
+            Roles that say what was shown; rows without any of them are not trials, and are skipped.
         """
         self.notes.extend(unused([str(name) for name in self.cells if name not in self.columns.values()]))
         return self.cleaned(renamed(self.cells, self.columns), numeric, shown)
@@ -475,7 +475,7 @@ def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Add the boolean column `catch`; without such a column no trial is a catch trial, which is noted."""
     if "catch" in table:
         return table.assign(catch=truths(table, "catch"))
-    notes.append("There is no column of catch trials: no trial counts as one.")
+    notes.append("No catch-trial column: no trial is treated as one.")
     return table.assign(catch=False)
 
 

@@ -43,7 +43,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     settings.progress(0.15, "estimating noise")
     blurs = search.blurs(settings.psf).averaged(views.shares)
     noise = estimate_noise(problem, blurs)
-    one_waveband = noise.gains is None  # textures of other wavebands leave residuals that are no contradiction
+    one_waveband = noise.gains is None  # textures of other wavebands leave residuals that are not a contradiction
 
     settings.progress(0.4, "equalising blur")
     whitening, frame = Whitening.of(problem, blurs, noise), Frame.empty(views.shape)

@@ -149,7 +149,7 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
     """Return the grid points whose depth is based on signal, and not on noise or on contradictions of the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
-    its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
+    its strongest and its weakest places can look like texture: blank paper. Where the model errs, texture
     must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
     nature.
     """
