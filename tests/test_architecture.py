@@ -135,7 +135,7 @@ HOMES = {
     "click": {"cli"},
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
-    "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
+    "PIL": {"photographs", "stimuli", "lab"},
     "pydantic": {
         "design",
         "photographs",

@@ -180,7 +180,7 @@ def test_codes_and_copies_are_found_in_ratings_by_condition(people: Path) -> Non
     pd.concat([frame, frame[frame["subject"] == "S4"]]).to_csv(people, index=False)
     own = read_conditions(people, by=["blur_D"])
     assert len(own.table) == 63
-    assert [notice.split(":")[0] for notice in own.notices] == [
+    assert [notice.split(":")[0].split(";")[0] for notice in own.notices] == [
         "999 in the column of ratings was taken for a missing value",
-        "S4 appears twice with identical answers",
+        "Participant S4 appears twice with identical answers",
     ]

@@ -111,7 +111,7 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
     made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
     text = made.files["report.html"].decode()
     assert "5 subjects rated 12 scenes" in text
-    assert "Trials are numbered as they stand in the file" in text
+    assert "Trials are numbered in the order of the file" in text
     trials = pd.read_csv(io.BytesIO(made.files["depth_rating_trials.csv"]))
     meaning = pd.read_csv(io.BytesIO(made.files["depth_rating_trials_dictionary.csv"]))
     assert list(trials) == list(meaning["column"])

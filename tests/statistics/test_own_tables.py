@@ -161,7 +161,7 @@ def test_reports_on_the_cube(tmp_path: Path) -> None:
         ["A", "nonrigid", 4.0, "rigid", 0.0, 3.0, False, 10.0],
         ["A", "nonrigid", 4.0, "nonrigid", 3.0, 7.0, True, 10.0],
     ]
-    assert any("all trials count as of 10 s" in note for note in own.notes)
+    assert any("all trials are treated as of 10 s" in note for note in own.notes)
 
 
 @pytest.mark.parametrize("left_out", ["trial", "start", "mm", "end"])
