@@ -374,7 +374,7 @@ DAMAGES = {
         "most_rating differ from those of sub-02",
     ),
     "all: other pictures": (forged(head(stimuli=None)), "it names pictures, but not their manifest"),
-    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json states"),
+    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json says human"),
     "all: other keys": (
         forged(head(keys={"rigid": "j", "nonrigid": "f"}), "necker"),
         "the keys are .*, but the design gives this participant",
