@@ -1,4 +1,4 @@
-"""docs/extending.md: the examples of a shape of blur and of optics, built from nothing in a temporary package."""
+"""docs/own-optics.md: the examples of a shape of blur and of optics, built from nothing in a temporary package."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ from focalgradient.photographs.tables import Sensor
 from focalgradient.psf import check_psf, pixel_transfer, psf_of, registry
 from focalgradient.retina import TwoEyes
 
-PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+PAGE = Path(__file__).parents[1] / "docs" / "own-optics.md"
+TEXT = "\n".join(PAGE.with_name(name).read_text(encoding="utf-8") for name in ("extending.md", "own-optics.md"))
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
 PIXEL = 3.2e-4
 
 
@@ -37,7 +38,7 @@ def block(kind: str, mark: str) -> str:
 
 def test_what_the_page_names_exists() -> None:
     """Each file is there; each name is a word of the sources or examples, a private one of a file of the same step."""
-    prose = re.sub(r"^```.*?^```$", "", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    prose = re.sub(r"^```.*?^```$", "", TEXT, flags=re.DOTALL | re.MULTILINE)
     root = PAGE.parents[1]
     sources = {
         path.relative_to(root).as_posix(): {*re.findall(r"\w+", path.read_text(encoding="utf-8"))}
@@ -168,7 +169,7 @@ def test_the_optics_of_the_page_give_both_sides(capsys: pytest.CaptureFixture[st
     said = capsys.readouterr().out
     assert said.splitlines() == ["0.9 estimated from the views", "1.3 estimated from the views"]
     for line in said.splitlines():
-        assert f"`{line}`" in PAGE.read_text(encoding="utf-8")
+        assert f"`{line}`" in TEXT
 
 
 def test_the_eye_of_the_page_sees_depth_by_colour(capsys: pytest.CaptureFixture[str]) -> None:
