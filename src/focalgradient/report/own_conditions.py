@@ -17,7 +17,7 @@ from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.tables import Sheet, effect_sheet, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules, as_table
-from focalgradient.statistics.conditions import tested_answers
+from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
 from focalgradient.statistics.questions import Answer, Answers
@@ -81,7 +81,7 @@ class ConditionPart(Part):
         left = many(len(everyone) - len(rows), "rating")
         out = f"{left} left out by the rules on trials" if len(rows) < len(everyone) else "nobody is left out"
         yield Paragraph(f"{many(people, who)} with {many(len(rows), 'rating')}{scenes}; {out}.")
-        yield from map(Notice, changed(tested_answers(self.tests), tested_answers(self.everyone)))
+        yield from map(Notice, changed(answers_of_tests(self.tests), answers_of_tests(self.everyone)))
         for factor in self.own.conditions:
             figure = condition_figure(rows, factor, [("rating", self.own.log)], units={}, simulated=self.simulated)
             alike = rows.groupby("participant_id")[factor].nunique().max() == 1
@@ -104,9 +104,9 @@ class ConditionPart(Part):
         yield from output.tables([effect_sheet(f"{self.name}_tests.csv", caption, "effect", found), results])
 
     def answers(self) -> Iterator[Answer]:
-        yield from tested_answers(self.tests)
+        yield from answers_of_tests(self.tests)
         if self.everyone != self.tests:
-            yield from Answers(tuple(tested_answers(self.everyone))).variant(WITHOUT)
+            yield from Answers(tuple(answers_of_tests(self.everyone))).variant(WITHOUT)
 
     def methods(self, output: Output) -> Iterator[Block]:
         applied = [TRIALS[rule] for rule in self.rules if getattr(self.criteria, rule) is not None]

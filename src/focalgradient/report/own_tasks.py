@@ -26,7 +26,7 @@ from focalgradient.report.preregistered import Planned, Preregistered, enough, p
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, effect_sheet, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
-from focalgradient.statistics.conditions import tested_answers
+from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Answer
 from focalgradient.tasks import Task
@@ -134,7 +134,7 @@ class OwnTask(Part):
         yield from output.tables(sheets)
 
     def answers(self) -> Iterator[Answer]:
-        yield from tested_answers(self.tests)
+        yield from answers_of_tests(self.tests)
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, _methods(self.task, self.settings, self.tests))

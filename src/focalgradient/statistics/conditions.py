@@ -15,7 +15,7 @@ from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.questions import Answer, Question
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["ConditionTest", "condition_tests", "level_text", "planned_tests", "subject_effects", "tested_answers"]
+__all__ = ["ConditionTest", "answers_of_tests", "condition_tests", "level_text", "planned_tests", "subject_effects"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,10 +136,10 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     )
 
 
-def tested_answers(tests: Iterable[ConditionTest]) -> Iterator[Answer]:
+def answers_of_tests(tests: Iterable[ConditionTest]) -> Iterator[Answer]:
     """Yield the effects of tests; tests without an effect are left out.
 
-    >>> [answer.name for answer in tested_answers([ConditionTest("blur", "sigma", effect=NotComputed("no answers"))])]
+    >>> [answer.name for answer in answers_of_tests([ConditionTest("blur", "sigma", effect=NotComputed("no answers"))])]
     ['slope of blur on sigma']
     """
     for test in tests:
