@@ -30,7 +30,7 @@ from focalgradient.statistics.detection import (
 )
 from focalgradient.statistics.means import family, t_interval
 from focalgradient.statistics.own_detection import OwnDetection
-from focalgradient.statistics.questions import Answer, Question
+from focalgradient.statistics.questions import Answer, stated
 
 __all__ = ["DetectionPart"]
 
@@ -194,14 +194,14 @@ class DetectionPart(Part):
         for condition in self.group.d_prime:
             count = sum(at == condition for _, at in self.group.people)
             for what, mean in self._all_means(condition).items():
-                yield Answer(Question(f"mean {what}", lambda rows: {}, "main"), condition, mean, "main", count)
-        question, first = Question("difference of d′", lambda rows: {}, "main"), next(iter(self.group.d_prime))
+                yield stated(f"mean {what}", condition, mean, "main", n=count)
+        first = next(iter(self.group.d_prime))
         for condition, test in zip(self.group.differences, family(self.group.differences.values()), strict=True):
-            yield Answer(question, f"{condition} less {first}", test, "main")
+            yield stated("difference of d′", f"{condition} less {first}", test, "main")
         for (person, condition), one in self.group.people.items():
             level = ", ".join(filter(None, [person, condition]))
             for what, outcome in (("d′", one.d_prime), ("criterion c", one.criterion)):
-                yield Answer(Question(what, lambda rows: {}, "description"), level, outcome, "description", 1)
+                yield stated(what, level, outcome, "description", n=1)
 
     def _all_means(self, condition: str) -> dict[str, Interval]:
         found = {"d′": self.group.d_prime[condition], "criterion c": self.group.criterion[condition]}

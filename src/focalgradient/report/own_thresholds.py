@@ -30,7 +30,7 @@ from focalgradient.statistics import (
     fit_psychometric_groups,
 )
 from focalgradient.statistics.own_thresholds import OwnThresholds
-from focalgradient.statistics.questions import Answer, Question
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING
 
 __all__ = ["OwnThresholdPart"]
@@ -182,11 +182,10 @@ class OwnThresholdPart(Part):
             return
         for one in self.groups.groups:
             for what, outcome, unit in (("threshold", one.threshold, self.own.unit), ("slope", one.slope, "")):
-                question = Question(f"{what} of the mean person", lambda rows: {}, "main", unit)
-                yield Answer(question, one.condition, outcome, "main", one.subjects)
-        question = Question("log ratio of the mean person’s thresholds", lambda rows: {}, "main", "log ratio")
+                yield stated(f"{what} of the mean person", one.condition, outcome, "main", unit, one.subjects)
+        name = "log ratio of the mean person’s thresholds"
         for pair in self.groups.differences:
-            yield Answer(question, f"{pair.condition} over {pair.other}", pair.effect, "main")
+            yield stated(name, f"{pair.condition} over {pair.other}", pair.effect, "main", "log ratio")
 
     def methods(self, output: Output) -> Iterator[Block]:
         guess = self.own.guess

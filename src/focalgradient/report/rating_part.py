@@ -26,7 +26,7 @@ from focalgradient.report.words import counts, methods_ratings, rating_cautions,
 from focalgradient.statistics import DepthRatingResult, FactorEffect, Interval, NotComputed, OrdinalResult, Quality
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
-from focalgradient.statistics.questions import Answer, Question
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.residuals import rating_residuals
 from focalgradient.statistics.robustness import Variant, robustness
 
@@ -161,13 +161,12 @@ class RatingPart(Part):
             yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
         unit = "log ratio" if part.analysis.ratios else "units of the scale"
         for one in (*part.factors, *self._places()):
-            question = Question(f"{one.measure} by {one.factor}", lambda rows: {}, "secondary", unit)
-            yield Answer(question, f"{one.level} less {one.against}", one.effect, "secondary")
+            level = f"{one.level} less {one.against}"
+            yield stated(f"{one.measure} by {one.factor}", level, one.effect, "secondary", unit)
         yield from variant_answers(self.variants, part.main)
         for name, found in ({} if self.posterior is None else self.posterior.posteriors).items():
-            question = Question("posterior of the depth effect", lambda rows: {}, "check", unit)
             outcome = found if isinstance(found, NotComputed) else Interval(found.median, found.low, found.high)
-            yield Answer(question, name, outcome, "check")
+            yield stated("posterior of the depth effect", name, outcome, "check", unit)
 
     def _places(self) -> tuple[FactorEffect, ...]:
         """Compare participants in a browser with those in the laboratory."""

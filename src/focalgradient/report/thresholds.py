@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
@@ -27,7 +27,7 @@ from focalgradient.statistics import (
     as_table,
     blur_thresholds,
 )
-from focalgradient.statistics.questions import Answer, Question
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING, SubjectThreshold
 
 __all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "threshold_answers", "unit_of"]
@@ -101,8 +101,7 @@ class Thresholds(Part):
         result = self.result
         kept = [one for one in result.subjects if one.kept]
         yield from threshold_answers(result, "", WITHOUT)
-        mean = Question(MEAN, lambda rows: {}, "main", result.unit)
-        yield Answer(mean, "", result.mean_attending, "main", averaged(kept))
+        yield stated(MEAN, "", result.mean_attending, "main", result.unit, averaged(kept))
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_thresholds(self.design))
@@ -195,14 +194,13 @@ MEAN = "geometric mean threshold"
 
 def threshold_answers(result: ThresholdResult, condition: str, role: str) -> Iterator[Answer]:
     """Yield the mean over all participants, with a role, and the threshold of each session."""
-    mean = Question(MEAN, lambda rows: {}, "main", result.unit)
-    yield Answer(mean, condition, result.mean, role, averaged(result.subjects))
-    each = Question("threshold", lambda rows: {}, "description", result.unit)
+    mean = stated(MEAN, condition, result.mean, "main", result.unit, averaged(result.subjects))
+    yield replace(mean, role=role)
     for one in result.subjects:
         fit = one.fit
         level = ", ".join(filter(None, [one.participant, one.session, condition]))
         outcome = fit if isinstance(fit, NotComputed) else Interval(fit.threshold, fit.low, fit.high)
-        yield Answer(each, level, outcome, "description", 1)
+        yield stated("threshold", level, outcome, "description", result.unit, 1)
 
 
 def averaged(subjects: Sequence[SubjectThreshold]) -> int:

@@ -21,7 +21,7 @@ from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answer, Answers, Question
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, Question, stated
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
@@ -176,7 +176,8 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     found = slope_questions(present, analysis).answers(of)
     means = _means(table, analysis)
     described = [
-        Answer(MEAN_ANSWER, f"{one.fixation}, {one.aperture}", one.mean, "description", one.subjects) for one in means
+        stated("mean answer", f"{one.fixation}, {one.aperture}", one.mean, "description", n=one.subjects)
+        for one in means
     ]
     both, here = (_collected(found, end, analysis) for end in ("", HERE))
     return ComparisonResult(
@@ -200,8 +201,6 @@ UNLIKE = NotComputed("No answer of the scale means that two pictures are alike."
 SLOPE, DIFFERENCE = "slope on aperture", "difference of the slopes"
 LARGEST = "largest aperture against identical pictures"
 """Names of the questions."""
-
-MEAN_ANSWER = Question("mean answer", lambda cells: {}, "description")
 
 Tests = dict[str, Effect | NotComputed]
 Values = FloatArray | NotComputed

@@ -12,7 +12,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect
 from focalgradient.statistics.own_factors import welch
-from focalgradient.statistics.questions import Answer, Question
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["ConditionTest", "answers_of_tests", "condition_tests", "level_text", "planned_tests", "subject_effects"]
@@ -145,8 +145,7 @@ def answers_of_tests(tests: Iterable[ConditionTest]) -> Iterator[Answer]:
     for test in tests:
         if test.effect is not None:
             unit = f"log {test.answer}" if test.log else test.answer
-            question = Question(test.name, lambda rows: {}, "main", unit, headline=test.name)
-            yield Answer(question, "", test.effect, "main")
+            yield stated(test.name, "", test.effect, "main", unit, headline=test.name)
 
 
 def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effect | NotComputed:

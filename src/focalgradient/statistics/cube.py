@@ -23,7 +23,7 @@ from focalgradient.statistics.durations import (
     fit_durations_of_people,
 )
 from focalgradient.statistics.means import paired_effect, share_interval
-from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question
+from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
@@ -302,9 +302,9 @@ PLAIN = ("none", 0.0)
 """Condition without a gradient."""
 
 SHARES = {
-    "of_readings": Question("share of both readings’ time", lambda own: {}, "description"),
-    "time": Question("share of the time", lambda own: {}, "description"),
-    "reports": Question("share of the reports", lambda own: {}, "description"),
+    "of_readings": "share of both readings’ time",
+    "time": "share of the time",
+    "reports": "share of the reports",
 }
 
 
@@ -321,9 +321,9 @@ def _described(shares: tuple[PerceptShare, ...], subjects: Mapping[tuple[str, fl
     """Yield the mean shares of each condition and percept."""
     for share in shares:
         condition = (share.gradient, share.strength)
-        for field, question in SHARES.items():
+        for field, name in SHARES.items():
             level = f"{condition_name(condition)}, {share.percept}"
-            yield Answer(question, level, getattr(share, field), "description", subjects[condition])
+            yield stated(name, level, getattr(share, field), "description", n=subjects[condition])
 
 
 def _trials(table: pd.DataFrame) -> pd.DataFrame:

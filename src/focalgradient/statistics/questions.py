@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
 import pandas as pd
@@ -14,7 +14,7 @@ from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.means import family
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["COLUMNS", "HERE", "NO_ANSWERS", "Analysis", "Answer", "Answers", "Outcome", "Question"]
+__all__ = ["COLUMNS", "HERE", "NO_ANSWERS", "Analysis", "Answer", "Answers", "Outcome", "Question", "stated"]
 
 COLUMNS = (
     *("name", "level", "role", "estimate", "standard_error", "low", "high", "unit", "statistic", "df", "p"),
@@ -66,7 +66,7 @@ class Question:
     """
 
     name: str
-    fit: Callable[[Any], Mapping[str, Outcome]]
+    fit: Callable[[Any], Mapping[str, Outcome]] = field(compare=False)
     role: Role = "secondary"
     unit: str = ""
     family: str = ""
@@ -129,6 +129,17 @@ class Answer:
             case BootstrapT():
                 row["method"] = "bootstrap-t over subjects"
         return row
+
+
+def stated(
+    name: str, level: str, outcome: Outcome, role: Role, unit: str = "", n: int | None = None, headline: str = ""
+) -> Answer:
+    """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
+
+    >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
+    'no answers'
+    """
+    return Answer(Question(name, lambda data: {}, role, unit, headline=headline), level, outcome, role, n)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,6 @@ __all__ = [
     "DIFFERENCE",
     "EFFECT",
     "EQUIVALENT",
-    "MEAN_RATING",
     "PINHOLE",
     "SLOPE",
     "LogRatios",
@@ -37,8 +36,6 @@ FloatArray = NDArray[np.float64]
 EFFECT, DIFFERENCE, PINHOLE = "depth effect", "difference of the depth effects", "ratio to the pinhole"
 SLOPE, EQUIVALENT, BOOTSTRAP = "slope on aperture", "equivalence to zero", "depth effect, bootstrap-t"
 """Names of the questions about ratios."""
-
-MEAN_RATING = Question("mean rating", lambda data: {}, "description")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,13 +25,12 @@ from focalgradient.statistics.crossed import Components, components
 from focalgradient.statistics.hypotheses import Equivalence, check_bound
 from focalgradient.statistics.means import t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answer, Answers
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, stated
 from focalgradient.statistics.rating_questions import (
     BOOTSTRAP,
     DIFFERENCE,
     EFFECT,
     EQUIVALENT,
-    MEAN_RATING,
     PINHOLE,
     SLOPE,
     LogRatios,
@@ -307,7 +306,7 @@ def depth_rating(
         missing = _not_fixated(next(name for name in FIXATIONS if name not in present))
     pair = " less ".join(FIXATIONS)
     described = [
-        Answer(MEAN_RATING, data.level(mean.fixation, mean.aperture_mm), mean.rating, "description", mean.subjects)
+        stated("mean rating", data.level(mean.fixation, mean.aperture_mm), mean.rating, "description", n=mean.subjects)
         for mean in means
     ]
     return DepthRatingResult(
