@@ -1,6 +1,6 @@
 """Information limits of depth from blur: Cramér-Rao bounds for a step edge and for two or more views of a texture.
 
-No unbiased estimate has a smaller standard deviation than these. The derivations are in ``docs/limits.md``.
+No unbiased estimate has a smaller standard deviation than these. The derivations are in ``docs/report/limits.md``.
 """
 
 from __future__ import annotations
