@@ -65,6 +65,7 @@ def take_part(client: TestClient, platform: dict[str, str]) -> str:
         answer = {"onset": 10.0 * number, "presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": 2.0}
         key = {"phase": trial["phase"], "trial": trial["trial"]}
         given = client.post("/api/next", json={**who, **key}).json()
+        client.post("/api/expose", json={**who, **key, "round": 1, "exposure": f"e-{number}"}).raise_for_status()
         key |= {"attempt": f"attempt-{number}", "trial_token": given["trial_tokens"][0]}
         client.post("/api/answer", json={**who, **key, "answer": {**answer, "frames": FRAMES}}).raise_for_status()
     client.post("/api/finish", json=who).raise_for_status()
