@@ -374,8 +374,9 @@ def test_options_go_before_exif(tmp_path):
     assert [(shot.f_number, shot.focus_distance_m) for shot in settings.shots] == [(16, 1), (4, math.inf)]
 
 
-def test_an_endless_distance_in_exif(tmp_path):
-    files = [with_exif(tmp_path / n, WHOLE | {DISTANCE: IFDRational(0xFFFFFFFF, 1)}) for n in ("a.jpg", "b.jpg")]
+@pytest.mark.parametrize("written", [(0xFFFFFFFF, 1), (1, 0)])
+def test_an_endless_distance_in_exif(tmp_path, written):
+    files = [with_exif(tmp_path / n, WHOLE | {DISTANCE: IFDRational(*written)}) for n in ("a.jpg", "b.jpg")]
     assert from_exif(files).shots[0].focus_distance_m == math.inf
 
 

@@ -77,3 +77,110 @@ def test_the_number_of_alternatives_is_asked_for_where_the_lowest_level_is_below
     with pytest.raises(InputError, match=r"at level 0\.1 7 of 20 answers are right"):
         read_thresholds(path)
     assert read_thresholds(path, guess=0.25).guess == 0.25
+
+
+@pytest.fixture
+def people(tmp_path: Path) -> Path:
+    """Two groups and ages between subjects, blur within; two answers are too fast."""
+    rng = np.random.default_rng(2)
+    rows = []
+    for who in range(16):
+        age, old = 20 + 3 * who + int(rng.integers(0, 3)), who % 2
+        base, slope = rng.normal(0, 0.1) + 0.004 * age + 0.1 * old, rng.normal(0.2, 0.05) + 0.05 * old
+        rows += [
+            [f"S{who}", ("young", "old")[old], age, blur, float(np.exp(base + slope * blur + rng.normal(0, 0.05))), 1.2]
+            for blur in (0, 0.25, 0.5, 1)
+        ]
+    frame = pd.DataFrame(rows, columns=["subject", "group", "age", "blur_D", "rating", "rt"])
+    frame.loc[[3, 30], "rt"] = 0.1
+    path = tmp_path / "people.csv"
+    frame.to_csv(path, index=False)
+    return path
+
+
+def own_values(path: Path) -> pd.DataFrame:
+    """Mean log rating, slope on blur, group and age of each subject."""
+    frame = pd.read_csv(path).assign(log=lambda rows: np.log(rows["rating"]))
+    groups = frame.groupby("subject")
+    slopes = groups.apply(lambda rows: stats.linregress(rows["blur_D"], rows["log"]).slope)
+    return pd.DataFrame(
+        {
+            "mean": groups["log"].mean(),
+            "slope": slopes,
+            "old": (groups["group"].first() == "old").astype(float),
+            "age": groups["age"].first(),
+        }
+    )
+
+
+def partial(values: pd.DataFrame, y: str, x: str, other: str) -> tuple[float, float]:
+    """Coefficient of x adjusted for another, and its t, by regression of residuals (Frisch and Waugh 1933)."""
+    left = {
+        name: values[name]
+        - (line := stats.linregress(values[other], values[name])).slope * values[other]
+        - line.intercept
+        for name in (x, y)
+    }
+    line = stats.linregress(left[x], left[y])
+    return line.slope, line.slope / line.stderr * np.sqrt((len(values) - 3) / (len(values) - 2))
+
+
+def test_conditions_between_subjects_are_covariates_of_one_another(people: Path) -> None:
+    tests = rating_tests(read_conditions(people, by=["blur_D", "group", "age"]))
+    values = own_values(people)
+    expected = [
+        ("log rating, group old less young", "mean", "old", "age"),
+        ("slope of log rating on age", "mean", "age", "old"),
+        ("(slope of log rating on blur_D), group old less young", "slope", "old", "age"),
+        ("slope of (slope of log rating on blur_D) on age", "slope", "age", "old"),
+    ]
+    assert [test.name for test in tests] == ["slope of log rating on blur_D", *(name for name, *_ in expected)]
+    for test, (_, y, x, other) in zip(tests[1:], expected, strict=True):
+        estimate, t = partial(values, y, x, other)
+        assert isinstance(test.effect, Effect)
+        assert (test.effect.estimate, test.effect.statistic) == (pytest.approx(estimate), pytest.approx(t))
+        assert test.effect.df == 13
+        assert f"adjusted for {'age' if x == 'old' else 'group'}" in test.effect.method
+
+
+def test_a_number_between_subjects_is_the_line_over_subjects(people: Path) -> None:
+    [test] = rating_tests(read_conditions(people, by=["age"]))
+    values = own_values(people)
+    expected = stats.linregress(values["age"], values["mean"])
+    assert isinstance(test.effect, Effect)
+    assert (test.effect.estimate, test.effect.p) == (pytest.approx(expected.slope), pytest.approx(expected.pvalue))
+
+
+def test_conditions_between_subjects_that_vary_together_are_not_told_apart(people: Path) -> None:
+    pd.read_csv(people).assign(eye=lambda rows: rows["group"].map({"old": "left", "young": "right"})).to_csv(people)
+    tests = rating_tests(read_conditions(people, by=["group", "eye"]))
+    assert all("cannot be told apart" in str(test.effect) for test in tests)
+
+
+def test_rules_on_trials_apply_to_ratings_by_condition(people: Path) -> None:
+    made = make_report(people, by=["blur_D"])
+    text = made.files["report.md"].decode()
+    assert "16 subjects with 62 ratings; 2 ratings left out by the rules on trials." in text
+    assert "ratings given in less than 0.3 s or more than 60 s were left out" in text
+    assert b"response_time" in made.files["rules.toml"]
+    frame = pd.read_csv(people)
+    frame[frame["rt"] >= 0.3].to_csv(people, index=False)
+    [expected] = rating_tests(read_conditions(people, by=["blur_D"]))
+    kept, everyone = (
+        next(row for row in made.results if row["exclusions"] == f"{which} exclusions") for which in ("with", "without")
+    )
+    assert isinstance(expected.effect, Effect)
+    assert kept["estimate"] == pytest.approx(expected.effect.estimate)
+    assert everyone["estimate"] != kept["estimate"]
+
+
+def test_codes_and_copies_are_found_in_ratings_by_condition(people: Path) -> None:
+    frame = pd.read_csv(people)
+    frame.loc[5, "rating"] = 999
+    pd.concat([frame, frame[frame["subject"] == "S4"]]).to_csv(people, index=False)
+    own = read_conditions(people, by=["blur_D"])
+    assert len(own.table) == 63
+    assert [notice.split(":")[0] for notice in own.notices] == [
+        "999 in the column of ratings was taken for a missing value",
+        "S4 stands twice, with the same answers",
+    ]

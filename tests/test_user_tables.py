@@ -10,17 +10,20 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import InputError
+from focalgradient.cli import main
 from focalgradient.eye import read_zernike
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.files.tables import TextTable, parse_table, read_cells
 from focalgradient.luminance import parse_luminance
 from focalgradient.report.reading import explained_table
-from focalgradient.statistics import read_ratings, read_thresholds
+from focalgradient.statistics import own_tables, read_ratings, read_thresholds
 from focalgradient.statistics.own_tables import of_one_data_set
 
 HEAD = "participant,aperture,fixation,scene,rating"
@@ -358,3 +361,132 @@ def test_numbers_of_rows_are_those_of_the_file() -> None:
     table = parse_table(b"# one\n\na,b\n1,2\n\n3,4\n", "x.csv")
     assert table.places == (4, 6)
     assert np.array(table.rows).tolist() == [["1", "2"], ["3", "4"]]
+
+
+def test_each_file_is_parsed_once_in_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+    real = own_tables.read_cells
+    monkeypatch.setattr(own_tables, "read_cells", lambda path, what: read.append(str(path)) or real(path, what))
+    for who in ("anna", "ben"):
+        rows = "".join(f"{who},{mm},{1 + mm / (20 if who == 'ben' else 30):.3f}\n" for mm in (2, 4, 8))
+        (tmp_path / f"{who}.csv").write_text(f"subject,aperture_mm,rating\n{rows}")
+    words = ["report", str(tmp_path / "anna.csv"), str(tmp_path / "ben.csv"), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    assert sorted(read) == [str(tmp_path / "anna.csv"), str(tmp_path / "ben.csv")]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-16", "utf-32"])
+def test_wide_encodings_are_read_with_and_without_a_byte_order_mark(tmp_path: Path, encoding: str) -> None:
+    text = "\n".join([HEAD, *BODY]).replace("garden", "Gärten")
+    table = read_ratings(saved(tmp_path, text.encode(encoding))).table
+    assert set(table["scene"]) == {"Gärten", "hall"}
+    assert table["rating"].tolist() == [float(line.rpartition(",")[2]) for line in BODY]
+
+
+def test_names_in_two_rows_are_joined(tmp_path: Path) -> None:
+    spanning = "id,near,,far,\n,pinhole,f/5.6,pinhole,f/5.6\nA,1.0,1.4,0.9,1.2\nB,1.1,1.5,1.0,1.3\n"
+    own = read_ratings(saved(tmp_path, spanning))
+    cells = own.table[["participant_id", "fixation", "aperture", "rating"]].values.tolist()
+    assert cells[:4] == [
+        ["A", "nearest", "pinhole", 1.0],
+        ["A", "nearest", "f/5.6", 1.4],
+        ["A", "farthest", "pinhole", 0.9],
+        ["A", "farthest", "f/5.6", 1.2],
+    ]
+    assert any("stand in two rows, of which 2 is the second: id, near pinhole" in note for note in own.notes)
+    units = f"{HEAD},rt\n,,,,,[ms]\n" + "".join(f"{line},{800 + number}\n" for number, line in enumerate(BODY))
+    assert read_ratings(saved(tmp_path, units)).table["response_time"].iloc[0] == pytest.approx(0.8)
+    rows = "id,sex,aperture,fixation,rating\nA,m,pinhole,near,1\nB,f,f/4,near,1.2\n"
+    assert len(read_ratings(saved(tmp_path, rows)).table) == 2
+
+
+@pytest.mark.parametrize("written", ["1:5.6", "1 : 5,6", "f:5.6", "F5.6", "f/5.6"])
+def test_f_numbers_as_engraved_on_lenses(tmp_path: Path, written: str) -> None:
+    text = "\n".join([HEAD, *BODY]).replace("f/5.6", f'"{written}"')
+    assert set(read_ratings(saved(tmp_path, text)).table["aperture"]) == {"pinhole", "f/5.6"}
+
+
+def changed(column: int, cells: dict[int, str]) -> str:
+    """Return the table with other cells in a column, by row."""
+    rows = [line.split(",") for line in BODY]
+    for row, cell in cells.items():
+        rows[row][column] = cell
+    return "\n".join([HEAD, *map(",".join, rows)]) + "\n"
+
+
+def archive(*parts: str) -> bytes:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as written:
+        for part in parts:
+            written.writestr(part, "x")
+    return content.getvalue()
+
+
+MELTED = "\n".join(
+    [
+        f"{HEAD.removesuffix('rating')}measure,response",
+        *(f"{line.rpartition(',')[0]},rating,{line.rpartition(',')[2]}" for line in BODY),
+        *(f"{line.rpartition(',')[0]},rt,0.{number + 50}" for number, line in enumerate(BODY)),
+    ]
+)
+"""Ratings, and below them the response times."""
+
+FOREIGN = {
+    "a JASP file": archive("manifest.json", "analyses.json", "data.bin", "index.html"),
+    "a jamovi file": archive("META-INF/MANIFEST.MF", "xdata.json", "data.bin"),
+    "a document, not a workbook": archive("[Content_Types].xml", "word/document.xml"),
+    r"a binary Excel \(XLSB\) workbook": archive("[Content_Types].xml", "xl/workbook.bin"),
+    "a SAS file": bytes(12) + b"\xc2\xea\x81\x60" + bytes(100),
+    "an SPSS file": b"ASCII SPSS PORT FILE" * 4,
+    "an R data file": b"X\n\0\0\0\3\0\4",
+    "is JSON with NaN, .* write null for missing values": '[{"participant": "A", "rating": NaN}]',
+    "row 5: rating is 45383, .* may have made a date of it": changed(4, {3: "45383"}),
+    "ends within row 32, after 2 of 5 cells": "\n".join([HEAD, *BODY[:-2]]) + "\nS4,f/",
+    r"measure says that rows hold several measures \(rating, rt\): choose one with where=": MELTED,
+    "states the unit inch, but aperture_mm must be in mm": changed(1, {}).replace(",aperture,", ",aperture (inch),"),
+}
+
+
+@pytest.mark.parametrize("words", FOREIGN)
+def test_further_foreign_and_damaged_files_are_named(tmp_path: Path, words: str) -> None:
+    with pytest.raises(InputError, match=words) as error:
+        read_ratings(saved(tmp_path, FOREIGN[words]))
+    assert "\n" not in str(error.value)
+
+
+def test_melted_measures_are_chosen_by_where(tmp_path: Path) -> None:
+    table = read_ratings(saved(tmp_path, MELTED), where={"measure": "rating"}).table
+    assert table["rating"].tolist() == [float(line.rpartition(",")[2]) for line in BODY]
+
+
+@pytest.mark.parametrize("orient", ["columns", "index", "split", "records"])
+def test_json_of_pandas_is_read(orient: str) -> None:
+    frame = pd.read_csv(io.StringIO("\n".join([HEAD, *BODY])))
+    table = parse_table(frame.to_json(orient=orient).encode(), "x.json")
+    assert list(table.header) == HEAD.split(",")
+    assert [float(row[4]) for row in table.rows] == frame["rating"].tolist()
+
+
+def test_negative_times_are_missing(tmp_path: Path) -> None:
+    text = changed(4, {}).replace("\n", ",rt\n", 1)
+    rows = [f"{line},{-1 if number % 5 == 0 else 1.5}" for number, line in enumerate(text.splitlines()[1:])]
+    own = read_ratings(saved(tmp_path, "\n".join([text.splitlines()[0], *rows])))
+    assert own.table["response_time"].dropna().unique().tolist() == [1.5]
+    assert any(
+        notice.startswith("-1 in the column of response_times was taken for a missing") for notice in own.notices
+    )
+
+
+def test_times_of_a_thousandth_of_the_usual_are_not_used(tmp_path: Path) -> None:
+    """As where 1.168 ms was written for 1,168 ms."""
+    rows = [f"{line},1.{100 + number}" for number, line in enumerate(BODY)]
+    own = read_ratings(saved(tmp_path, "\n".join([f"{HEAD},rt_ms", *rows])))
+    assert "response_time" not in own.table
+    assert any("rt_ms was not used: the median of response_time is 0.0011" in notice for notice in own.notices)
+
+
+def test_centimetres_in_the_heading_of_apertures_are_converted(tmp_path: Path) -> None:
+    text = changed(1, {row: "2.8" for row, line in enumerate(BODY) if "f/5.6" in line})
+    own = read_ratings(saved(tmp_path, text.replace(",aperture,", ",aperture (cm),")))
+    assert sorted(set(own.table["aperture_mm"])) == [0.0, 28.0]

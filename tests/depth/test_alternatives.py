@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from blurred import lens, wall
 from scipy import ndimage
+from scipy.special import j0
 
 from focalgradient import DepthMap, View, recover_depth
 from focalgradient.psf import transfer
@@ -37,8 +38,32 @@ def test_a_ring_is_named(lenses, near, hole, monkeypatch):
 
     monkeypatch.setattr("blurred.transfer", ring)
     depth, text = said(wall(lenses, 1.5, noise=0.01), near)
-    assert "likelier a ring than a disc" in text
+    assert "likelier a ring than a uniform disc" in text
     assert not depth.valid.any() or covered(depth, 1.5) > 0.85
+
+
+def rim(frequency, radius, psf, k):
+    """Transfer of a disc with 30 % of the light in its rim, of a disc's second moment."""
+    radius = radius / np.sqrt(1.3)
+    return 0.7 * transfer(frequency, radius, "disc") + 0.3 * j0(2 * np.pi * frequency * radius)
+
+
+def mixed(frequency, radius, psf, k):
+    """Transfer of half a disc and half a Gaussian, of a disc's second moment."""
+    return (transfer(frequency, radius, "disc") + transfer(frequency, radius, "gaussian", 0.5)) / 2
+
+
+@pytest.mark.parametrize("form", [rim, mixed])
+def test_blur_of_a_discs_second_moment_alone_is_named_and_covered(form, monkeypatch):
+    monkeypatch.setattr("blurred.transfer", form)
+    lenses = [lens(16), lens(5.6), lens(4)]
+    depth, _ = said(wall(lenses, 1.5), 0.85)
+    kind = "bright" if form is rim else "soft"
+    assert f"likelier a disc with a {kind} rim than a uniform disc" in depth.details["likelier"]["cause"]
+    assert depth.valid.mean() > 0.5
+    assert covered(depth, 1.5) > 0.9
+    error = np.sqrt(np.mean((depth.vergence - 1 / 1.5)[depth.valid] ** 2))
+    assert 0.4 < error / np.median(depth.vergence_sd[depth.valid]) < 1.6
 
 
 @pytest.mark.parametrize("lenses", [APERTURES, FOCI])

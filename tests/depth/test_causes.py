@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from blurred import lens, wall
+from blurred import TILE, lens, wall
 from rejected_frames import frames
 
 from focalgradient import FocalGradientWarning, View, recover_depth
@@ -72,6 +72,35 @@ def test_edges_are_not_advised_where_views_agree_at_no_depth(explained, first, m
     if first == "contradiction":
         assert "at 78% of the places with texture, whatever the distance from 1.67 m to infinity" in found[0].text
         assert "change near and far" in found[0].text
+
+
+def regular(kind: str) -> np.ndarray:
+    down, right = np.mgrid[:TILE, :TILE]
+    return 0.2 + 0.6 * ((down // 6 + right // 6) % 2 if kind == "checks" else right // 4 % 2).astype(float)
+
+
+@pytest.mark.parametrize(("kind", "apertures"), [("checks", (8, 2.8)), ("stripes", (16, 5.6)), ("stripes", (8, 2.8))])
+def test_texture_that_repeats_itself_is_not_displaced(kind, apertures):
+    views = wall([lens(f_number) for f_number in apertures], 1.3, field=regular(kind), noise=0.003)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        depth = recover_depth(views, near=0.85, far=6)
+    text = " ".join(str(one.message) for one in caught)
+    assert "displaced" not in text
+    assert "one scene" not in text
+    assert depth.valid.any()
+
+
+def test_reversed_contrast_is_one_scene():
+    assert rank_causes(replace(SOUND, agreement=-0.98, agreement_as_given=-0.98))[0].name == "reversal"
+
+
+def test_views_blurred_by_40_pixels_show_one_scene():
+    views = wall([lens(2.8, 0.5), lens(1.4, 0.5)], 1.5, noise=0.003)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        recover_depth(views, near=0.5)
+    assert "one scene" not in " ".join(str(one.message) for one in caught)
 
 
 def test_a_warning_names_the_cause_first():

@@ -378,6 +378,16 @@ def workbook(rows: list[Row], sheets: int = 1) -> bytes:
                 f"xl/worksheets/sheet{sheet}.xml",
                 f"<worksheet {space}><sheetData>{''.join(lines)}</sheetData></worksheet>",
             )
+        names = zip(range(1, sheets + 1), ("practice &amp; x", "main"), strict=False)
+        listed = "".join(f'<sheet name="{name}" r:id="rId{number}"/>' for number, name in names)
+        office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+        archive.writestr(
+            "xl/workbook.xml", f'<workbook {space} xmlns:r="{office}"><sheets>{listed}</sheets></workbook>'
+        )
+        places = "".join(
+            f'<Relationship Id="rId{sheet}" Target="worksheets/sheet{sheet}.xml"/>' for sheet in range(1, sheets + 1)
+        )
+        archive.writestr("xl/_rels/workbook.xml.rels", f"<Relationships>{places}</Relationships>")
         archive.writestr("xl/worksheets/sheet9.xml", f"<worksheet {space}><sheetData/></worksheet>")
         strings = "".join(f'<si><t xml:space="preserve">{html.escape(text)}</t></si>' for text in texts)
         archive.writestr("xl/sharedStrings.xml", f"<sst {space}>{strings}</sst>")
@@ -395,7 +405,7 @@ def test_a_workbook_passes_the_same_checks(tmp_path: Path) -> None:
     assert len(found.notices) == 3
     assert found.table["rating"].tolist() == as_csv.table["rating"].tolist()
     path.write_bytes(workbook([HEAD, *own], 2))
-    with pytest.raises(InputError, match="has 2 sheets with cells, but must have one"):
+    with pytest.raises(InputError, match=r"has 2 sheets with cells \(practice & x, main\), but must have one"):
         read_ratings(path)
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(InputError, match="cannot be read as a workbook"):

@@ -337,5 +337,18 @@ def _texts(function: Callable[..., Any]) -> dict[str, str]:
     found = {}
     for names, text in _ENTRIES.findall(re.split(r"\n\n\w+\n---", section)[0]):
         for name in names.split(","):
-            found[name.strip()] = re.sub(r"`+(\w+)`+", r"\1", " ".join(text.split())).replace(" [default", "  [default")
+            found[name.strip()] = re.sub(r"`+(\w+)`+", r"\1", _wrapped(text)).replace(" [default", "  [default")
     return found
+
+
+def _wrapped(text: str) -> str:
+    r"""Join the lines of each paragraph, except of one that begins with click's mark against that, a line of \\b.
+
+    >>> _wrapped("a\n  b\n\n\\b\nc\n  d")
+    'a b\n\n\x08\nc\nd'
+    """
+    paragraphs = [[line.strip() for line in one.splitlines()] for one in re.split(r"\n\s*\n", text.strip())]
+    return "\n\n".join(
+        "\n".join(["\b", *lines[1:]]) if lines[0] in ("\b", r"\b") else " ".join(" ".join(lines).split())
+        for lines in paragraphs
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
@@ -15,6 +15,9 @@ from focalgradient.cli.program import resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.quantities import MILLIMETRES, POSITIVE
+
+if TYPE_CHECKING:
+    from focalgradient.statistics.own_tables import UserTable
 
 __all__ = ["report"]
 
@@ -43,29 +46,23 @@ def _where(given: tuple[str, ...]) -> dict[str, list[str]]:
     return chosen
 
 
-def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[tuple[Path, ...]]:
-    """Return the data sets: tables of one participant each are one."""
-    if len(folders) > 1 and all(path.is_file() for path in folders):
-        from focalgradient.statistics.own_tables import of_one_data_set
+def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[Path | UserTable]:
+    """Return the data sets: folders, and tables, of which those of one participant each are one."""
+    from focalgradient.statistics.own_tables import of_one_data_set, read_table
 
-        if of_one_data_set(folders, columns.get("participant")):
-            return [folders]
-    return [(folder,) for folder in folders]
-
-
-def _tables(_: str, given: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Raise `InputError` for files that are neither tables nor designs."""
-    from focalgradient.statistics.own_tables import TABLES, read_table
-
-    for path in given:
-        if path.suffix.lower() not in (*TABLES, ".toml") and path.is_file():
-            read_table(path)
-    return given
+    found = [read_table(path) if path.is_file() else path for path in folders]
+    if (
+        len(folders) > 1
+        and all(path.is_file() for path in folders)
+        and of_one_data_set(found, columns.get("participant"))
+    ):
+        return [read_table(found)]
+    return found
 
 
 @command("Analyse a data set and write its report.", TASK_FILE)
 def report(
-    folders: Annotated[tuple[Path, ...], _tables, "DATASET..."],
+    folders: Annotated[tuple[Path, ...], "DATASET..."],
     /,
     *,
     out: Folder | None = None,
@@ -136,15 +133,29 @@ def report(
     rules
         Exclusion criteria, set in advance (TOML).
     columns
-        Column names of your own table: participant=subject,aperture=fstop,fixation=focus,rating=resp; for reports on
-        the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; for thresholds:
-        level=blur,correct=hit.
+        Your names of the columns of a table, one to each of ours; --explain prints how each column is read.
+
+        \b
+        participant=subject   all tables
+        rating=resp           ratings, or depth_*
+        aperture=fstop        ratings (aperture_mm: mm)
+        fixation=focus        ratings; optional
+        scene=picture         ratings; optional
+        response_time=rt      ratings; optional
+        level=blur_D          thresholds
+        correct=hit           thresholds
+        gradient=blur         cube
+        percept=seen          cube
+        duration=seconds      cube
+        signal=present        detection
+        response=said         detection
     where
         Only rows of a table whose column NAME has the value VALUE: trial_type=slider. Repeatable: several values of one
         column add rows, several columns narrow them down.
     by
         Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
-        blur_D, or the contrasts of a factor. Repeatable.  [default: the apertures of a table without fixations]
+        blur_D, or the contrasts of a factor; those that vary between participants are adjusted for one another.
+        Repeatable.  [default: the apertures of a table without fixations]
     explain
         Print how each column of a table is read, and compute nothing.
     conditions
@@ -164,6 +175,7 @@ def report(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report, other_than_ratings
     from focalgradient.statistics import Rules
+    from focalgradient.statistics.own_tables import UserTable
 
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)
@@ -214,11 +226,9 @@ def report(
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
     sets = _data_sets(folders, pairs)
-    for one in folders:
-        if given and one.is_file() and (other := other_than_ratings(one, pairs)):
-            raise InputError(
-                f"{given[0]} applies to depth ratings, but {printable(one)} contains {other}: leave it out."
-            )
+    for one in sets:
+        if given and isinstance(one, UserTable) and (other := other_than_ratings(one, pairs)):
+            raise InputError(f"{given[0]} applies to depth ratings, but {one.name} contains {other}: leave it out.")
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,
@@ -235,7 +245,7 @@ def report(
     ):
         reports = [
             make_report(
-                one if len(one) > 1 else one[0],
+                one,
                 bound=bound,
                 scale="ordinal" if ordinal else None,
                 stated=stated,
@@ -256,7 +266,8 @@ def report(
     if len(reports) > 1:
         from focalgradient.report.meta import combined_report, file_names
 
-        made = combined_report(dict(zip(file_names([str(one[0]) for one in sets]), reports, strict=True)))
+        places = [str(one.paths[0] if isinstance(one, UserTable) else one) for one in sets]
+        made = combined_report(dict(zip(file_names(places), reports, strict=True)))
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):

@@ -27,6 +27,10 @@ Image = NDArray[np.float32]
 FINE, COARSE = 3.0, 9.0
 """Standard deviations in pixels of the two Gaussians whose difference is coarse detail, which survives small blur."""
 
+COARSER, WIDE_ENOUGH = 3.0, 8.0
+"""Ratio of still coarser detail, which survives blur of 40 pixels, to the coarse one; and the side of a frame in the
+wider Gaussian's standard deviations from which it is compared. Chosen by hand."""
+
 BLOCK = 8
 """Side in pixels of JPEG blocks, and of the blocks in which texture is measured."""
 
@@ -39,8 +43,8 @@ ALIGNED_BETTER = 1.5
 """Ratio of decorrelation of coarse detail before to after alignment above which displacement is a likely cause."""
 
 AGREES = 0.35
-"""Correlation of coarse detail below which views show different scenes: 0.08 at most for different scenes, 0.4 to 1 for
-one scene."""
+"""Absolute correlation of coarse detail below which views show different scenes: 0.08 at most for different scenes, 0.4
+to 1 for one scene."""
 
 CLEAR = 12.0
 """Ratio of the power of coarse detail to that of noise above which detail is sufficient: 2 to 7.5 where noise or weak
@@ -76,8 +80,8 @@ class Cause:
     Parameters
     ----------
     name
-        ``"displacement"``, ``"scenes"``, ``"optics"``, ``"contradiction"``, ``"edges"``, ``"jpeg"``, ``"noise"``,
-        ``"texture"``, ``"saturation"``, ``"range"``, ``"blur"`` or ``"unclear"``.
+        ``"displacement"``, ``"reversal"``, ``"scenes"``, ``"optics"``, ``"contradiction"``, ``"edges"``, ``"jpeg"``,
+        ``"noise"``, ``"texture"``, ``"saturation"``, ``"range"``, ``"blur"`` or ``"unclear"``.
     evidence
         1 where the evidence is as strong as the cause needs; causes are ranked by it.
     text
@@ -96,7 +100,7 @@ class Evidence:
     displacement: float
     """Largest displacement of a view against the first, in pixels, that is left in."""
     agreement: float
-    """Correlation of the views' coarse detail, placed as registration found them: the least over views."""
+    """Correlation of the views' coarse detail, placed as registration found them: that nearest to 0 over views."""
     agreement_as_given: float
     """The same where the views are as given."""
     signal: float
@@ -166,6 +170,7 @@ BESIDE_EDGES = 0.99
 ORDER = (
     "scenes",
     "displacement",
+    "reversal",
     "optics",
     "jpeg",
     "range",
@@ -196,7 +201,8 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
     lacks = (1 - found.agreement_as_given) / max(1 - found.agreement, 1e-3)
     faint = min(1.0, 1 / max(clear_of_noise, 1e-9))
     one_is_sharp = found.fine_signal >= SHARP
-    one_scene = found.agreement >= AGREES
+    one_scene = abs(found.agreement) >= AGREES
+    is_reversed = found.agreement <= -AGREES
     light, hidden = found.noise, found.noise >= NOISY
     edges = 0.0 if method == "edges" or clear_of_noise < 1 else min(1.0, CONCENTRATED / max(found.textured, 1e-3))
     # Beside hard edges compression leaves its blocks, too, which are then no cause by themselves.
@@ -248,6 +254,13 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
             f"{1 - found.usable:.0%} of the frame is saturated or masked: expose less",
         ),
         (
+            "reversal",
+            1.0 if is_reversed else 0.0,
+            "the contrast of fine, regular texture is reversed in one view against another, as blur that is wider than "
+            "the texture's period does, where many depths fit alike: close the aperture, focus nearer to the scene, "
+            "or use texture without a period",
+        ),
+        (
             "blur",
             min(1.0, found.blur / BLURRED),
             f"even the sharpest view is blurred by about {found.blur:.0f} pixels, which leaves too little detail: "
@@ -265,7 +278,6 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
     mean = max(float(images[0][usable].mean()), 1e-12)
     placed = images if problem.settings.align else _placed(registered)
     as_given = [_band(image) for image in images]
-    moved = [_band(image) for image in placed]
     energy = _band_gain() * np.square(noise)
     power = np.array([float(band[usable].var()) for band in as_given])
     displacement = max(p.displacement(registered.shape) for p in registered.placements)
@@ -273,8 +285,8 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
     blur = np.min([p * np.abs(f - vergence) for p, f in zip(search.pixels, search.focus, strict=True)], axis=0)
     return Evidence(
         displacement=0.0 if problem.settings.align else displacement,
-        agreement=_agreement(moved, usable),
-        agreement_as_given=_agreement(as_given, usable),
+        agreement=_agreement(placed, usable),
+        agreement_as_given=_agreement(images, usable),
         signal=float(np.min(power / np.maximum(energy, 1e-30))),
         fine_signal=max(float(i[usable].var()) / max(sd, 1e-15) ** 2 for i, sd in zip(images, noise, strict=True)),
         contrast=float(np.sqrt(max(power.min() - energy.min(), 0.0))) / mean,
@@ -290,9 +302,10 @@ def _placed(registered: RegisteredViews) -> list[Image]:
     return [resample(i, p)[0] for i, p in zip(registered.images, registered.placements, strict=True)]
 
 
-def _band(image: Image) -> Image:
-    """Return the coarse detail of an image."""
-    return np.asarray(ndimage.gaussian_filter(image, FINE) - ndimage.gaussian_filter(image, COARSE), np.float32)
+def _band(image: Image, scale: float = 1.0) -> Image:
+    """Return the coarse detail of an image, or that of `scale` times its size."""
+    fine, coarse = (ndimage.gaussian_filter(image, scale * sd) for sd in (FINE, COARSE))
+    return np.asarray(fine - coarse, np.float32)
 
 
 def _band_gain() -> float:
@@ -301,9 +314,14 @@ def _band_gain() -> float:
     return float((1 / s + 1 / t - 4 / (s + t)) / (4 * np.pi))
 
 
-def _agreement(bands: Sequence[Image], usable: NDArray[np.bool_]) -> float:
-    first = bands[0][usable]
-    return min((float(np.corrcoef(first, band[usable])[0, 1]) for band in bands[1:]), default=1.0)
+def _agreement(images: Sequence[Image], usable: NDArray[np.bool_]) -> float:
+    """Return the correlation of coarse detail of the view that agrees least with the first, at the scale of most."""
+    scales = [1.0, *([COARSER] if min(usable.shape) >= WIDE_ENOUGH * COARSER * COARSE else [])]
+    found = []
+    for scale in scales:
+        first, *others = (_band(image, scale)[usable] for image in images)
+        found.append(min((float(np.corrcoef(first, other)[0, 1]) for other in others), key=abs, default=1.0))
+    return max(found, key=abs)
 
 
 def _textured(image: Image, noise: float) -> float:

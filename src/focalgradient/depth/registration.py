@@ -34,6 +34,10 @@ FOOT_M = 0.3048
 FEET_ALIKE = 0.05
 """`SCALE_ALIKE` for foci in feet, whose scale is measured to 0.01 where it is named."""
 
+CLEARLY_LESS = 0.9
+"""Residual at the shift of highest correlation, relative to that without a shift, below which views are displaced: 0.02
+to 0.5 for displaced natural texture, 0.96 and more for stripes and checks in place."""
+
 SMOOTHING_REACH = 5
 """Distance in pixels over which unusable pixels affect the smoothed images, whose Gaussian has an sd of 1.5: 3.3 sd."""
 
@@ -175,7 +179,6 @@ def measure_placement(
     factor = max(2, min(reference.shape) // 120)
     small = [shrunk(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
     smooth = [ndimage.gaussian_filter(picture, 1.5) for picture in small]
-    placement = _coarse_shift(*smooth)
     height, width = smooth[0].shape
     margin = min(4, height // 8, width // 8)
     frame = np.zeros((height, width), np.bool_)
@@ -184,8 +187,13 @@ def measure_placement(
         whole = shrunk(usable.astype(np.float32), factor) > 1 - 1e-3
         clear = frame & ndimage.minimum_filter(whole, 2 * SMOOTHING_REACH + 1)
         frame = clear if clear.mean() > ENOUGH else frame
+    # Texture that repeats itself fits at many shifts.
+    placement, shifted = Placement(), _coarse_shift(*smooth)
+    here, there = (_placement_step(smooth[0], smooth[1], place, frame)[2] for place in (placement, shifted))
+    if there < CLEARLY_LESS * here:
+        placement = shifted
     for _ in range(steps):
-        step, variance = _placement_step(smooth[0], smooth[1], placement, frame)
+        step, variance, _ = _placement_step(smooth[0], smooth[1], placement, frame)
         placement = placement.then(step)
         if step.displacement((height, width)) < 0.002 or not 0.5 < placement.scale < 2:
             break
@@ -195,8 +203,11 @@ def measure_placement(
 
 def _placement_step(
     reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
-) -> tuple[Placement, NDArray[np.float64]]:
-    """Estimate a placement's remaining error by least squares, and the variances of scale, shifts and rotation."""
+) -> tuple[Placement, NDArray[np.float64], float]:
+    """Estimate a placement's remaining error by least squares, and the variances of scale, shifts and rotation.
+
+    Also returns the median absolute residual.
+    """
     height, width = reference.shape
     down, right = np.ogrid[-(height - 1) / 2 : height / 2, -(width - 1) / 2 : width / 2]
     moved_image, covered = resample(image, placement)
@@ -223,7 +234,7 @@ def _placement_step(
     by_cell = np.stack([np.bincount(cells[used], row, 64) for row in score])
     inverse = np.linalg.pinv(weighted @ weighted.T)
     variance = np.diag(inverse @ (by_cell @ by_cell.T) @ inverse)[:4]
-    return Placement(1 + sign * fit[0], *(sign * fit[1:4]).tolist()), variance
+    return Placement(1 + sign * fit[0], *(sign * fit[1:4]).tolist()), variance, float(np.median(rest))
 
 
 def shrunk(image: Image, factor: int) -> Image:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["NUMBER", "as_number", "is_date", "name_and_unit"]
+__all__ = ["NUMBER", "SUFFIXES", "as_number", "is_date", "name_and_unit"]
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
 """Number with a decimal point."""

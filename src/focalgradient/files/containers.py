@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
+import zipfile
+from contextlib import suppress
 from typing import Any
 
 from focalgradient.errors import InputError
@@ -31,8 +34,11 @@ SIGNATURES = (
     (b"$FL2", "an SPSS file"),
     (b"$FL3", "an SPSS file"),
     (b"<stata_dta", "a Stata file"),
+    (b"ASCII SPSS PORT FILE", "an SPSS file"),
+    (bytes(12) + b"\xc2\xea\x81\x60", "a SAS file"),
     (b"RDX", "an R data file"),
     (b"RDA", "an R data file"),
+    (b"X\n\0\0\0", "an R data file"),
     (b"\x1f\x8b", "a gzip archive (or an R data file)"),
     (b"7z\xbc\xaf", "a 7z archive"),
     (b"BZh", "a bzip2 archive"),
@@ -63,27 +69,46 @@ def refuse_other_container(data: bytes, name: str, what: str = "a table") -> Non
         raise InputError(f"{name} {PSYDAT}.")
     kinds = [kind for start, kind in SIGNATURES if data.startswith(start)]
     text = data[:1000].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
-    if text.startswith((b"<!doctype html", b"<html")):
+    if text.startswith((b"<!doctype html", b"<html", b"<table", b"<meta")):
         kinds.append("a web page")
     elif b"*** header start ***" in data[:1000].replace(b"\0", b"").lower():
         kinds.append("E-Prime's log of one session, which E-DataAid and E-Merge export as a table")
     elif text.startswith(b"<?xml"):
         kinds.append("an XML document")
-    if is_workbook(data):
-        if b"opendocument.spreadsheet" in data[:200]:
-            kinds.append("an OpenDocument (ODS) workbook")
-        elif b"xl/" not in data and b"[Content_Types].xml" not in data:
-            kinds.append("a ZIP archive, to be unpacked")
+    if is_workbook(data) and (kind := _archive(data)):
+        kinds.append(kind)
     if kinds:
         raise InputError(f"{name} is {kinds[0]}: give {what} instead (CSV, TSV, XLSX or JSON).")
+
+
+ARCHIVES = (
+    (r"internal\.sqlite|analyses\.json", "a JASP file, whose menu Export Data writes a CSV file"),
+    (r"data\.bin|xdata\.json", "a jamovi file, whose menu Export writes a CSV file"),
+    (r"Index/.+\.iwa", "a Numbers document, which Numbers exports as a CSV file"),
+    (r"(?:word|ppt)/.+", "a document, not a workbook"),
+    (r"xl/workbook\.bin", "a binary Excel (XLSB) workbook"),
+)
+"""Archives other than XLSX by the parts that they hold."""
+
+
+def _archive(data: bytes) -> str:
+    """Return what a ZIP archive is; "" if it may be an XLSX workbook."""
+    if b"opendocument.spreadsheet" in data[:200]:
+        return "an OpenDocument (ODS) workbook"
+    with suppress(zipfile.BadZipFile, ValueError, NotImplementedError), zipfile.ZipFile(io.BytesIO(data)) as archive:
+        parts = archive.namelist()
+        kinds = [kind for part, kind in ARCHIVES if any(re.fullmatch(part, name) for name in parts)]
+        if kinds or not any(name.startswith("xl/") for name in parts):
+            return kinds[0] if kinds else "a ZIP archive, to be unpacked"
+    return ""
 
 
 def records_of(text: str, name: str) -> list[list[str]] | None:
     """Return the rows of cells of a JSON text, the header first; None if the text is not JSON.
 
     It may be a list of objects, an object of columns, an object with such a list, or one of these a line, as jsPsych,
-    DataPipe and JATOS write them. Where there are several lists, the column "result" numbers them. The parts of an
-    object within an object are columns of their own.
+    DataPipe, JATOS and pandas write them. Where there are several lists, the column "result" numbers them. The parts
+    of an object within an object are columns of their own.
 
     >>> records_of('[{"a": 1, "b": "x"}, {"a": 2.5, "b": {"c": null, "d": 3}}]', "x.json")
     [['a', 'b', 'b.c', 'b.d'], ['1', 'x', '', ''], ['2.5', '', '', '3']]
@@ -96,6 +121,10 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     except InputError as error:
         lines = [line for line in start.splitlines() if line.strip()]
         if len(lines) < 2 or not all(line.lstrip().startswith(("{", "[")) for line in lines):
+            if "NaN is not JSON" in str(error):
+                raise InputError(
+                    f"{name} is JSON with NaN, which JSON lacks: write null for missing values."
+                ) from error
             raise InputError(f"{name} is JSON, but is damaged: {error}") from error
         values = [parse_json(line, f"{name}, line {number}") for number, line in enumerate(lines, start=1)]
     lists = [value for value in values if isinstance(value, list)]
@@ -132,6 +161,14 @@ def _objects(value: Any, name: str) -> list[dict[str, Any]]:
             if key.lower() in BESIDE and isinstance(value[key], list) and all(isinstance(v, dict) for v in value[key]):
                 same = {other: v for other, v in value.items() if other != key and not isinstance(v, list | dict)}
                 return [same | one for one in value[key]]
+        if value.keys() >= {"columns", "data"} and isinstance(value["data"], list):  # pandas, orient="split"
+            return [dict(zip(map(str, value["columns"]), cells, strict=True)) for cells in value["data"]]
+        parts = [part for part in value.values() if isinstance(part, dict)]
+        if len(parts) == len(value) > 0 and len({tuple(part) for part in parts}) == 1:
+            if all(key.isdigit() for key in parts[0]):  # pandas, orient="columns"
+                return [{name: value[name][key] for name in value} for key in parts[0]]
+            if all(key.isdigit() for key in value):  # pandas, orient="index"
+                return parts
         columns = [v for v in value.values() if isinstance(v, list)]
         if columns and len(columns) == len(value) and len({len(v) for v in columns}) == 1:
             return [dict(zip(value, cells, strict=True)) for cells in zip(*columns, strict=True)]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from focalgradient.errors import InputError
-from focalgradient.files.cells import NUMBER, as_number, is_date
+from focalgradient.files.cells import NUMBER, SUFFIXES, as_number, is_date
 from focalgradient.files.containers import is_workbook, records_of, refuse_other_container
 from focalgradient.files.names import printable
 from focalgradient.files.reading import MOST_COLUMNS, check_width, read_bytes
@@ -61,7 +61,7 @@ class TextTable:
     rows
         Cells of the non-empty rows below the header, as many as the header has (without a header as they stand).
     places
-        Number of each row in the file, from 1.
+        Number of each row in the file, from 1; of several files with the file's name, as in "3 of a.csv".
     delimiter
         Delimiter of the columns; "" if the container separates them.
     comments
@@ -73,7 +73,7 @@ class TextTable:
     name: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    places: tuple[int, ...]
+    places: tuple[int | str, ...]
     delimiter: str = ""
     comments: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -283,12 +283,23 @@ def parse_table(
         kept = kept[titles:]
     if kept and (header or not any(map(_like_number, kept[0][1]))):
         names = [_unwrapped(cell).strip() for cell in kept.pop(0)[1]]
+    if names and kept and header and (second := _second_header(names, [cells for _, cells in kept[:SAMPLE]])):
+        names = second
+        place, _ = kept.pop(0)
+        notes.append(f"The names of the columns stand in two rows, of which {place} is the second: {', '.join(names)}.")
     if names and kept and header and data.lstrip(b"\xef\xbb\xbf").startswith(b'"'):
         first = [cells[0] for _, cells in kept]
         if all(len(cells) == len(names) + 1 for _, cells in kept) and len(set(first)) == len(first):
             names.insert(0, "")
             notes.append(f"The first cells of {name} are the names of rows, as R writes them.")
     width = len(names)
+    if delimiter and kept and not data.rstrip(b" \0").endswith((b"\n", b"\r")):
+        (number, last), others = kept[-1], {len(cells) for _, cells in kept[:-1]}
+        if others == {width} and 1 < len(last) < width:
+            raise InputError(
+                f"{name} ends within row {number}, after {len(last)} of {width} cells: copy the whole file again, or "
+                "remove that row."
+            )
     for number, cells in kept:
         if width and any(cell.strip() for cell in cells[width:]):
             commas = " (decimal commas need semicolons or tabs between the columns)" if delimiter == "," else ""
@@ -306,6 +317,37 @@ def _titles(rows: Sequence[tuple[int, Sequence[str]]]) -> int:
     return start if usual > 2 and not any(map(_like_number, rows[start][1])) else 0
 
 
+def _second_header(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the names joined with those in the row below, if that row holds units, or the parts of spanning names.
+
+    >>> _second_header(["near", "", "far", ""], [["sharp", "open", "sharp", "open"], ["1", "2", "1", "3"]])
+    ['near sharp', 'near open', 'far sharp', 'far open']
+    >>> _second_header(["id", "rt"], [["", "ms"], ["a", "300"]]), _second_header(["id", "sex"], [["1", "m"]])
+    (['id', 'rt (ms)'], [])
+    """
+    width = len(names)
+    second = [cell.strip() for cell in (*rows[0], *[""] * width)][:width]
+    below = [[cell.strip() for cell in (*row, *[""] * width)][:width] for row in rows[1:]]
+    numeric = [all(_like_number(row[at]) for row in below if row[at]) for at in range(width)]
+    if not below or any(map(_like_number, second)) or not any(map(all, zip(second, numeric, strict=True))):
+        return []
+    units = [cell.strip("[]()").casefold() for cell in second]
+    if all(
+        not cell or (unit in (*SUFFIXES, "-", "") and numeric[at])
+        for at, (cell, unit) in enumerate(zip(second, units, strict=True))
+    ):
+        return [f"{name} ({unit})" if unit not in ("", "-") else name for name, unit in zip(names, units, strict=True)]
+    gaps = [at for at in range(1, width) if not names[at]]
+    if not names[0] or not gaps or not all(second[at] for at in gaps):
+        return []
+    joined: list[str] = []
+    top = ""
+    for name, part in zip(names, second, strict=True):
+        top = name or top
+        joined.append(f"{top} {part}".strip())
+    return joined
+
+
 def unique_names(header: Sequence[str]) -> list[str]:
     """Return the names, a repeated one with the number of its column.
 
@@ -321,7 +363,13 @@ def unique_names(header: Sequence[str]) -> list[str]:
 
 
 def _decoded(data: bytes, name: str, what: str, notes: list[str]) -> str:
-    """Decode text: UTF-8, UTF-16 or UTF-32 with a byte order mark, else Windows-1252, which is noted."""
+    """Decode text: UTF-8, UTF-16 or UTF-32, else Windows-1252, which is noted; UTF-16 needs no byte order mark."""
+    marks = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    for start, mark in ((1, codecs.BOM_UTF16_LE), (0, codecs.BOM_UTF16_BE)):
+        high = data[start:1000:2]
+        if not data.startswith(marks) and high.count(0) > len(high) / 2:
+            data = mark + data
+            notes.append(f"{name} was read as UTF-16, though it has no byte order mark.")
     for mark, encoding in (
         (codecs.BOM_UTF32_LE, "utf-32"),
         (codecs.BOM_UTF32_BE, "utf-32"),

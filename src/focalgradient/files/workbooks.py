@@ -6,9 +6,11 @@ import datetime
 import io
 import re
 import zipfile
+from pathlib import Path
 from xml.etree import ElementTree
 
 from focalgradient.errors import InputError
+from focalgradient.files.names import printable
 
 __all__ = ["sheet_rows"]
 
@@ -49,22 +51,43 @@ def sheet_rows(data: bytes, name: str) -> list[tuple[int, list[str]]]:
             sheets = sorted(part for part in parts if re.fullmatch(r"xl/worksheets/[^/]+\.xml", part))
             texts = _texts(_part(archive, "xl/sharedStrings.xml", name)) if "xl/sharedStrings.xml" in parts else []
             dates = _dates(_part(archive, "xl/styles.xml", name)) if "xl/styles.xml" in parts else frozenset()
-            filled = [rows for part in sheets if (rows := _rows(_part(archive, part, name), texts, dates))]
+            filled = {part: rows for part in sheets if (rows := _rows(_part(archive, part, name), texts, dates))}
+            names = _sheet_names(archive, name) if len(filled) > 1 else {}
     except (InputError, MemoryError):
         raise
     except Exception as error:  # damaged archives and XML fail in many ways
         raise InputError(f"{name} cannot be read as a workbook ({error}): save its sheet as a CSV file.") from error
-    if len(filled) != 1:
+    if not filled:
+        raise InputError(f"{name} has no sheet with cells: give one that has a table.")
+    if len(filled) > 1:
+        ordered = sorted(filled, key=[*names, *filled].index)
+        listed = ", ".join(printable(names.get(part, Path(part).stem)) for part in ordered)
         raise InputError(
-            f"{name} has {len(filled)} sheets with cells, but must have one: save the right one as a CSV file."
+            f"{name} has {len(filled)} sheets with cells ({listed}), but must have one: save the right one as a CSV "
+            "file."
         )
-    (rows,) = filled
+    (rows,) = filled.values()
     if sum(max(cells) for cells in rows.values()) > LARGEST:  # empty cells before one far to the right
         raise InputError(f"{name} is too large for a table: leave out what is not needed, or save it as a CSV file.")
     return [
         (number, [cells.get(column, "") for column in range(1, max(cells) + 1)])
         for number, cells in sorted(rows.items())
     ]
+
+
+def _sheet_names(archive: zipfile.ZipFile, name: str) -> dict[str, str]:
+    """Return the names of the sheets by the parts of the archive that hold them; none if the parts are not listed."""
+    try:
+        relations = _part(archive, "xl/_rels/workbook.xml.rels", name)
+        places = {one.get("Id", ""): one.get("Target", "") for one in relations}
+        sheets = [one for one in _part(archive, "xl/workbook.xml", name).iter() if _local(one) == "sheet"]
+    except (KeyError, ElementTree.ParseError):
+        return {}
+    found = {}
+    for sheet in sheets:
+        relation = next((value for key, value in sheet.attrib.items() if key.endswith("}id")), "")
+        found["xl/" + places.get(relation, "").removeprefix("/xl/")] = sheet.get("name", "")
+    return found
 
 
 def _dates(root: ElementTree.Element) -> frozenset[str]:

@@ -299,7 +299,6 @@ def _recorded(path: Path) -> _Recorded:
             exif = Image.Exif()
             exif.load(b"Exif\0\0" + data)
             tags, size = exif.get_ifd(ExifTags.IFD.Exif), (0, 0)
-    distance = _number(tags, ExifTags.Base.SubjectDistance)
     pitch = _pixel_pitch(tags, size)
     sized = (
         pitch is not None or _number(tags, ExifTags.Base.FocalPlaneXResolution) is not None
@@ -308,8 +307,7 @@ def _recorded(path: Path) -> _Recorded:
     return _Recorded(
         focal_length_mm=_number(tags, ExifTags.Base.FocalLength),
         f_number=_number(tags, ExifTags.Base.FNumber),
-        # EXIF 2.3, 4.6.5: a numerator of 0xFFFFFFFF means infinity, 0 unknown.
-        focus_distance_m=math.inf if distance is not None and distance >= 0xFFFFFFFF else distance,
+        focus_distance_m=_distance(tags),
         pixel_pitch_um=equivalent if pitch is None else pitch,
         by_equivalent=equivalent is not None,
     )
@@ -349,6 +347,18 @@ def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None
     if abs(scale[0] - scale[1]) > 1.5 * max(s / now for s, now in zip(scale, size, strict=True)):
         return None
     return 1e3 * unit / per_unit * scale[0]
+
+
+def _distance(tags: Mapping[int, Any]) -> float | None:
+    """Return the focus distance in metres.
+
+    EXIF 2.3, 4.6.5: a numerator of 0xFFFFFFFF means infinity, 0 unknown; some cameras write infinity as n/0.
+    """
+    tag = tags.get(ExifTags.Base.SubjectDistance)
+    numerator, denominator = getattr(tag, "numerator", tag), getattr(tag, "denominator", 1)
+    if numerator == 0xFFFFFFFF or (numerator and not denominator):
+        return math.inf
+    return _number(tags, ExifTags.Base.SubjectDistance)
 
 
 def _number(tags: Mapping[int, Any], tag: int) -> float | None:

@@ -65,16 +65,21 @@ def draw_condition(
     numbers = len(levels) >= 3 and all(isinstance(one, int | float | np.number) for one in levels)
     places = [float(level) for level in levels] if numbers else [float(at) for at in range(len(levels))]
     back = np.exp if ratio else np.asarray
+    ax.set(xlabel=_named(factor, units), ylabel=_named(answer, units, *(["geometric mean"] if ratio else [])))
+    between = own.notna().sum(axis=1).max() == 1
     for heights in own.to_numpy(float):
-        ax.plot(places, back(heights), color=BLUE, linewidth=0.5, alpha=0.5)
+        ax.plot(places, back(heights), "." if between else "-", color=BLUE, linewidth=0.5, alpha=0.5)
+    if between and numbers:
+        subjects, at = np.nonzero(own.notna().to_numpy())
+        line = np.polyfit(np.array(places)[at], own.to_numpy(float)[subjects, at], 1)
+        ax.plot(places, back(np.polyval(line, places)), color=BLUE, linewidth=2)
+        return ax
     means = [t_interval(own[level].dropna()) for level in levels]
     ax.plot(places, [back(mean.estimate) for mean in means], "o-", color=BLUE, linewidth=2, markersize=5, zorder=3)
     for place, mean in zip(places, means, strict=True):
         if mean.low is not None and mean.high is not None:
             ends = [[back(mean.estimate) - back(mean.low)], [back(mean.high) - back(mean.estimate)]]
             ax.errorbar(place, back(mean.estimate), ends, color=BLUE, linewidth=2, capsize=3, zorder=3)
-    averaged = ["geometric mean"] if ratio else []
-    ax.set(xlabel=_named(factor, units), ylabel=_named(answer, units, *averaged))
     if not numbers:
         ax.set_xticks(places, [str(level) for level in levels])
         ax.set_xlim(-0.4, len(levels) - 0.6)

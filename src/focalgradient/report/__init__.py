@@ -41,7 +41,7 @@ from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_detection import holds_detection
 from focalgradient.statistics.own_reports import holds_reports
-from focalgradient.statistics.own_tables import Paths, Where
+from focalgradient.statistics.own_tables import Paths, UserTable, Where, read_table
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
 
@@ -103,8 +103,8 @@ def make_report(
     Parameters
     ----------
     root
-        Folder of the data set; or a CSV, TSV, XLSX or JSON file (or the files of one data set, one per participant),
-        which is read according to its columns by
+        Folder of the data set; or a CSV, TSV, XLSX or JSON file (or the files of one data set, one per participant, or
+        what `focalgradient.statistics.own_tables.read_table` read of them), which is analysed by its columns by
         `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
         answers) or `read_detection` (signals and answers).
     bound
@@ -137,9 +137,10 @@ def make_report(
         If nothing can be analysed (the message gives the first reason), or if a setting is given that applies to none
         of the data: `bound`, `scale`, `bayes` and `focal_length_mm` apply to ratings, rules also to the cube.
     """
+    given = root if isinstance(root, UserTable) else None
+    root = root.paths if isinstance(root, UserTable) else root
     paths = [Path(root)] if isinstance(root, str | os.PathLike) else [Path(path) for path in root]
     root, stated = paths[0], stated or Stated(Rules())
-    files = paths if len(paths) > 1 else root
     if len(paths) > 1 and not all(path.is_file() for path in paths):
         raise InputError("several data sets are reported by themselves: give the folder of one, or tables of one.")
     if by and not root.is_file():
@@ -148,6 +149,7 @@ def make_report(
         raise InputError(f"where chooses rows of a table, but {printable(root)} is a data set: leave it out.")
     if bayes:
         check_installed(*NEEDED)
+    files = given or (read_table(paths) if root.is_file() else root)
     if guess_rate is not None and not (root.is_file() and other_than_ratings(files, columns) == LEVELS):
         raise InputError(f"guess_rate is for answers at levels, but {root.name} contains none: leave it out.")
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
@@ -159,12 +161,12 @@ def make_report(
         for name, value in {"bound": bound, "bayes": bayes or None, "focal_length_mm": focal_length_mm}.items():
             if value is not None:
                 raise InputError(f"{name} is for ratings by aperture and fixation, not by condition: leave it out.")
-        parts: list[Part] = [ConditionPart.of(ratings_by)]
+        parts: list[Part] = [ConditionPart.of(ratings_by, stated.rules)]
         found = _Analysed(root.stem, parts, [], [*ratings_by.notes], [*ratings_by.notices])
     elif other := other_than_ratings(files, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
-        if given := [name for name, value in settings.items() if value is not None]:
-            raise InputError(f"{given[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
+        if unused := [name for name, value in settings.items() if value is not None]:
+            raise InputError(f"{unused[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
         found = _of_table(files, root.stem, asked, columns, conditions, guess_rate, where)
     else:
         whole = scale is not None and analysis_named(scale).whole

@@ -28,8 +28,10 @@ from focalgradient.statistics.comparisons import slope_unit
 __all__ = [
     "CUBE_CATCH",
     "EFFECT",
+    "TRIALS",
     "Headline",
     "catch_answers",
+    "changed",
     "criteria",
     "excluded",
     "headlines",
@@ -266,7 +268,7 @@ def sensitivity(
     results = "; ".join(f"{one.what}: {_in_words(one)}" for one in both[1][1])
     counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
     sentences = [f"Without exclusions ({counted}): {results}."] if results else []
-    return sheet, sentences, list(_changed(*(listed for _, listed in both)))
+    return sheet, sentences, list(changed(*(listed for _, listed in both)))
 
 
 def _as_shown(one: Headline) -> dict[str, float]:
@@ -295,7 +297,7 @@ def _in_words(one: Headline) -> str:
     return f"{estimate}, 95{SPACE}% CI {ends}, {test}, p {p if p.startswith('<') else f'= {p}'}"
 
 
-def _changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
+def changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
     """Yield a notice for each conclusion that depends on exclusions."""
     of = {one.what: one.effect for one in kept}
     for other in everyone:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -12,12 +12,13 @@ from focalgradient.dataset import DataSet
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT
+from focalgradient.report.exclusions import EFFECT, TRIALS, Headline, changed
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.tables import Sheet, effect_sheet, many
-from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
-from focalgradient.statistics.own_conditions import OwnConditions, rating_tests
+from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules, as_table
+from focalgradient.statistics.exclusions import kept_rows
+from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
 
 __all__ = ["ConditionPart"]
 
@@ -30,21 +31,30 @@ class ConditionPart(Part):
     ----------
     own
         Imported table.
-    tests
-        Tests of the conditions with their effects.
+    tests, everyone
+        Tests of the conditions with their effects, with and without exclusions.
+    criteria
+        Exclusion rules.
     simulated, data
         As in every section.
     """
 
     own: OwnConditions
     tests: tuple[ConditionTest, ...]
+    everyone: tuple[ConditionTest, ...]
+    criteria: Rules
     simulated: bool
     data: DataSet | None = None
 
     @classmethod
-    def of(cls, own: OwnConditions) -> ConditionPart:
+    def of(cls, own: OwnConditions, rules: Rules) -> ConditionPart:
         """Test the conditions of a table."""
-        return cls(own, rating_tests(own), bool((own.table["kind"] == "simulated").any()))
+        simulated = bool((own.table["kind"] == "simulated").any())
+        return cls(own, rating_tests(own, rules), rating_tests(own), rules, simulated)
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        return tuple(rule for rule in RULES if rule in self.own.table)
 
     @property
     def title(self) -> str:
@@ -55,7 +65,8 @@ class ConditionPart(Part):
         return "ratings_by_condition"
 
     def findings(self, output: Output) -> Iterator[Block]:
-        rows = self.own.table[~self.own.table["catch"]]
+        everyone = self.own.table[~self.own.table["catch"]]
+        rows = everyone[kept_rows(everyone, [], self.criteria)]
         people = rows["participant_id"].nunique()
         scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
         for test in self.tests:
@@ -65,31 +76,48 @@ class ConditionPart(Part):
             elif isinstance(effect, NotComputed):
                 yield Notice(f"{test.name}: {effect.reason}")
         who = "simulated observer" if self.simulated else "subject"
-        yield Paragraph(f"{many(people, who)} with {many(len(rows), 'rating')}{scenes}; nobody is left out.")
+        left = many(len(everyone) - len(rows), "rating")
+        out = f"{left} left out by the rules on trials" if len(rows) < len(everyone) else "nobody is left out"
+        yield Paragraph(f"{many(people, who)} with {many(len(rows), 'rating')}{scenes}; {out}.")
+        yield from map(Notice, changed(_headlines(self.tests), _headlines(self.everyone)))
         for factor in self.own.conditions:
             figure = condition_figure(rows, factor, [("rating", self.own.log)], units={}, simulated=self.simulated)
-            caption = f"Ratings by {factor}: each subject thin, mean and its 95 % interval over subjects bold."
+            alike = rows.groupby("participant_id")[factor].nunique().max() == 1
+            drawn = "a point for each subject" if alike else "each subject thin"
+            caption = f"Ratings by {factor}: {drawn}, mean and its 95 % interval over subjects bold."
+            if alike and any(test.factor == factor and test.level is None for test in self.tests):
+                caption = f"Ratings by {factor}: a point for each subject, and their least-squares line."
             yield output.figure(f"{self.name}_{factor}".replace(" ", "_").replace("/", "_"), figure, caption)
         found = [(test.name, test.effect) for test in self.tests if test.effect is not None]
         digits = [
-            {"exclusions": "without exclusions", "what": name}
+            {"exclusions": which, "what": test.name}
             | ({"value": one.estimate, "value_low": one.low, "value_high": one.high} if isinstance(one, Effect) else {})
             | as_table([one]).iloc[0].to_dict()
-            for name, one in found
+            for which, tests in (("with exclusions", self.tests), ("without exclusions", self.everyone))
+            for test in tests
+            if (one := test.effect) is not None
         ]
-        caption = "Tests of the conditions; Holm’s correction is over all"
+        caption = "Tests of the conditions; Holm’s correction is over those of ratings, and over those of effects"
         results = Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(digits))
         yield from output.tables([effect_sheet(f"{self.name}_tests.csv", caption, "effect", found), results])
 
     def methods(self, output: Output) -> Iterator[Block]:
+        applied = [TRIALS[rule] for rule in self.rules if getattr(self.criteria, rule) is not None]
+        if applied:
+            yield Paragraph(
+                f"By rules that do not look at the effect, {'; '.join(applied)}.".format(rules=self.criteria)
+            )
         scale = "on their logarithm" if self.own.log else "as they are"
         scenes = ", crossed with scenes as random where there are five or more" if "scene" in self.own.table else ""
         yield Paragraph(
             f"Ratings were analysed {scale}, averaged within subject and condition. The effect of a condition with "
             "three or more levels that are numbers is its least-squares slope within subject"
-            f"{scenes}; of other conditions each level was compared with the first (paired over subjects; levels of "
-            "different subjects by Welch’s test), two-sided, with Holm’s correction over "
-            f"{many(len(self.tests), 'test')}."
+            f"{scenes}; of other conditions each level was compared with the first (paired over subjects). Conditions "
+            "that vary between subjects were compared by Welch’s test, or estimated together by least squares over "
+            "subjects (each adjusted for the others), on the subjects’ means and on their effects. Tests are "
+            "two-sided, with Holm’s correction over "
+            f"{many(len([test for test in self.tests if test.answer == 'rating']), 'test')} of ratings, and over those "
+            "of effects."
         )
 
     @property
@@ -101,6 +129,10 @@ class ConditionPart(Part):
         return {file: safe_csv(self.own.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.own.table)}
 
 
+def _headlines(tests: Sequence[ConditionTest]) -> list[Headline]:
+    return [Headline(test.name, test.effect, float) for test in tests if test.effect is not None]
+
+
 def _sentence(test: ConditionTest, effect: Effect) -> str:
     """Return the finding of a test, with its size as a factor where ratings are ratios."""
     what = (
@@ -108,6 +140,8 @@ def _sentence(test: ConditionTest, effect: Effect) -> str:
     )
     size = f"by {effect.estimate:+.3g}"
     if test.log:
-        size = f"by a factor of {math.exp(effect.estimate):.3g}"
-    verb = "changes ratings" if effect.significant else "is not shown to change ratings, which differ"
+        size = f"by a factor of {math.exp(effect.estimate):{'.3g' if abs(effect.estimate) > 0.02 else '.4f'}}"
+    of = "ratings" if test.answer == "rating" else f"the effect {test.answer}"
+    differ = "differ" if test.answer == "rating" else "differs"
+    verb = f"changes {of}" if effect.significant else f"is not shown to change {of}, which {differ}"
     return f"{what[0].upper()}{what[1:]} {verb} {size} ({effect.summary()})."

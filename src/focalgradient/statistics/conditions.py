@@ -14,7 +14,7 @@ from focalgradient.statistics.means import family, paired_effect
 from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["ConditionTest", "condition_tests", "planned_tests"]
+__all__ = ["ConditionTest", "condition_tests", "level_text", "planned_tests", "subject_effects"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[ob
             if numbers and len(levels) >= 3:
                 tests.append(ConditionTest(answer, factor, log=log))
             else:
-                first, *others = map(_text, levels)
+                first, *others = map(level_text, levels)
                 tests += [ConditionTest(answer, factor, level, first, log) for level in others]
     return tuple(tests)
 
@@ -140,28 +140,46 @@ def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effe
     cells = values.groupby([rows["participant_id"], *(rows[name] for name in factors)]).mean()
     own: Any = cells.groupby(["participant_id", test.factor]).mean().unstack(test.factor)
     if test.level is None:
-        return paired_effect(_slopes(own), "least-squares slope within subject, t over subjects")
-    by_text = {_text(level): own[level] for level in own}
+        return paired_effect(subject_effects(own, test), "least-squares slope within subject, t over subjects")
+    by_text = {level_text(level): own[level] for level in own}
     if test.level not in by_text or test.against not in by_text:
         return NotComputed(f"There are no answers with {test.factor} {test.level} or {test.against}.")
-    one, other = by_text[test.level], by_text[test.against]
-    both = (one - other).dropna()
+    both = subject_effects(own, test)
     if len(both):
         return paired_effect(both.to_numpy(), "paired t over subjects")
+    one, other = by_text[test.level], by_text[test.against]
     return welch(one.dropna().to_numpy(float), other.dropna().to_numpy(float))
 
 
-def _slopes(own: pd.DataFrame) -> list[float]:
-    """Return the least-squares slope of each subject with two or more levels."""
-    x = np.array([float(str(level)) for level in own])
-    slopes = []
-    for row in own.to_numpy(float):
+def subject_effects(cells: pd.DataFrame, test: ConditionTest) -> pd.Series[float]:
+    """Return the slope or the difference of levels of each subject who has two levels.
+
+    Parameters
+    ----------
+    cells
+        Mean answer of each subject (row) at each level of the factor (column).
+    test
+        Test of the factor.
+
+    Examples
+    --------
+    >>> cells = pd.DataFrame({0.0: [1.0, 2.0], 1.0: [2.0, 5.0], 2.0: [3.0, None]}, index=["A", "B"])
+    >>> subject_effects(cells, ConditionTest("rating", "blur")).to_dict()
+    {'A': 1.0, 'B': 3.0}
+    """
+    if test.level is not None:
+        by_text = {level_text(level): cells[level] for level in cells}
+        return (by_text[test.level] - by_text[str(test.against)]).dropna()
+    x = np.array([float(str(level)) for level in cells])
+    slopes = {}
+    for who, row in zip(cells.index, cells.to_numpy(float), strict=True):
         known = np.isfinite(row)
         if known.sum() >= 2:
             centred = x[known] - x[known].mean()
-            slopes.append(float(centred @ row[known] / (centred @ centred)))
-    return slopes
+            slopes[who] = float(centred @ row[known] / (centred @ centred))
+    return pd.Series(slopes, dtype=float)
 
 
-def _text(value: object) -> str:
+def level_text(value: object) -> str:
+    """Return a level as tests name it."""
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,17 +12,26 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.statistics.conditions import ConditionTest, condition_tests, planned_tests
+from focalgradient.statistics.conditions import (
+    ConditionTest,
+    condition_tests,
+    level_text,
+    planned_tests,
+    subject_effects,
+)
+from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import crossed_effect
-from focalgradient.statistics.means import family
+from focalgradient.statistics.exclusions import kept_rows
+from focalgradient.statistics.means import family, student_effect
+from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.own_names import clean, few
-from focalgradient.statistics.own_ratings import ROLES, check_rating
+from focalgradient.statistics.own_ratings import NUMERIC, ROLES, check_rating, numbered, rated
 from focalgradient.statistics.own_tables import Paths, Source, Where, answered, catch_trials, found_columns, read_table
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
+__all__ = ["RULES", "OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
 
-KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session")
+KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "response_time", "dropped_frames")
 """Roles that are read besides the conditions."""
 
 MOST_LEVELS = 50
@@ -56,8 +65,8 @@ def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> b
     """Return whether a table has ratings and apertures, but no fixation: conditions are then what was varied."""
     if (columns or {}).get("rating", "").endswith("*"):
         return False
-    name, table, _ = read_table(path)
-    found = found_columns(name, table, ROLES, columns or {})
+    table = read_table(path)
+    found = found_columns(table.name, table.cells, ROLES, columns or {})
     return "rating" in found and "fixation" not in found and bool({"aperture", "aperture_mm"} & set(found))
 
 
@@ -117,9 +126,8 @@ def read_conditions(
         del own.columns[role]
     own.columns.update({name: name for name in theirs})
     numeric = [name for name in theirs if _is_numeric(own.cells[name])]
-    table = own.rows(["rating", *numeric], theirs)
-    table = answered(own, table, "rating", "rating")
-    table["rating"] = own.numbers(table, "rating")
+    table = own.rows([*(role for role in NUMERIC if role not in theirs), *numeric], theirs)
+    table = rated(own, table)
     levels: dict[str, Sequence[Any]] = {}
     for name in theirs:
         table = answered(own, table, name, "condition", frozenset({"", "na", "n/a", "nan", "null"}))
@@ -141,6 +149,7 @@ def read_conditions(
         )
     silent: list[str] = []
     table = catch_trials(table, own.notes if "catch" in table else silent)
+    table = numbered(own, table, [*(["scene"] if "scene" in table else []), *theirs])
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
     log = bool((table["rating"] > 0).all()) and not steps
     return OwnConditions(table, levels, log, tuple(own.notes), tuple(own.notices))
@@ -152,39 +161,117 @@ def _is_numeric(cells: pd.Series[str]) -> bool:
     return bool(texts) and all(as_number(clean(text).replace(",", ".")) is not None for text in texts)
 
 
-def rating_tests(own: OwnConditions) -> tuple[ConditionTest, ...]:
-    """Test the effect of each condition: slopes within subject, crossed with scenes where there are, and contrasts.
+RULES = ("response_time", "dropped_frames")
+"""Exclusion rules that apply to ratings by condition: of single trials, whatever the conditions."""
+
+
+def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[ConditionTest, ...]:
+    """Test the effect of each condition: within subjects, crossed with scenes where there are; and between subjects.
+
+    Parameters
+    ----------
+    own
+        Imported ratings.
+    rules
+        Exclusion rules, of which those of `RULES` apply; None: no trial is excluded.
 
     Returns
     -------
     tuple
-        One test for each condition of three or more numbers, otherwise one for each level against the first, corrected
-        by Holm's method as one family.
+        One test for each condition of three or more numbers, otherwise one for each level against the first. Conditions
+        that vary between subjects are covariates of one another: their effects on the subjects' means are estimated
+        together, by least squares over subjects; a single factor by Welch's test. Then the effect of each of these on
+        each effect within subjects. Both groups are families by Holm's method.
     """
     rows = own.table[~own.table["catch"]]
+    if rules is not None:
+        rows = rows[kept_rows(rows, [], rules)]
     planned = planned_tests({"rating": own.log}, own.conditions)
-    tests = condition_tests(rows, planned)
-    effects = [
-        _slope(rows, test, log=own.log) if test.level is None and "scene" in rows else test.effect for test in tests
+    varied = rows.groupby("participant_id")[[*own.conditions]].nunique().max()
+    between = [test for test in planned if varied[test.factor] == 1]
+    within = [test for test in planned if varied[test.factor] > 1]
+    answers = np.log(rows["rating"]) if own.log else rows["rating"]
+    done = {test.name: test for test in condition_tests(rows, planned)}
+    levels = [rows[name] for name in own.conditions if varied[name] > 1]
+    means = answers.groupby([rows["participant_id"], *levels]).mean().groupby("participant_id").mean()
+    done |= {test.name: test for test in _over_people(means, rows, between)}
+    if "scene" in rows:
+        done |= {test.name: _slope(rows, test, answers) for test in within if test.level is None}
+    moderated = []
+    for test in within if between else ():
+        cells = answers.groupby([rows["participant_id"], rows[test.factor]]).mean().unstack()
+        asked = [replace(one, answer=f"({test.name})", log=False) for one in between]
+        moderated += _over_people(subject_effects(cells, test), rows, asked)
+    return (*_corrected([done[test.name] for test in planned]), *_corrected(moderated))
+
+
+def _corrected(tests: Sequence[ConditionTest]) -> list[ConditionTest]:
+    """Return the tests with p values corrected as one family."""
+    effects = family(test.effect for test in tests if test.effect is not None)
+    return [replace(test, effect=effect) for test, effect in zip(tests, effects, strict=True)]
+
+
+def _over_people(values: pd.Series[float], rows: pd.DataFrame, tests: Sequence[ConditionTest]) -> list[ConditionTest]:
+    """Test effects of conditions between subjects, together by least squares, or of one factor by Welch's test.
+
+    Parameters
+    ----------
+    values
+        One value per subject.
+    rows
+        Ratings with the conditions.
+    tests
+        Tests between subjects.
+    """
+    factors = list(dict.fromkeys(test.factor for test in tests))
+    people = rows.groupby("participant_id")[factors].first().loc[values.index]
+    effects: list[Effect | NotComputed]
+    if len(factors) == 1 and all(test.level is not None for test in tests):
+        groups = people[factors[0]].map(level_text)
+        effects = [
+            welch(*(values[groups == level].to_numpy(float) for level in (test.level, test.against))) for test in tests
+        ]
+    else:
+        columns = [
+            people[test.factor].astype(float) - people[test.factor].mean()
+            if test.level is None
+            else (people[test.factor].map(level_text) == test.level).astype(float)
+            for test in tests
+        ]
+        effects = _least_squares(values.to_numpy(float), np.column_stack([np.ones(len(values)), *columns]))
+        for at, (test, effect) in enumerate(zip(tests, effects, strict=True)):
+            others = " and ".join(name for name in factors if name != test.factor)
+            if others and isinstance(effect, Effect):
+                effects[at] = replace(effect, method=f"{effect.method}, adjusted for {others}")
+    return [replace(test, effect=effect) for test, effect in zip(tests, effects, strict=True)]
+
+
+def _least_squares(values: np.ndarray, model: np.ndarray) -> list[Effect | NotComputed]:
+    """Test the coefficients of a linear model over subjects, except of its first column."""
+    from statsmodels.api import OLS  # type: ignore[import-untyped]
+
+    subjects, terms = model.shape
+    why = ""
+    if subjects <= terms:
+        why = f"{subjects} subjects are too few for {terms - 1} conditions between them: nothing can be tested."
+    elif np.linalg.matrix_rank(model) < terms:
+        why = "The conditions between subjects cannot be told apart: they vary together."
+    else:
+        fit = OLS(values, model).fit()
+        if fit.ssr <= 1e-20 * max(float(values @ values), 1e-300):
+            why = "The subjects' values lie on one line: there is no variation to test against."
+    if why:
+        return [NotComputed(why)] * (terms - 1)
+    return [
+        student_effect(float(estimate), float(error), subjects, "least squares over subjects", df=float(fit.df_resid))
+        for estimate, error in zip(fit.params[1:], fit.bse[1:], strict=True)
     ]
-    corrected = family([effect for effect in effects if effect is not None])
-    return tuple(
-        ConditionTest(test.answer, test.factor, test.level, test.against, test.log, effect)
-        for test, effect in zip(tests, corrected, strict=True)
-    )
 
 
-def _slope(rows: pd.DataFrame, test: ConditionTest, *, log: bool) -> Effect | NotComputed:
-    """Return the mean slope over subjects and scenes."""
-    values = np.log(rows["rating"]) if log else rows["rating"]
-    means = values.groupby([rows["participant_id"], rows["scene"], rows[test.factor]]).mean()
-    slopes: dict[tuple[str, str], float] = {}
-    grouped: Any = means.groupby(level=[0, 1])
-    for (person, scene), cell in grouped:
-        x = cell.index.get_level_values(2).to_numpy(float)
-        if len(x) > 1:
-            centred = x - x.mean()
-            slopes[person, scene] = float(centred @ cell.to_numpy(float) / (centred @ centred))
-    if not slopes:
-        return NotComputed(f"Nobody rated a scene at two levels of {test.factor}.")
-    return crossed_effect(pd.Series(slopes).unstack().to_numpy(float))
+def _slope(rows: pd.DataFrame, test: ConditionTest, answers: pd.Series[float]) -> ConditionTest:
+    """Test the mean slope over subjects and scenes."""
+    cells = answers.groupby([rows["participant_id"], rows["scene"], rows[test.factor]]).mean().unstack()
+    slopes = subject_effects(cells, test)
+    if slopes.empty:
+        return replace(test, effect=NotComputed(f"Nobody rated a scene at two levels of {test.factor}."))
+    return replace(test, effect=crossed_effect(slopes.unstack().to_numpy(float)))

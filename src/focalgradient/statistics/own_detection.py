@@ -77,11 +77,11 @@ def holds_detection(path: Paths, columns: Mapping[str, str] | None = None) -> bo
     columns = columns or {}
     if OTHERS & set(columns):
         return False
-    name, table, _ = read_table(path)
-    if not OTHERS.isdisjoint({clean(str(column)).casefold() for column in table} - set(columns.values())):
+    table = read_table(path)
+    if not OTHERS.isdisjoint({clean(str(column)).casefold() for column in table.cells} - set(columns.values())):
         return False
     ours = {role: column for role, column in columns.items() if role in (*ROLES, "participant")}
-    return {"signal", "response"} <= set(found_columns(name, table, ROLES, ours))
+    return {"signal", "response"} <= set(found_columns(table.name, table.cells, ROLES, ours))
 
 
 def read_detection(

@@ -16,9 +16,11 @@ from focalgradient.statistics.own_names import ABSENT, clean, few, place
 if TYPE_CHECKING:
     from focalgradient.statistics.own_tables import Source
 
-__all__ = ["factor_of", "numbers", "others"]
+__all__ = ["LENGTHS", "factor_of", "numbers", "others"]
 
 LENGTHS = {"mm": 1, "cm": 10, "m": 1000, "um": 0.001, "µm": 0.001}
+"""Factor to millimetres of each unit of length."""
+
 TIMES = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
     **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 0.001),
@@ -67,7 +69,7 @@ def numbers(
     if wrong.any():
         text = texts[wrong].iloc[0]
         damaged = (
-            ", a date: where a spreadsheet program made it of a number, enter the number again as text"
+            ": it is a date, which a spreadsheet program may have made of a number: enter the number again as text"
             if is_date(text)
             else ": save the data as JSON, whose parts are read as columns"
             if text.startswith("{")
@@ -89,8 +91,18 @@ def numbers(
     return values
 
 
+DAYS = (30000, 60000)
+"""Numbers of days from 1982 to 2064 in Excel, which stores 1.4 as 45383 where it takes it for 1 April."""
+
+
 def _check_thousands(table: pd.DataFrame, role: str, values: pd.Series[float]) -> None:
     """Raise `InputError` if few values are a thousand times the others, as 1.050 read as 1,050, or 118 for 1.18."""
+    days = values.between(*DAYS) & (values % 1 == 0)
+    if days.any() and (rest := values[~days].dropna()).size and rest.abs().max() < DAYS[0] / 100:
+        raise InputError(
+            f"{place(table, days)}: {role} is {values[days].iloc[0]:g}, but the others go from {rest.min():g} to "
+            f"{rest.max():g}: a spreadsheet program may have made a date of it; enter the number again as text."
+        )
     for scale in (1000, 100) if role == "rating" else (1000,):
         large = (values >= scale) & (values % 1 == 0) & ((scale == 1000) | (values % 100 != 0))
         rest = values[~large].dropna()

@@ -30,7 +30,7 @@ from focalgradient.statistics.own_tables import (
 from focalgradient.statistics.own_words import FIXED, SHARP, Words, given_words, meant, whole_steps, with_diameters
 from focalgradient.statistics.tables import PINHOLE, rating_table
 
-__all__ = ["OwnRatings", "long_columns", "read_ratings"]
+__all__ = ["OwnRatings", "check_rating", "long_columns", "numbered", "rated", "read_ratings"]
 
 FOCAL_LENGTH_MM = 50.0
 """Default focal length in mm, that of the paper's pictures, without a column aperture_mm or a value from the caller."""
@@ -163,7 +163,9 @@ def read_ratings(
         table = with_diameters(table, own.columns.get("aperture", ""), words, notices)
     table = _checked_cells(own, table, words, focal_length_mm)
     table = _of_intervals(table, notes)
-    table = _answers(own, table)
+    table = rated(own, table)
+    if "aperture_mm" in table:
+        table["aperture_mm"] = own.numbers(table, "aperture_mm")
     table = meant(table, words, " ".join(map(str, headers)), notices)
     choices = not steps and set(table["rating"]) == {0.0, 1.0}
     if choices:
@@ -173,7 +175,7 @@ def read_ratings(
     if "scene" not in table:
         table["scene"] = "all"
         notes.append("There is no column of scenes: all ratings count as of one scene, and results hold for it only.")
-    table = _trials(own, without_copies(catch_trials(table, notes), notices, notes))
+    table = numbered(own, catch_trials(table, notes), ("scene", "aperture", "fixation"))
     lens = FOCAL_LENGTH_MM if focal_length_mm is None else focal_length_mm
     if "aperture_mm" not in table:
         if focal_length_mm is None:
@@ -189,8 +191,21 @@ RATINGS = frozenset(("rating", "ratings", "depth", "perceived", "reported", "jud
 
 
 def check_rating(own: Source) -> None:
-    """Raise `InputError` if a column of answers was taken for the ratings, and another one is called so."""
+    """Raise `InputError` if rows hold several measures, or a column of answers was taken for the ratings beside one."""
     column = own.columns.get("rating", "")
+    measures = MEASURES | OTHER_MEASURES
+    for name in own.cells:
+        values = [value for value in own.cells[name].unique() if value.strip()]
+        if 1 < len(values) <= len(measures) and name not in own.columns.values():
+            spoken = [{word.casefold() for word in PARTS.split(value) if word} for value in values]
+            if all(word and word <= measures for word in spoken) and not all(
+                word <= {"n", "sd", "se"} for word in spoken
+            ):
+                chosen = next((value for value in values if value.strip().casefold() in MEASURES), values[0])
+                raise InputError(
+                    f"{own.name}: {printable(str(name))} says that rows hold several measures ({few(values)}): choose "
+                    f"one with {where_like(str(name), chosen)}."
+                )
     if not column or "rating" in own.given or "interval" in own.columns or "rating" in column.casefold():
         return
     for name in own.cells:
@@ -353,22 +368,20 @@ def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     return table.assign(rating=answer).drop(columns="interval")
 
 
-LONGEST_RESPONSE_S = 60.0
-"""Maximum median response time in seconds, as in `Rules`; larger values indicate another unit."""
+LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S = 60.0, 0.05
+"""Maximum (as in `Rules`) and minimum median response time in seconds; others indicate another unit."""
 
 
-def _answers(own: Source, table: pd.DataFrame) -> pd.DataFrame:
+def rated(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a rating, with numbers parsed and times in seconds."""
     table = without_codes(table, "rating", own.notices)
     table = answered(own, table, "rating", "rating")
     table["rating"] = own.numbers(table, "rating")
-    if "aperture_mm" in table:
-        table["aperture_mm"] = own.numbers(table, "aperture_mm")
     table = own.optional(without_codes(table, "response_time", own.notices), "response_time")
     table = own.optional(table, "dropped_frames")
     if "response_time" in table:
         try:
-            check_seconds(table, "response_time", LONGEST_RESPONSE_S)
+            check_seconds(table, "response_time", LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S)
         except InputError as error:
             if "response_time" in own.given:
                 raise
@@ -384,10 +397,11 @@ MIN_SHARED_CONDITION = 0.9
 """Fraction of rows with a repeated trial number that repeat its condition, above which a trial has several rows."""
 
 
-def _trials(own: Source, table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with valid trial numbers, numbering the trials if necessary."""
+def numbered(own: Source, table: pd.DataFrame, conditions: Sequence[str]) -> pd.DataFrame:
+    """Return the table without copies, with valid trial numbers: the trials are numbered if necessary."""
+    table = without_copies(table, conditions, own.notices, own.notes)
     by = [name for name in ("participant_id", "session") if name in table]
-    condition = ["scene", "aperture", "fixation"]
+    condition = [*conditions]
     if "trial" in table:
         again, same = table.duplicated([*by, "trial"]), table.duplicated()
         if not again.any():

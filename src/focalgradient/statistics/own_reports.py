@@ -84,7 +84,7 @@ def holds_reports(path: Paths, columns: Mapping[str, str] | None = None) -> bool
     columns = columns or {}
     if "percept" in columns or "rating" in columns:
         return "percept" in columns
-    names = {str(name).lower() for name in read_table(path)[1].columns}
+    names = {str(name).lower() for name in read_table(path).cells}
     return not {"percept", "gradient"}.isdisjoint(names) and "rating" not in names
 
 

@@ -5,8 +5,9 @@ Unambiguous cases are removed and noted with their rows at the top of the report
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,9 @@ __all__ = ["check_seconds", "without_codes", "without_copies", "without_headers"
 
 CODE = re.compile(r"-?9{2,}|-9|-?8{3,}")
 """Codes of missing answers: 99, 999, -9, -99, -999, 888, ..."""
+
+NEGATIVE = re.compile(r"-\d+(?:\.\d+)?")
+"""Codes of missing times: all negative numbers."""
 
 MIN_CODE_RATIO = 10.0
 """Minimum ratio of a positive code to all other answers: 99 among answers up to 98 is an answer."""
@@ -78,7 +82,8 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     if role not in table:
         return table
     texts = table[role].str.strip().str.replace(r"[.]0+$", "", regex=True)
-    codes = texts.map({one: bool(CODE.fullmatch(one)) for one in texts.unique()}).astype(bool)
+    patterns = (CODE, NEGATIVE) if role == "response_time" else (CODE,)
+    codes = texts.map({one: any(code.fullmatch(one) for code in patterns) for one in texts.unique()}).astype(bool)
     if not codes.any():
         return table
     values = pd.to_numeric(texts, errors="coerce").abs()
@@ -92,9 +97,14 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     return table.assign(**{role: table[role].mask(missing, "")})
 
 
-def check_seconds(table: pd.DataFrame, role: str, longest: float) -> None:
-    """Raise `InputError` if the median of times exceeds `longest`, in seconds, as milliseconds do."""
-    middle = float(table[role].median()) if role in table else 0.0
+def check_seconds(table: pd.DataFrame, role: str, longest: float, shortest: float = 0.0) -> None:
+    """Raise `InputError` if the median of times, in seconds, is above `longest` or below `shortest`: another unit."""
+    middle = float(table[role].median()) if role in table else math.nan
+    if 0 <= middle < shortest:
+        raise InputError(
+            f"the median of {role} is {middle:g} s, but nobody answers in less than {shortest:g} s: correct the unit "
+            "in the heading, or thousands separators that were taken for decimal points."
+        )
     if middle > longest:
         raise InputError(
             f"the median of {role} is {middle:g}, but must be a time in seconds: give seconds, or call the column "
@@ -102,10 +112,13 @@ def check_seconds(table: pd.DataFrame, role: str, longest: float) -> None:
         )
 
 
-def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) -> pd.DataFrame:
-    """Remove blocks of rows that repeat a block of the same subject, or all answers of another subject."""
+def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str], notes: list[str]) -> pd.DataFrame:
+    """Remove blocks of rows that repeat a block of the same subject, or all answers of another subject.
+
+    `shown` are the columns that say what was shown, such as scene, aperture and fixation.
+    """
     of = [name for name in ("participant_id", "session") if name in table]
-    conditions = [name for name in ("session", "scene", "aperture", "fixation", "catch") if name in table]
+    conditions = [name for name in ("session", *shown, "catch") if name in table]
     about = [name for name in (*conditions, "rating", "response_time") if name in table]
     groups = table.groupby(of, sort=False).indices
     cells = pd.DataFrame({name: pd.factorize(table[name])[0] for name in about}).to_numpy()
@@ -115,22 +128,22 @@ def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) ->
         half = len(rows) // 2
         if len(rows) % 2 or half < MIN_BLOCK_ROWS or not (cells[rows[:half]] == cells[rows[half:]]).all():
             continue
-        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]]) < MAX_CHANCE:
+        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]], shown) < MAX_CHANCE:
             left_out[rows[half:]] = True
             who = " ".join(str(one) for one in np.atleast_1d(np.array(key, dtype=object))).strip()
             again = pd.Series(np.isin(np.arange(len(table)), rows[half:]))
             notices.append(f"{who} stands twice, with the same answers: {rows_named(table, again)} were left out.")
     table = table[~left_out]
-    return _without_other_names(table, conditions, notices, notes)
+    return _without_other_names(table, shown, conditions, notices, notes)
 
 
-def _by_chance(rows: pd.DataFrame) -> float:
+def _by_chance(rows: pd.DataFrame, shown: Sequence[str]) -> float:
     """Return the probability that another subject with the same percepts gives the same answers in all rows.
 
     It is estimated from the variability of the subject's answers to the same picture, or without repetitions to the
     same condition. Subjects with little variability who round their answers may well coincide.
     """
-    for about in (["scene", "aperture", "fixation"], ["aperture", "fixation"]):
+    for about in ([*shown], [name for name in shown if name != "scene"]):
         same = pairs = 0.0
         for _, answers in rows.groupby(about)["rating"]:
             counts = answers.value_counts().to_numpy(float)
@@ -142,17 +155,17 @@ def _by_chance(rows: pd.DataFrame) -> float:
 
 
 def _without_other_names(
-    table: pd.DataFrame, conditions: list[str], notices: list[str], notes: list[str]
+    table: pd.DataFrame, shown: Sequence[str], conditions: list[str], notices: list[str], notes: list[str]
 ) -> pd.DataFrame:
     """Remove subjects whose answers all equal those of another, if other pairs of subjects agree much less."""
     ordered = table.sort_values(conditions, kind="stable")
     codes = pd.DataFrame({name: pd.factorize(ordered[name])[0] for name in conditions}).to_numpy()
     given = ordered[[name for name in ("rating", "response_time") if name in ordered]].fillna(-1.0).to_numpy(float)
-    shown: dict[bytes, dict[str, np.ndarray]] = {}
+    alike: dict[bytes, dict[str, np.ndarray]] = {}
     for who, rows in ordered.groupby("participant_id", sort=False).indices.items():
         if len(rows) >= MIN_BLOCK_ROWS:
-            shown.setdefault(codes[rows].tobytes(), {})[str(who)] = given[rows].ravel()
-    for answers in shown.values():
+            alike.setdefault(codes[rows].tobytes(), {})[str(who)] = given[rows].ravel()
+    for answers in alike.values():
         names, values = list(answers), np.array(list(answers.values()))
         _, first, group = np.unique(values, axis=0, return_index=True, return_inverse=True)
         for number in range(len(first)):
@@ -165,7 +178,7 @@ def _without_other_names(
             copied = table["participant_id"].isin(whose[1:])
             rows = table[table["participant_id"] == whose[0]]
             pairs = len(values) * (len(values) - 1) / 2
-            if len(others) and agree.max() < MAX_SHARED_ANSWERS and pairs * _by_chance(rows) < MAX_CHANCE:
+            if len(others) and agree.max() < MAX_SHARED_ANSWERS and pairs * _by_chance(rows, shown) < MAX_CHANCE:
                 notices.append(
                     f"{', '.join(whose)} have the same answer in every row: {rows_named(table, copied)} were left out "
                     f"as copies of {whose[0]}."

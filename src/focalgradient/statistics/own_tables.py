@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import name_and_unit
-from focalgradient.files.tables import RaggedTableError, read_cells, unique_names
+from focalgradient.files.tables import RaggedTableError, TextTable, read_cells, unique_names
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
@@ -23,6 +23,7 @@ __all__ = [
     "TABLES",
     "Paths",
     "Source",
+    "UserTable",
     "Where",
     "answered",
     "catch_trials",
@@ -61,8 +62,31 @@ EXCLUDED = re.compile(
 LISTED = 12
 """Maximum number of columns listed in an error message."""
 
-Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
-"""One file, or the files of one data set."""
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UserTable:
+    """Cells of a file, or of the files of one data set, as `read_table` returns them.
+
+    Parameters
+    ----------
+    paths
+        Files.
+    name
+        Name for messages.
+    cells
+        All cells as text; the index is (file, row).
+    notes
+        What was assumed, one sentence each.
+    """
+
+    paths: tuple[Path, ...]
+    name: str
+    cells: pd.DataFrame
+    notes: tuple[str, ...]
+
+
+Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
+"""One file, or the files of one data set, or what `read_table` read of them."""
 
 Where = Mapping[str, str | Sequence[str]]
 """Value or values by column: the rows that are analysed."""
@@ -124,13 +148,16 @@ class Source:
         where: Where | None = None,
     ) -> Source:
         """Read a table, or the tables of one data set, and find the column of each role."""
-        name, cells, notes = read_table(paths, where)
+        table = read_table(paths)
+        notes = [*table.notes]
+        cells = chosen_rows(table.name, table.cells, where or {}, notes)
         columns = columns or {}
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
-        own = cls(name, cells, found_columns(name, cells, roles, columns), given, notes)
+        own = cls(table.name, cells, found_columns(table.name, cells, roles, columns), given, notes)
         several = cells.index.get_level_values(0).unique()
         if "participant_id" not in own.columns and len(several) > 1:
-            own.cells["participant (file)"] = [_person(str(file)) for file in cells.index.get_level_values(0)]
+            people = [_person(str(file)) for file in cells.index.get_level_values(0)]
+            own = replace(own, cells=_like(cells, cells.assign(**{"participant (file)": people})))
             own.columns["participant_id"] = "participant (file)"
             own.notices.append("There is no column of participants: each file is taken for one person's.")
         return own.without_practice()
@@ -154,9 +181,7 @@ class Source:
         if not practice.any() or practice.all():
             return self
         self.notices.append(f"{rows_of(practice)} left out, of a loop of practice.")
-        kept = self.cells[~practice].copy()
-        kept.attrs |= self.cells.attrs
-        return replace(self, cells=kept)
+        return replace(self, cells=_like(self.cells, self.cells[~practice].copy()))
 
     def no_column(self, role: str, otherwise: str = "") -> InputError:
         """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
@@ -235,51 +260,64 @@ class Source:
             return table.drop(columns=role)
 
 
-def read_table(paths: Paths, where: Where | None = None) -> tuple[str, pd.DataFrame, list[str]]:
+def _like(cells: pd.DataFrame, changed: pd.DataFrame) -> pd.DataFrame:
+    """Return changed cells with the attributes of the table."""
+    changed.attrs |= cells.attrs
+    return changed
+
+
+def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     """Read the cells of a CSV, TSV, XLSX or JSON file, or of several, as text, without blank rows.
 
-    Returns
-    -------
-    tuple
-        Name for messages; cells, whose index is (file, row); notes.
+    Raises
+    ------
+    InputError
+        If a file is not a table; the message says what it is.
     """
-    files = [Path(paths)] if isinstance(paths, str | os.PathLike) else [Path(path) for path in paths]
-    tables, notes = [], list[str]()
-    for path in files:
-        try:
-            table = read_cells(path, "a table, or the folder of a data set")
-        except RaggedTableError as error:
-            if path.suffix.lower() in TABLES:
-                raise
-            raise InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.") from error
-        header, rows, places = list(table.header), list(table.rows), list(table.places)
-        if not any(header):
-            raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
-        if len(header) == 1 and path.suffix.lower() in TABLES:
-            raise InputError(
-                f"{table.name} has the one column {printable(header[0][:60])!r}: separate columns by commas, "
-                "semicolons or tabs."
-            )
-        ragged = any(len(row) != len(header) for row in rows)
-        if path.suffix.lower() not in TABLES and (len(header) == 1 or ragged):
-            raise InputError(f"{table.name} is not a table: give {TABLE_OR_DATA_SET}.")
-        if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
-            notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
-            rows, places = rows[2:], places[2:]
-        index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
-        tables.append(pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None))
-        tables[-1].attrs["delimiter"] = table.delimiter
-        notes += [note.replace(table.name, path.name) for note in table.notes]
-    name = printable(files[0]) if len(files) == 1 else f"{printable(files[0])} and {len(files) - 1} more"
+    if isinstance(paths, UserTable):
+        return paths
+    if isinstance(paths, str | os.PathLike):
+        return _read_file(Path(paths))
+    tables = [read_table(path) for path in paths]
     if len(tables) == 1:
-        cells = tables[0]
-    else:
-        delimiter = tables[0].attrs["delimiter"]
-        for one in tables:
-            one.attrs.clear()
-        cells = pd.concat([one for one in tables if len(one)] or tables).fillna("")
-        cells.attrs["delimiter"] = delimiter
-    return name, chosen_rows(name, cells, where or {}, notes), notes
+        return tables[0]
+    parts = [table.cells.copy() for table in tables if len(table.cells)] or [tables[0].cells.copy()]
+    for part in parts:
+        part.attrs.clear()
+    cells = _like(tables[0].cells, pd.concat(parts).fillna(""))
+    files = tuple(path for table in tables for path in table.paths)
+    notes = tuple(note for table in tables for note in table.notes)
+    return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes)
+
+
+def _read_file(path: Path) -> UserTable:
+    """Read the cells of one file."""
+    is_named = path.suffix.lower() in TABLES
+    no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
+    try:
+        table = read_cells(path, "a table, or the folder of a data set")
+    except RaggedTableError as error:
+        if is_named:
+            raise
+        raise no_table from error
+    header, rows, places = list(table.header), list(table.rows), list(table.places)
+    if not any(header):
+        raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
+    if len(header) == 1 and is_named:
+        raise InputError(
+            f"{table.name} has the one column {printable(header[0][:60])!r}: separate columns by commas, "
+            "semicolons or tabs."
+        )
+    if not is_named and (len(header) == 1 or any(len(row) != len(header) for row in rows)):
+        raise no_table
+    notes = [note.replace(table.name, path.name) for note in table.notes]
+    if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
+        notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
+        rows, places = rows[2:], places[2:]
+    index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
+    cells = pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None)
+    cells.attrs["delimiter"] = table.delimiter
+    return UserTable((path,), printable(path), cells, tuple(notes))
 
 
 def _person(file: str) -> str:
@@ -292,13 +330,13 @@ def _person(file: str) -> str:
     return stem.partition("_")[0] if re.match(r"sub-[^_]+_", stem) else stem
 
 
-def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | None = None) -> bool:
+def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
     """Return whether tables are the parts of one data set: files of one participant each.
 
     Parameters
     ----------
     paths
-        The tables.
+        The files, or what was read of each.
     participant
         Column of the participants, if it was named.
 
@@ -308,11 +346,10 @@ def of_one_data_set(paths: Sequence[str | os.PathLike[str]], participant: str | 
         If several files hold one participant each, all of the same name.
     """
     people: list[set[str]] = []
-    for path in paths:
-        name, cells, _ = read_table(path)
+    for table in map(read_table, paths):
         columns = {} if participant is None else {"participant": participant}
-        theirs = found_columns(name, cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
-        names = {clean(cell) for cell in cells[theirs]} - {""} if theirs else {_person(str(path))}
+        theirs = found_columns(table.name, table.cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
+        names = {clean(cell) for cell in table.cells[theirs]} - {""} if theirs else {_person(str(table.paths[0]))}
         people.append(names)
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
@@ -337,21 +374,19 @@ def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) 
                 f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
             )
         notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
-        attrs = dict(cells.attrs)
-        cells = cells[kept].copy()
-        cells.attrs |= attrs
+        cells = _like(cells, cells[kept].copy())
     return cells
 
 
 def with_points(table: pd.DataFrame, roles: Sequence[str], delimiter: str) -> pd.DataFrame:
     """Return the table with decimal points in the columns of numbers; the mark is decided for all of them."""
-    from focalgradient.files.tables import TextTable
-
     if not roles or table.empty:
         return table
     cells = [[clean(cell) for cell in table[role]] for role in roles]
-    places = tuple(int(label[1]) for label in table.index)
-    name = str(table.index[0][0])
+    files = table.index.get_level_values(0)
+    several = files.nunique() > 1
+    places = tuple(f"{label[1]} of {label[0]}" if several else int(label[1]) for label in table.index)
+    name = f"{files[0]} and {files.nunique() - 1} more" if several else str(files[0])
     whole = TextTable(name, tuple(roles), tuple(zip(*cells, strict=True)), places, delimiter)
     changed = whole.with_points()
     if changed is whole:

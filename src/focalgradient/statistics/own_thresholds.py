@@ -104,12 +104,12 @@ def holds_thresholds(path: Paths, columns: Mapping[str, str] | None = None) -> b
     columns = columns or {}
     if {"rating", "percept", "aperture", "fixation"} & set(columns):
         return False
-    file, table, _ = read_table(path)
-    names = {clean(str(name)).casefold() for name in table}
+    table = read_table(path)
+    names = {clean(str(name)).casefold() for name in table.cells}
     if not names.isdisjoint(("rating", "percept")):
         return False
     ours = {role: name for role, name in columns.items() if role in (*ROLES, "participant")}
-    found = _columns(file, table, ours)
+    found = _columns(table.name, table.cells, ours)
     return "level" in found and ("correct" in found or {"interval", "response"} <= set(found))
 
 

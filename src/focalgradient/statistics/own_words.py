@@ -10,8 +10,9 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.cells import is_date
+from focalgradient.files.cells import is_date, name_and_unit
 from focalgradient.statistics.own_names import clean, few, place, rows_named
+from focalgradient.statistics.own_numbers import LENGTHS, factor_of
 from focalgradient.statistics.own_tables import conditions_like
 from focalgradient.statistics.tables import PINHOLE
 
@@ -37,7 +38,9 @@ USER_FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Name of a user-defined fixation."""
 
 SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
-F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+F_NUMBER = re.compile(r"(?:f?\s*[/:]?\s*|1\s*:\s*)(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+"""f-number, like f/5.6, F5.6, 5,6 or as engraved on lenses, 1:5.6."""
+
 NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 MILLIMETRES = re.compile(r"(\d+(?:[.,]\d+)?)\s*mm", re.IGNORECASE)
 
@@ -240,15 +243,16 @@ def with_diameters(table: pd.DataFrame, header: str, words: Words, notices: list
     cells = {cell: _fold(cell) for cell in table["aperture"].unique() if _fold(cell) not in words}
     open_cells = {cell: text for cell, text in cells.items() if text not in SHARP and not _is_zero(text)}
     sizes = {cell: found[1] for cell, text in open_cells.items() if (found := MILLIMETRES.fullmatch(text))}
-    stated = "mm" in re.split(r"[^a-z]+", folded) or "diameter" in folded
-    if stated:
+    factor = factor_of("aperture_mm", header)
+    if name_and_unit(header)[1] in LENGTHS or "mm" in re.split(r"[^a-z]+", folded) or "diameter" in folded:
         sizes |= {cell: text for cell, text in open_cells.items() if NUMBER.fullmatch(text)}
     if sizes:
         if others := [repr(printable(cell)) for cell in open_cells if cell not in sizes]:
             raise InputError(
                 f"aperture is given in millimetres in some rows, but as {few(others)} in others: give all alike."
             )
-        notices.append(f"Apertures are diameters in millimetres: {few(sorted(sizes))}.")
+        sizes = {cell: f"{float(size.replace(',', '.')) * factor:.12g}" for cell, size in sizes.items()}
+        notices.append(f"Apertures are diameters in millimetres: {few(sorted(sizes.values()))}.")
         return table.assign(aperture_mm=table["aperture"].map(lambda cell: sizes.get(cell, "0"))).drop(
             columns="aperture"
         )

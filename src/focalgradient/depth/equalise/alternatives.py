@@ -9,12 +9,14 @@ added to the model error. Depth stays that of the model asked for.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy import ndimage
+from scipy.special import j0
 
 from focalgradient.depth.equalise.blur_shape import judge_shape
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
@@ -25,12 +27,19 @@ from focalgradient.depth.filters import RADII, FloatArray
 from focalgradient.depth.model_error import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAST_NODES, TRIMMED
 from focalgradient.depth.noise import NOISE_SIDE
 from focalgradient.depth.search import Blurs
-from focalgradient.psf import Annulus, Disc, Psf
+from focalgradient.psf import Annulus, Blend, Disc, Psf
+from focalgradient.psf.disc import disc_transfer
 
 __all__ = ["Alternative", "ModelChecks", "check_model", "error_with", "judge_alternatives"]
 
 OBSTRUCTED = (0.35, 0.5)
 """Ratio of hole to rim diameter of an annulus, from weak to strong: typical of mirror lenses."""
+
+IN_THE_RIM = (0.15, 0.3)
+"""Share of the light in the rim of a disc, from weak to strong: overcorrected spherical aberration ("bubbles")."""
+
+SOFT_EDGED = (0.2, 0.35, 0.5)
+"""Standard deviation per blur radius of the Gaussian edge of `Blend`, from weak to strong; at 0.5 a Gaussian."""
 
 SOFTER = (0.25, 0.4, 0.6, 0.9)
 """Standard deviations in pixels of Gaussians by which a view may be softer than its optics imply, each about 1.5 times
@@ -111,35 +120,52 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
     return None if best is None else best[1]
 
 
-def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, list[Blurs]]]:
+def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, Iterable[Blurs]]]:
     """Return causes, and the blur of the views under each, from weak to strong."""
-    found = []
-    if discs:
-        rings = [_annulus(own, hole) for hole in OBSTRUCTED]
-        found.append(("the blur is likelier a ring than a disc, as that of a mirror lens is", rings))
+    found: list[tuple[str, Iterable[Blurs]]] = []
+    for form, lens, transfers in _SHAPES if discs else ():
+        cause = f"the blur is likelier {form} than a uniform disc, as that of a {lens} is"
+        found.append((cause, (_shaped(own, transfer) for transfer in transfers)))
     for number in range(len(own.transfer)):
-        softer = [_changed(own, number, np.exp(-2 * (np.pi * sd * own.frequencies.radius) ** 2)) for sd in SOFTER]
+        gains = (np.exp(-2 * (np.pi * sd * own.frequencies.radius) ** 2) for sd in SOFTER)
         found.append(
             (
                 f"view {number + 1} is softer, beside the rest, than its optics make it, as where it was denoised, "
                 "enlarged or compressed, the camera moved, or another view was sharpened",
-                softer,
+                map(partial(_softer, own, number), gains),
             )
         )
     return found
 
 
-def _changed(own: Blurs, number: int, gain: FloatArray) -> Blurs:
+def _softer(own: Blurs, number: int, gain: FloatArray) -> Blurs:
     """Return the blurs with one view's transfer multiplied by a `gain` (F)."""
     changed = own.transfer.copy()
     changed[number] *= gain.astype(changed.real.dtype)
     return replace(own, transfer=changed)
 
 
-def _annulus(own: Blurs, hole: float) -> Blurs:
-    """Return the blurs of annuli, instead of discs, whose holes have `hole` times their diameter."""
-    ring = Annulus(hole).transfer(RADII, own.radius[:, :, None])
-    return replace(own, transfer=ring.astype(own.transfer.dtype))
+def _shaped(own: Blurs, transfer: Callable[[FloatArray, FloatArray], FloatArray]) -> Blurs:
+    """Return the blurs of another shape at the same radii."""
+    return replace(own, transfer=transfer(RADII, own.radius[:, :, None]).astype(own.transfer.dtype))
+
+
+def _rim_transfer(frequency: FloatArray, radius: FloatArray, share: float) -> FloatArray:
+    """Return the transfer of a disc with a `share` of the light in its rim, with the second moment of a disc."""
+    radius = radius / math.sqrt(1 + share)
+    return np.asarray((1 - share) * disc_transfer(frequency, radius) + share * j0(2 * np.pi * frequency * radius))
+
+
+_SHAPES = (
+    ("a ring", "mirror lens", [Annulus(hole).transfer for hole in OBSTRUCTED]),
+    (
+        "a disc with a bright rim",
+        "lens with spherical aberration",
+        [partial(_rim_transfer, share=one) for one in IN_THE_RIM],
+    ),
+    ("a disc with a soft rim", "lens with spherical aberration", [Blend(k).transfer for k in SOFT_EDGED]),
+)
+"""Shapes of blur that a disc is compared with: form, what makes it, and its transfers from weak to strong."""
 
 
 @dataclass(frozen=True, slots=True)
