@@ -286,7 +286,8 @@ class RegisteredViews:
         """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
         first, shown = _image_and_mask(views[0])
         usable = shown
-        images, placements, warnings = [first], [Placement()], []
+        images, placements = [first], [Placement()]
+        warnings: list[str] = []
         for number, view in enumerate(views[1:], 2):
             image, mask = _image_and_mask(view)
             placement = Placement(views[0].pixel_angle / view.pixel_angle)
