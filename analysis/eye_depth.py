@@ -14,7 +14,7 @@ from report import Progress, Shown, alone
 
 from focalgradient import recover_depth
 from focalgradient.eye import Cones, Eye, Oscillation, band_light, eye_views, score
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
 FOCUS = 2.0  # m, as in the paper's figure

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from focalgradient import View, recover_depth
 from focalgradient.eye import Cones, Eye, Oscillation, ZernikePopulation, eye_views, osa_order, score
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 from focalgradient.optics import Optics
 
 PIXEL = np.radians(1 / 60)

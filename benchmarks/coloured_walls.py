@@ -56,7 +56,7 @@ from focalgradient.eye import (
     learn_chromatic_scale,
     recover_eye_depth,
 )
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 
 PIXEL, LIGHT = np.radians(1 / 60), 200.0
 PAIR = (0.125, 0.375)

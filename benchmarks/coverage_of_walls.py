@@ -24,7 +24,7 @@ import numpy as np
 
 from focalgradient import recover_depth
 from focalgradient.eye import Cones, Eye, Oscillation, Photons, eye_views
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 
 PIXEL = np.radians(1 / 60)
 CORRELATION, WRONG = 0.95, 0.5

@@ -18,7 +18,7 @@ from scipy import ndimage
 
 from focalgradient import recover_depth
 from focalgradient.eye import Cones, Eye, Oscillation, eye_views
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 from focalgradient.scenes import Scene, spheres, step
 
 PIXEL, SHAPE = np.radians(1 / 60), (192, 256)

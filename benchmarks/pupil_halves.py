@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.eye import Cones, Eye
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 
 Array = NDArray[np.float64]
 Transfers = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]

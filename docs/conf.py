@@ -7,6 +7,7 @@ import inspect
 import re
 import shutil
 import sys
+import types
 import warnings
 from pathlib import Path
 
@@ -20,6 +21,8 @@ from sphinx.writers.html5 import HTML5Translator
 from sphinx_gallery.scrapers import matplotlib_scraper
 
 import focalgradient
+from focalgradient.cli import main
+from focalgradient.dataset.markers import MARKERS
 from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import OURS
 
@@ -114,8 +117,30 @@ def tables_of_columns() -> str:
     return "\n".join(rows)
 
 
+def table_of_markers() -> str:
+    """Codes of the events that the experiments mark."""
+    rows = [f"| {marker.code} | `{name}` | {marker.about} |" for name, marker in MARKERS.items()]
+    return "\n".join(["| code | event | meaning |", "|---|---|---|", *rows])
+
+
 (ROOT / "generated").mkdir(exist_ok=True)
+(ROOT / "generated" / "markers.md").write_text(table_of_markers(), encoding="utf-8")
 (ROOT / "generated" / "columns.md").write_text(tables_of_columns(), encoding="utf-8")
+
+
+def write_command_pages(folder: Path) -> None:
+    """Write a page for each command, of its `--help`, into `folder`; sphinx-click finds the commands in a module."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    module = sys.modules["documented_commands"] = types.ModuleType("documented_commands")
+    for name, command in main.commands.items():
+        attribute = name.replace("-", "_")
+        setattr(module, attribute, command)
+        directive = f".. click:: documented_commands:{attribute}\n   :prog: focalgradient {name}\n   :nested: full\n"
+        (folder / f"{name}.rst").write_text(f"{name}\n{'=' * len(name)}\n\n{directive}", encoding="utf-8")
+
+
+write_command_pages(ROOT / "generated" / "commands")
 
 RESULTS = ROOT.parent / "results"
 """What `make reproduce` wrote."""
@@ -190,8 +215,8 @@ def copy_play(app: Sphinx, error: Exception | None) -> None:
 
 
 def escape_stars(app: Sphinx, context: object, lines: list[str]) -> None:
-    """Escape the stars in a command's help, which reStructuredText would take for emphasis."""
-    lines[:] = [line.replace("*", r"\*") for line in lines]
+    """Escape the stars in a command's help, and an underscore before one, which are markup of reStructuredText."""
+    lines[:] = [line.replace("*", r"\*").replace(r"_\*", r"\_\*") for line in lines]
 
 
 def setup(app: Sphinx) -> None:

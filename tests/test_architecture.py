@@ -36,6 +36,7 @@ ROOMS = {
         *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities"),
         *("render", "scenes", "view"),
     },
+    "retina": {"errors", "eye", "files", "progress", "render", "view"},
     "binocular": {"errors", "files", "optics", "progress", "render", "scenes", "view"},
     "srgb": set(),
     "live": {"display", "errors", "eye", "files", "memory", "optics", "progress", "render", "srgb"},

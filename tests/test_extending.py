@@ -1,4 +1,4 @@
-"""docs/extending.md: the examples of a shape of blur and of optics, built from nothing in a temporary package."""
+"""docs/own-optics.md: the examples of a shape of blur and of optics, built from nothing in a temporary package."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import shlex
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,12 +19,15 @@ from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.calibration import Calibration
 from focalgradient.cli import main
 from focalgradient.depth import methods_for
+from focalgradient.eye import band_light, blur_transfer, off_axis
 from focalgradient.photographs import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.tables import Sensor
 from focalgradient.psf import check_psf, pixel_transfer, psf_of, registry
+from focalgradient.retina import TwoEyes
 
-PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+PAGE = Path(__file__).parents[1] / "docs" / "own-optics.md"
+TEXT = "\n".join(PAGE.with_name(name).read_text(encoding="utf-8") for name in ("extending.md", "own-optics.md"))
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
 PIXEL = 3.2e-4
 
 
@@ -34,7 +38,7 @@ def block(kind: str, mark: str) -> str:
 
 def test_what_the_page_names_exists() -> None:
     """Each file is there; each name is a word of the sources or examples, a private one of a file of the same step."""
-    prose = re.sub(r"^```.*?^```$", "", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    prose = re.sub(r"^```.*?^```$", "", TEXT, flags=re.DOTALL | re.MULTILINE)
     root = PAGE.parents[1]
     sources = {
         path.relative_to(root).as_posix(): {*re.findall(r"\w+", path.read_text(encoding="utf-8"))}
@@ -165,4 +169,19 @@ def test_the_optics_of_the_page_give_both_sides(capsys: pytest.CaptureFixture[st
     said = capsys.readouterr().out
     assert said.splitlines() == ["0.9 estimated from the views", "1.3 estimated from the views"]
     for line in said.splitlines():
-        assert f"`{line}`" in PAGE.read_text(encoding="utf-8")
+        assert f"`{line}`" in TEXT
+
+
+def test_the_eye_of_the_page_sees_depth_by_colour(capsys: pytest.CaptureFixture[str]) -> None:
+    """The page's eye passes the check and its views give depth; two of it turn inwards, and what it lacks is named."""
+    names: dict[str, Any] = {"__name__": "builtins"}  # a module that is there, as dataclasses ask for
+    exec(compile(block("python", "class SlitEye"), str(PAGE), "exec", dont_inherit=True), names)
+    assert capsys.readouterr().out == "0.7\n"
+    eye = names["SlitEye"](1.0)
+    assert TwoEyes(eye, eye).accommodated(0.5).left.focus_vergence == pytest.approx(1.5)
+    with pytest.raises(InputError, match="mirrored"):
+        TwoEyes.of(eye)
+    with pytest.raises(InputError, match="aberrated"):
+        off_axis(eye, 20.0)
+    upright, level = (blur_transfer(*at, eye, 0.5, light=band_light("S")) for at in ((800, 0), (0, 800)))
+    assert abs(upright) < 0.5 * level

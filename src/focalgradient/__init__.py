@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from focalgradient import published as published
     from focalgradient import render as render
     from focalgradient import report as report
+    from focalgradient import retina as retina
     from focalgradient import scenes as scenes
     from focalgradient import statistics as statistics
     from focalgradient import stimuli as stimuli

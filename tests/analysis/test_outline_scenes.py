@@ -22,7 +22,7 @@ from outline_scenes import (
 SCENES = {**MADE_WITH, **HELD_BACK}
 
 # Least percentage of the whole frame valid, and most percent off by more than 10 % and beyond 5 sd near outlines: the
-# table in docs/photographs-measured.md, by kinds of scenes, and 2 percentage points.
+# table in docs/report/photographs.md, by kinds of scenes, and 2 percentage points.
 STATED = {
     "spheres, apertures": (77.5, 14, 3),
     "spheres, foci": (86, 10, 2.7),

@@ -55,7 +55,7 @@ def test_the_papers_working_figures() -> None:
 @pytest.mark.parametrize("kappa", [0.0, 0.25, 0.5])
 @pytest.mark.parametrize("sigma", [1.0, 4.0])
 def test_a_disc_does_better_than_a_gaussian_by_a_quarter_to_a_half(kappa: float, sigma: float) -> None:
-    """As docs/limits.md says: .53 to .76 of its bound, for discs of one second moment with the Gaussians."""
+    """As docs/report/limits.md says: .53 to .76 of its bound, for discs of one second moment with the Gaussians."""
     optics = [lens(5.6 / kappa if kappa else math.inf), WIDE]
     disc, gaussian = (
         comparison_bound(optics, vergence(sigma), PIXEL, power=natural_power(0.2, 32), noise=0.01, area=32**2, psf=psf)

@@ -9,7 +9,7 @@ from blurred import lens, wall
 
 from focalgradient import View, recover_depth
 from focalgradient.eye import Cones, Eye, Photons, eye_views
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 
 MINUTE = np.radians(1 / 60)
 NEAR, FAR = 0.7, 2.0

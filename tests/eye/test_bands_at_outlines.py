@@ -6,7 +6,7 @@ import pytest
 from focalgradient import recover_depth
 from focalgradient.depth.equalise.outline_jumps import _surfaces
 from focalgradient.eye import Cones, Eye, eye_views
-from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.eye.cones import S_FINEST_CPD
 from focalgradient.scenes import step
 
 PIXEL, SHAPE = np.radians(1 / 60), (112, 224)

@@ -8,8 +8,8 @@ from scipy.special import j1
 
 from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, band_difference, band_light, blur_transfer, optical_transfer
+from focalgradient.eye.cones import sampling
 from focalgradient.eye.parts import parts_of_band
-from focalgradient.eye.retina import sampling
 from focalgradient.optics import capabilities, own_blur
 
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)

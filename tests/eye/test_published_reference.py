@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from focalgradient.eye import Scatter, chromatic_difference, cone_density, field_foci, lens_density, natural_pupil
+from focalgradient.eye import Scatter, chromatic_difference, field_foci, lens_density, natural_pupil
+from focalgradient.retina import cone_density
 
 REFERENCE = json.loads(Path(__file__).with_name("published_reference.json").read_text(encoding="utf-8"))
 AGE_OF_FUNDAMENTALS = 32

@@ -19,7 +19,6 @@ from focalgradient.eye import (
     Scatter,
     SpectralBasis,
     Stimulus,
-    TwoEyes,
     ZonedLens,
     accommodate,
     accommodation_amplitude,
@@ -38,6 +37,7 @@ from focalgradient.eye import (
     typical_aberrations,
 )
 from focalgradient.eye.refraction import focus_of
+from focalgradient.retina import TwoEyes
 
 EYE = Eye(0.004, 1.0)
 NAN = float("nan")

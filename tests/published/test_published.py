@@ -251,9 +251,8 @@ def test_large_increments_of_blur_are_seen_in_the_pictures(key: str) -> None:
 
 def documented() -> list[list[str]]:
     """Cells of the table of the documents, without its head."""
-    lines = (ROOT / "docs" / "published.md").read_text(encoding="utf-8").splitlines()
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")]
-    return [cells for cells in rows if len(cells) == len(rows[0])][1:]
+    table = (ROOT / "docs" / "report" / "tables" / "published.csv").read_text(encoding="utf-8")
+    return list(csv.reader(io.StringIO(table)))[1:]
 
 
 def test_the_documents_print_the_records() -> None:
@@ -266,7 +265,7 @@ def test_the_documents_print_the_records() -> None:
 
 def test_the_documents_count_the_scores_of_their_table() -> None:
     text, other = (
-        (ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("published.md", "observers-wrong.md")
+        (ROOT / "docs" / "report" / name).read_text(encoding="utf-8") for name in ("published.md", "observers.md")
     )
     score, rows = Counter(cells[6] for cells in documented()), len(documented())
     independent = sum(cells[6] == "agrees" and cells[7] == "yes" for cells in documented())

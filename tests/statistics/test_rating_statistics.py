@@ -554,6 +554,8 @@ def test_the_effect_size_is_of_the_variance_components() -> None:
     sizes = [crossed_effect(table).d for table in tables]
     assert np.mean([size.estimate for size in sizes]) == pytest.approx(true, abs=0.06)
     assert 0.92 < np.mean([size.low < true < size.high for size in sizes]) < 0.99
+    effects = [crossed_effect(table - shift) for table in tables[:60] for shift in (0.0, 0.1, 0.2)]
+    assert [effect.p < 0.05 for effect in effects] == [not effect.d.low <= 0 <= effect.d.high for effect in effects]
     gappy = np.where(rng.random(shape[1:]) < 0.3, np.nan, tables[0])
     assert crossed_effect(gappy).d.estimate == pytest.approx(sizes[0].estimate, abs=0.25)
 

@@ -253,7 +253,7 @@ def _depth(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, An
         say("forming the views")
         from focalgradient import recover_depth
         from focalgradient.eye import EXTREMES_S, Oscillation, accommodation_views, compared_views, score
-        from focalgradient.eye.retina import S_FINEST_CPD
+        from focalgradient.eye.cones import S_FINEST_CPD
         from focalgradient.plotting.eye import eye_depth_figure, focus_figure
         from focalgradient.scenes import scene_about
         from focalgradient.video import write_light

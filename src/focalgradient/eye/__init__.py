@@ -6,6 +6,10 @@ frequencies in cycles per radian; formulas for a pupil take cycles per degree, a
 name.
 """
 
+import warnings
+from importlib import import_module
+from typing import Any
+
 from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course
 from focalgradient.eye.age import (
     accommodation_amplitude,
@@ -17,13 +21,11 @@ from focalgradient.eye.age import (
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
-from focalgradient.eye.cone_density import cone_density, cone_nyquist_cpd
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.description import EyeDescription, read_eye
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
-from focalgradient.eye.fixation import FixationalMovements
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
 from focalgradient.eye.gaussian import GaussianFit, best_gaussian
-from focalgradient.eye.isetbio import SpectralImage, read_isetbio, save_isetbio
 from focalgradient.eye.light import (
     Band,
     Light,
@@ -36,7 +38,6 @@ from focalgradient.eye.light import (
 from focalgradient.eye.local_colour import ColouredCones, KnownSpectrum, LocalColours, SeenContrast, estimate_colours
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
-from focalgradient.eye.mosaic import ConeMosaic
 from focalgradient.eye.off_axis import SCHEMATIC, SchematicPeriphery, field_coma, field_foci, off_axis
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
 from focalgradient.eye.periphery import midget_density, resolved_cpd
@@ -45,20 +46,18 @@ from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.prior import EyePrior, learn_chromatic_scale, recover_eye_depth
+from focalgradient.eye.protocol import EyeModel
 from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.quality import ThroughFocus, contrast_sensitivity, image_quality, point_images
 from focalgradient.eye.refraction import CORRECTIONS, Correction, Refraction
-from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.score import score
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
-from focalgradient.eye.spectral_image import retinal_spectra, scene_spectra
 from focalgradient.eye.target import Target
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
-from focalgradient.eye.two_eyes import TwoEyes
 from focalgradient.eye.typical import typical_aberrations
 from focalgradient.eye.viewing import EXTREMES_S, ViewingConditions, compared_views
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
@@ -78,14 +77,13 @@ __all__ = [
     "BlurName",
     "ChromaticStimulus",
     "ColouredCones",
-    "ConeMosaic",
     "Cones",
     "Correction",
     "Course",
     "Eye",
     "EyeDescription",
+    "EyeModel",
     "EyePrior",
-    "FixationalMovements",
     "GaussianFit",
     "KnownSpectrum",
     "Light",
@@ -105,7 +103,6 @@ __all__ = [
     "SchematicPeriphery",
     "SeenContrast",
     "SpectralBasis",
-    "SpectralImage",
     "SpectralPicture",
     "Stimulus",
     "Target",
@@ -113,7 +110,6 @@ __all__ = [
     "ThroughFocus",
     "TimeCourse",
     "Track",
-    "TwoEyes",
     "ViewingConditions",
     "ZernikePopulation",
     "ZonedLens",
@@ -133,10 +129,8 @@ __all__ = [
     "chromatic_wavelength",
     "compared_views",
     "cone_catches",
-    "cone_density",
     "cone_fundamentals",
     "cone_images",
-    "cone_nyquist_cpd",
     "contrast_sensitivity",
     "cutoff_cpd",
     "draw_people",
@@ -164,15 +158,11 @@ __all__ = [
     "pupil_transfer",
     "push_up_amplitude",
     "read_eye",
-    "read_isetbio",
     "read_zernike",
     "recover_eye_depth",
     "resized_zernike",
     "resolved_cpd",
     "retinal_image",
-    "retinal_spectra",
-    "save_isetbio",
-    "scene_spectra",
     "score",
     "target_course",
     "track",
@@ -180,3 +170,17 @@ __all__ = [
     "zernike",
     "zernike_defocus",
 ]
+
+MOVED = (
+    *("ConeMosaic", "FixationalMovements", "SpectralImage", "TwoEyes", "cone_density", "cone_nyquist_cpd"),
+    *("read_isetbio", "retinal_spectra", "save_isetbio", "scene_spectra"),
+)
+"""Names that were here and are in `focalgradient.retina`."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in MOVED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    text = f"{name} is now in focalgradient.retina; its name in focalgradient.eye goes in 0.3."
+    warnings.warn(text, DeprecationWarning, stacklevel=2)
+    return getattr(import_module("focalgradient.retina"), name)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed, described
 from focalgradient.eye.chromatic import chromatic_difference
+from focalgradient.eye.cones import S_FINEST_CPD, Cones
 from focalgradient.eye.fluctuation import Microfluctuations, growth
 from focalgradient.eye.light import Band
 from focalgradient.eye.model_eye import Eye, TimeCourse
@@ -25,7 +26,6 @@ from focalgradient.eye.plant import Plant
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.ranges import check_kind, check_pupil
-from focalgradient.eye.retina import S_FINEST_CPD, Cones
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import NEAREST, Motion, Tracker
 from focalgradient.progress import Progress

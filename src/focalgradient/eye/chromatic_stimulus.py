@@ -16,9 +16,9 @@ from scipy import fft
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.eye.colours import PRIMARIES
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import check_kind
-from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import CLASSES, caught_by_cones, parts_needed
 from focalgradient.eye.spectral import SpectralBasis
 from focalgradient.progress import Progress

@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from focalgradient.errors import InputError
-from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.retina import Cones
+from focalgradient.eye.cones import Cones
+from focalgradient.eye.protocol import EyeModel, chromatic_scale
 from focalgradient.eye.spectral import SpectralBasis
 from focalgradient.optics import Mixture
 
@@ -97,7 +97,7 @@ class SeenContrast:
     """
 
     slopes: tuple[float, float, float]
-    eye: Eye
+    eye: Any
     pixel_angle: float
 
     def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -127,7 +127,7 @@ def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple
 
 @lru_cache(maxsize=8)
 def _blurs(
-    basis: SpectralBasis, eye: Eye, pixel_angle: float, vergences: tuple[float, ...]
+    basis: SpectralBasis, eye: EyeModel, pixel_angle: float, vergences: tuple[float, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Transfer at FREQUENCIES of what each class catches of each component (3 x K x L x F), and L+M (K x L x F)."""
     levels = np.asarray(vergences)
@@ -354,6 +354,7 @@ class ColouredCones(Cones):
     Examples
     --------
     >>> red = LocalColours.known(SpectralBasis.of_srgb(), [1, 0, 0], (48, 64))
+    >>> from focalgradient import Eye
     >>> cones = Cones.of(Eye(0.004, 1.0), "L+M")
     >>> round(red.seen_by(cones).focus_vergence - cones.focus_vergence, 2)
     -0.3
@@ -378,13 +379,16 @@ class ColouredCones(Cones):
         return Mixture(parts, self.colours.shares, self.colours.focus_sd, varies / shines, self.colours.gain_sd)
 
 
-def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye, pixel_angle: float) -> LocalColours:
+def estimate_colours(
+    cones: NDArray[np.floating], basis: SpectralBasis, eye: EyeModel, pixel_angle: float
+) -> LocalColours:
     """Estimate the spectra of a texture from what L, M and S cones catch of it (H x W x 3, of white 1) through an eye.
 
     Examples
     --------
     A red texture, in focus.
 
+    >>> from focalgradient import Eye
     >>> texture = 1 + 0.2 * np.random.default_rng(1).standard_normal((64, 64, 1))
     >>> basis = SpectralBasis.of_srgb()
     >>> catch = np.stack([basis.catch(band) for band in "LMS"])
@@ -412,8 +416,9 @@ def estimate_colours(cones: NDArray[np.floating], basis: SpectralBasis, eye: Eye
     slopes = np.stack(found, axis=-1)
     amounts = _amounts(basis, slopes)
     differences = np.array([basis.mixed("L+M", one).difference() for one in np.eye(basis.components)])
-    focus = eye.chromatic_scale * (amounts @ (both * differences))
-    by_class = eye.chromatic_scale * (both * (differences - differences @ both)) @ np.linalg.pinv(catch)
+    scale = chromatic_scale(eye)
+    focus = scale * (amounts @ (both * differences))
+    by_class = scale * (both * (differences - differences @ both)) @ np.linalg.pinv(catch)
     focus_sd = WIDER * np.sqrt(sum(one * weight**2 for one, weight in zip(variance, by_class, strict=True)))
     weights, shares = _parted(focus, power)
     own = np.einsum("chw,hwk->ck", weights, slopes) / weights.sum(axis=(1, 2))[:, None]

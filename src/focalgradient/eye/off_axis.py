@@ -13,15 +13,16 @@ pupil; the schematic eye does not include the asymmetry of real eyes (the fovea 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from focalgradient.errors import InputError, check_number, described
-from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, check_meridian
-from focalgradient.eye.ranges import check_kind, check_pupil
+from focalgradient.eye.protocol import check_eye
+from focalgradient.eye.ranges import check_pupil
 
 __all__ = ["SCHEMATIC", "SchematicPeriphery", "field_coma", "field_foci", "off_axis"]
 
@@ -111,13 +112,13 @@ SCHEMATIC = SchematicPeriphery()
 
 
 def off_axis(
-    eye: Eye,
+    eye: Any,
     eccentricity_deg: float,
     meridian: Meridian = "temporal",
     *,
     foci: tuple[float, float] | PeripheralRefraction | SchematicPeriphery = EMMETROPES,
     coma: bool = False,
-) -> Eye:
+) -> Any:
     """Return the eye as it is away from the fovea, with the refraction and astigmatism there.
 
     Its focus moves by the mean of the two foci there, and it has the astigmatism between them. Pass `resolved_cpd`,
@@ -126,7 +127,7 @@ def off_axis(
     Parameters
     ----------
     eye
-        The eye at the fovea.
+        The eye at the fovea: an `Eye`, or an `EyeModel` that has ``aberrated``.
     eccentricity_deg, meridian
         Location in the visual field, in degrees from the fovea.
     foci
@@ -145,6 +146,7 @@ def off_axis(
     --------
     Emmetropes are myopic off axis, more so in the nasal field; the schematic eye is hyperopic.
 
+    >>> from focalgradient import Eye
     >>> eye = Eye(0.004, 1.0)
     >>> [round(off_axis(eye, 20.0, side).focus_vergence, 2) for side in ("temporal", "nasal")]
     [1.18, 1.65]
@@ -152,7 +154,7 @@ def off_axis(
     0.71
     """
     check_meridian(meridian)
-    check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
+    check_eye("eye", eye, "aberrated")
     if isinstance(foci, PeripheralRefraction | SchematicPeriphery):
         foci = foci.foci(eccentricity_deg, meridian)
     tangential, sagittal = _pair(foci)
@@ -160,19 +162,12 @@ def off_axis(
         check_number("foci", focus, "dioptres")
     across = 1 if meridian in ("temporal", "nasal") else -1  # whether the tangential plane is horizontal
     # c (x^2 - y^2) sqrt(6) / a^2 is half the difference of the powers times (x^2 - y^2) / 2.
-    um = across * (tangential - sagittal) * (1e3 * eye.pupil_diameter) ** 2 / (16 * math.sqrt(6))
-    terms: dict[tuple[int, int], float] = {}
+    um = across * (tangential - sagittal) * (1e3 * eye.aperture_diameter) ** 2 / (16 * math.sqrt(6))
     added = [(2, 2, um)]
     if coma:
         order, way = TOWARDS[meridian]
-        added.append((3, order, way * field_coma(eccentricity_deg, eye.pupil_diameter)))
-    for n, m, c in (*eye.aberrations, *added):
-        terms[n, m] = terms.get((n, m), 0.0) + c
-    return replace(
-        eye,
-        accommodation=eye.accommodation + (tangential + sagittal) / 2,
-        aberrations=tuple((n, m, c) for (n, m), c in sorted(terms.items()) if c),
-    )
+        added.append((3, order, way * field_coma(eccentricity_deg, eye.aperture_diameter)))
+    return eye.refocused(eye.focus_vergence + (tangential + sagittal) / 2).aberrated(added)
 
 
 def _pair(foci: object) -> tuple[float, float]:

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError, check_list, check_number, described
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.local_colour import ColouredCones, LocalColours, SeenContrast
-from focalgradient.eye.retina import Cones
 from focalgradient.eye.spectral import SpectralBasis
 from focalgradient.view import View
 

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite
 from focalgradient.eye.chromatic import REFERENCE_NM
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.diffraction import optical_transfer
 from focalgradient.eye.ranges import check_kind
-from focalgradient.eye.retina import Cones
 
 __all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality", "point_images"]
 
@@ -205,5 +205,6 @@ def point_images(
 
 def _additions(cones: Cones) -> tuple[float, float]:
     """Return the lowest and the highest addition (D) of the eye's lens and of the eye itself."""
-    foci = (0.0, *(() if cones.eye.lens is None else cones.eye.lens.additions))
+    lens = getattr(cones.eye, "lens", None)
+    foci = (0.0, *(() if lens is None else lens.additions))
     return min(foci), max(foci)

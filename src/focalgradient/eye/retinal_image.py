@@ -7,12 +7,14 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, described
+from focalgradient.errors import InputError
+from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.colours import PRIMARIES
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.light import Band
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest
-from focalgradient.eye.retina import Cones
+from focalgradient.eye.protocol import EyeModel, check_eye, chromatic_scale
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.progress import Progress
 
@@ -25,7 +27,7 @@ CLASSES: tuple[Band, ...] = ("L", "M", "S")
 def retinal_image(
     picture: ArrayLike,
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     *,
     pixel_angle: float,
     wavelengths: int | None = None,
@@ -99,7 +101,7 @@ def retinal_image(
 def caught_by_cones(
     picture: ArrayLike,
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     *,
     pixel_angle: float,
     wavelengths: int | None,
@@ -111,8 +113,7 @@ def caught_by_cones(
     image = np.asarray(picture, dtype=float)
     if image.ndim != 3 or image.shape[2] != 3:
         raise InputError(f"picture has shape {image.shape}, but must be H x W x 3: linear red, green and blue.")
-    if not isinstance(eye, Eye):
-        raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
+    check_eye("eye", eye)
     if wavelengths is not None and not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
         raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
     shown = SpectralPicture(image, _basis(basis, primaries))
@@ -126,7 +127,7 @@ def caught_by_cones(
 
 def parts_needed(
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     *,
     pixel_angle: float,
     primaries: str = PRIMARIES,
@@ -145,7 +146,7 @@ def parts_needed(
     low, high = float(vergence.min()), float(vergence.max())
     levels = sorted({low, high, min(max(eye.focus_vergence, low), high)})
     seen = _basis(basis, primaries)
-    clear = Eye(eye.pupil_diameter, eye.accommodation, chromatic_scale=eye.chromatic_scale)
+    clear = Eye(eye.aperture_diameter, float(eye.focus_in(REFERENCE_NM)), chromatic_scale=chromatic_scale(eye))
     return fewest(lambda count: _steps(count, clear, levels, pixel_angle, seen))
 
 

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_finite, described
 from focalgradient.eye.age import lens_passes
 from focalgradient.eye.colours import PRIMARIES, display_primaries
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.light import Light, band_sensitivity, illuminant, spectra
-from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.protocol import EyeModel
 from focalgradient.eye.ranges import wavelengths as visible
-from focalgradient.eye.retina import Cones
 from focalgradient.eye.transfer import BlurName
 from focalgradient.render import blur_picture
 
@@ -239,7 +239,7 @@ class SpectralPicture:
 def band_picture(
     picture: SpectralPicture,
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     band: str,
     *,
     pixel_angle: float,
@@ -265,6 +265,7 @@ def band_picture(
     Examples
     --------
     >>> grey = SpectralPicture.of(np.full((16, 16), 0.5))
+    >>> from focalgradient import Eye
     >>> seen = band_picture(grey, np.ones((16, 16)), Eye(0.003, 1.0), "S", pixel_angle=3e-4)
     >>> bool(np.allclose(seen, 0.5, atol=1e-5))
     True

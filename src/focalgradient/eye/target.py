@@ -165,8 +165,8 @@ class Target:
         >>> Target(contrast=0.35).film([1.0], [1.5], 0.004)[0].shape
         (320, 320, 3)
         """
+        from focalgradient.eye.cones import Cones
         from focalgradient.eye.model_eye import Eye
-        from focalgradient.eye.retina import Cones
 
         frames, unused = [], np.random.default_rng(0)
         for vergence, focus in np.column_stack([vergences, accommodation]).tolist():

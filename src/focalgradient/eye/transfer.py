@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.light import Light
-from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.protocol import is_eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread
 from focalgradient.optics import Optics, check_optics, own_blur
-from focalgradient.psf import Psf, psf_of
+from focalgradient.psf import Geometric, Psf, psf_of
 
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "geometric_shape", "in_light", "point_spread"]
 
@@ -79,7 +80,7 @@ def blur_transfer(
     --------
     A pupil of 4 mm, and a lens as wide, half a dioptre out of focus: 5 cycles per degree.
 
-    >>> from focalgradient import Lens
+    >>> from focalgradient import Eye, Lens
     >>> eye, lens = Eye(pupil_diameter=0.004, accommodation=1.0), Lens(0.020, 5, 1.0)
     >>> [round(float(blur_transfer(0, np.degrees(5), eye, 0.5, model=model)), 3) for model in ("wave", "disc")]
     [0.637, 0.646]
@@ -91,7 +92,7 @@ def blur_transfer(
     check_optics(optics)
     down = check_finite("frequency_y_per_rad", frequency_y_per_rad, _UNIT)
     right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
-    own = None if isinstance(optics, Eye) else own_blur(optics)
+    own = None if is_eye(optics) else own_blur(optics)
     if shape is None and own is not None:
         _no_light(wavelength_nm, light)
         return own.optical_transfer(down, right, vergence)
@@ -132,7 +133,7 @@ def point_spread(
 
     Examples
     --------
-    >>> from focalgradient import Lens
+    >>> from focalgradient import Eye, Lens
     >>> angles = np.arange(-40, 41) * 5e-5  # rad
     >>> for optics in (Eye(0.003, 0.5, wavelength_nm=555), Lens(0.012, 4, 1.0)):
     ...     round(float(point_spread(angles, angles, optics, vergence=0.0).sum() * 5e-5**2), 2)
@@ -141,7 +142,7 @@ def point_spread(
     """
     check_number("vergence", vergence, "dioptres")
     check_optics(optics)
-    if not isinstance(optics, Eye) and own_blur(optics) is not None:
+    if own_blur(optics) is not None and not hasattr(optics, "pupil"):
         raise InputError("optics know their transfer, but not their point spread: give an Eye or a Lens.")
     spreads = (
         share * pupil_spread(angle_y, angle_x, _pupil(one, nm, vergence))
@@ -159,7 +160,7 @@ def geometric_shape(model: Psf | BlurName, k: float | None = None) -> Psf | None
     return None if isinstance(model, str) and model in WAVES else psf_of(model, k, WAVES, "model")
 
 
-def in_light(optics: Optics, wavelength_nm: float | None, light: Light | None) -> Iterator[tuple[Optics, float, float]]:
+def in_light(optics: Any, wavelength_nm: float | None, light: Light | None) -> Iterator[tuple[Any, float, float]]:
     """Return the optics in each wavelength (nm), and the wavelength's share: an eye's focus depends on it."""
     if light is not None:
         if wavelength_nm is not None:
@@ -172,7 +173,7 @@ def in_light(optics: Optics, wavelength_nm: float | None, light: Light | None) -
         check_number("wavelength_nm", one, "nanometres")
         samples = [(float(wavelengths(one)), 1.0)]
     for nm, part in samples:
-        yield (optics.in_light(nm) if isinstance(optics, Eye) else optics), nm, part
+        yield (optics.in_light(nm) if is_eye(optics) else optics), nm, part
 
 
 def _one_transfer(
@@ -184,21 +185,24 @@ def _one_transfer(
     shape: Psf | None,
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
     """Return the transfer in one wavelength."""
-    radius = abs(optics.focus_vergence - vergence) * optics.aperture_diameter / 2
     if shape is not None:
-        upright = shape.optical_transfer(down, right, radius)
-        return np.conj(upright) if vergence > optics.focus_vergence else upright
-    return _pupil(optics, nm, vergence).transfer(down, right)
+        return Geometric(shape, optics.aperture_diameter, optics.focus_vergence).through_focus(down, right, vergence)[0]
+    own = None if hasattr(optics, "pupil") else own_blur(optics)
+    return (
+        _pupil(optics, nm, vergence).transfer(down, right)
+        if own is None
+        else own.optical_transfer(down, right, vergence)
+    )
 
 
-def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
+def _pupil(optics: Any, nm: float, vergence: float) -> Pupil:
     """Return the pupil of an eye or a lens in one wavelength."""
     if not 0 < optics.aperture_diameter < math.inf:
         raise InputError(
             "optics are a pinhole, whose diffraction has no bound: give an aperture, or take the model 'disc'."
         )
-    if isinstance(optics, Eye):
-        return optics.pupil(vergence)
+    if hasattr(optics, "pupil"):
+        return cast(Pupil, optics.pupil(vergence))
     return Pupil(optics.aperture_diameter, nm, optics.focus_vergence - vergence)
 
 

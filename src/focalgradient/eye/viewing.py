@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 
 from focalgradient.eye.accommodation import Cue
 from focalgradient.eye.age import aged_light
+from focalgradient.eye.cones import S_FINEST_CPD, Cones
 from focalgradient.eye.fluctuation import Oscillation
 from focalgradient.eye.light import Band, Light, band_light
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.off_axis import off_axis
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, resolved_cpd
-from focalgradient.eye.retina import S_FINEST_CPD, Cones
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.views import SceneInput, eye_views
 from focalgradient.render import Rendered

@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_list, check_number, described, is_number
+from focalgradient.eye.chromatic import REFERENCE_NM
+from focalgradient.eye.cones import S_FINEST_CPD, Cones, sampling
 from focalgradient.eye.local_colour import LocalColours, estimate_colours
-from focalgradient.eye.model_eye import Eye, TimeCourse
+from focalgradient.eye.model_eye import TimeCourse
 from focalgradient.eye.photons import Photons
-from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
+from focalgradient.eye.protocol import EyeModel, check_eye
+from focalgradient.eye.ranges import ordered_times
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
@@ -48,7 +51,7 @@ SceneInput = Scene | float | tuple[ArrayLike | SpectralPicture, ArrayLike]
 
 def band_views(
     scene: SceneInput,
-    eye: Eye,
+    eye: EyeModel,
     shape: tuple[int, int],
     pixel_angle: float,
     *,
@@ -75,7 +78,7 @@ def band_views(
         `correlation` and `gain` stay 1. The optics of views of a colour picture are `ColouredCones`: the eye's L, M
         and S cones show the spectrum of the texture at each place.
     eye
-        Pupil, accommodation and chromatic aberration.
+        Pupil, accommodation and chromatic aberration: an `Eye`, or a class of your own (`EyeModel`).
     shape, pixel_angle
         Height and width in pixels, and the visual angle in radians of one.
     correlation, gain
@@ -107,12 +110,13 @@ def band_views(
 
     Examples
     --------
+    >>> from focalgradient import Eye
     >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
     >>> reds, blues = band_views(0.5, eye, (64, 64), pixel_angle=np.radians(1 / 60))
     >>> reds.view.optics.light, blues.view.optics.light, float(reds.distance[0, 0])
     ('L+M', 'S', 0.5)
     """
-    _check_eye(eye)
+    check_eye("eye", eye)
     cones = [
         Cones.of(eye, "L+M", illuminant=illuminant, wavelengths=wavelengths),
         Cones.of(eye, "S", illuminant=illuminant, wavelengths=wavelengths, finest_cpd=s_finest_cpd),
@@ -134,7 +138,7 @@ def band_views(
 
 def accommodation_views(
     scene: SceneInput,
-    eye: Eye,
+    eye: EyeModel,
     times: Sequence[float],
     course: TimeCourse,
     shape: tuple[int, int],
@@ -156,14 +160,15 @@ def accommodation_views(
 
     Examples
     --------
-    >>> from focalgradient.eye import Oscillation
+    >>> from focalgradient.eye import Eye, Oscillation
     >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
     >>> pair = accommodation_views(0.5, eye, [0.125, 0.375], Oscillation(), (64, 64), np.radians(1 / 60))
     >>> round(pair[0].view.optics.focus_vergence - pair[1].view.optics.focus_vergence, 6)
     0.5
     """
-    _check_eye(eye)
-    moments = eye.through(check_list("times", times, "seconds"), course)
+    check_eye("eye", eye)
+    changes = course.at(ordered_times(check_list("times", times, "seconds")))
+    moments = [eye.refocused(eye.focus_vergence + change) for change in changes.tolist()]
     cones = [Cones.of(one, "L+M", illuminant=illuminant, wavelengths=wavelengths) for one in moments]
     return eye_views(
         scene,
@@ -203,6 +208,7 @@ def eye_views(
     --------
     Both pairs of views at once: two cone classes at two moments.
 
+    >>> from focalgradient import Eye
     >>> eyes = [Eye(0.004, accommodation) for accommodation in (0.75, 1.25)]
     >>> cones = [Cones.of(eye, band) for eye in eyes for band in ("L+M", "S")]
     >>> len(eye_views(0.5, cones, (64, 64), np.radians(1 / 60), correlation=0.9))
@@ -241,7 +247,7 @@ def eye_views(
 def cone_catches(
     picture: SpectralPicture,
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     pixel_angle: float,
     *,
     noise: float | Photons = 0.0,
@@ -251,6 +257,7 @@ def cone_catches(
 
     Parameters are those of `band_views`. It is what `estimate_colours` needs.
 
+    >>> from focalgradient import Eye
     >>> grey = SpectralPicture.of(np.full((16, 16), 0.5))
     >>> cone_catches(grey, np.ones((16, 16)), Eye(0.004, 1.0), 3e-4).mean(axis=(0, 1)).round(3).tolist()
     [0.5, 0.5, 0.5]
@@ -258,7 +265,7 @@ def cone_catches(
     seen = []
     for number, band in enumerate(("L", "M", "S")):
         image = band_picture(picture, distance, eye, band, pixel_angle=pixel_angle)
-        cones = Cones(eye, band, (eye.wavelength_nm,))
+        cones = Cones(eye, band, (REFERENCE_NM,))
         seen.append(_noisy(image, cones, pixel_angle, noise, np.random.default_rng([seed, 4, number])))
     return np.stack(seen, axis=-1)
 
@@ -266,7 +273,7 @@ def cone_catches(
 def _colours(
     picture: SpectralPicture,
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     pixel_angle: float,
     noise: float | Photons,
     seed: int,
@@ -304,12 +311,6 @@ def _formed(of: _Formed) -> Rendered:
         optics, image, distance = _by_waves(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.seed)
     image = _noisy(image, optics, of.pixel_angle, of.noise, np.random.default_rng([of.seed, 3, of.number]))
     return Rendered(View(image.astype(np.float32), optics, of.pixel_angle), distance)
-
-
-def _check_eye(eye: object) -> None:
-    """Raise `InputError` unless `eye` is an `Eye`: a lens has no colours."""
-    if not isinstance(eye, Eye):
-        raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
 
 
 def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]) -> None:
@@ -450,7 +451,7 @@ def _whole_transfer(
 
     For an aberrated pupil it is that of its point spread over as many pixels as needed, or the whole frame.
     """
-    clear = not (cones.eye.aberrations or cones.eye.stiles_crawford)
+    clear = not (getattr(cones.eye, "aberrations", ()) or getattr(cones.eye, "stiles_crawford", 0.0))
     radius = abs(cones.focus_vergence - vergence) * cones.aperture_diameter / 2 / pixel_angle
     few = side if clear else min(side, int(2 ** math.ceil(math.log2(4 * radius + SKIRT))))
     down, right = np.fft.fftfreq(few)[:, None] / pixel_angle, np.fft.rfftfreq(few)[None] / pixel_angle
@@ -484,6 +485,6 @@ def _noisy(
     if not isinstance(noise, Photons):
         check_number("noise", noise, "shares of the mean", least=0)
         return image + noise * image.mean() * random.standard_normal(image.shape)
-    caught = noise.caught(cones.light, cones.aperture_diameter, pixel_angle, cones.eye.stiles_crawford)
+    caught = noise.caught(cones.light, cones.aperture_diameter, pixel_angle, getattr(cones.eye, "stiles_crawford", 0.0))
     scale = image.mean() / caught
     return image + np.sqrt(np.clip(image, 0, None) * scale) * random.standard_normal(image.shape)

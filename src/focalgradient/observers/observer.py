@@ -54,7 +54,7 @@ preferred reading: fitted together with `Observer.dominance`.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observer:
-    """Parameters of a simulated observer; docs/observers.md states their sources.
+    """Parameters of a simulated observer; docs/report/observers.md states their sources.
 
     Parameters
     ----------

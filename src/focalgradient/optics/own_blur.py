@@ -49,10 +49,7 @@ class OwnBlur:
         if self._offers("transfer"):
             shape = np.broadcast_shapes(radial.shape, level.shape)
             return np.asarray(self._checked(self.optics.transfer(radial, level), shape).real, float)
-        radii, place = np.unique(radial, return_inverse=True)
-        levels, number = np.unique(level, return_inverse=True)
-        table = self.through_focus(np.zeros_like(radii), radii, levels).real
-        return np.asarray(table[number.reshape(level.shape), place.reshape(radial.shape)], float)
+        return radial_transfer(self, radial, level)
 
     def optical_transfer(self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float) -> Transfer:
         """Return the OTF of points at one `vergence` (D) at frequencies in cycles per radian; broadcasts."""
@@ -156,6 +153,23 @@ class OwnBlur:
                 f"numbers of shape {shape}."
             )
         return values
+
+
+def radial_transfer(blur: Any, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+    """Return the transfer of isotropic blur, by ``through_focus`` of `blur` at each radial frequency; broadcasts."""
+    radial, level = np.abs(np.asarray(frequency, float)), np.asarray(vergence, float)
+    radii, place = np.unique(radial, return_inverse=True)
+    levels, number = np.unique(level, return_inverse=True)
+    table = blur.through_focus(np.zeros_like(radii), radii, levels).real
+    return np.asarray(table[number.reshape(level.shape), place.reshape(radial.shape)], float)
+
+
+def blur_of(optics: Any) -> OwnBlur:
+    """Return the blur model of `optics`; raise `InputError` if they have none."""
+    blur = own_blur(optics)
+    if blur is None:
+        raise InputError(f"{type(optics).__name__} implements no blur model: add through_focus.")
+    return blur
 
 
 def own_blur(optics: Any) -> OwnBlur | None:

@@ -189,7 +189,8 @@ class RatioPlan(Plan):
             f"{corrections} Intervals of ratios are 95 % intervals by Student’s t "
             "on the logarithm, not adjusted for multiple tests; those of ratings are within subjects (Cousineau, "
             "Morey). Effect sizes of tests over subjects and scenes are d of Westfall, Kenny and Judd (2014): the mean "
-            "divided by the root of the summed variance components."
+            "divided by the root of the summed variance components. Their intervals are by the noncentral t of the "
+            "test (Steiger and Fouladi, 1997)."
         )
 
 

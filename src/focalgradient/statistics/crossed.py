@@ -18,8 +18,7 @@ from scipy import sparse, stats
 
 from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
-from focalgradient.statistics.records import ALPHA, Effect, NotComputed
-from focalgradient.statistics.sizes import crossed_size
+from focalgradient.statistics.records import ALPHA, Effect, NotComputed, size_interval
 
 __all__ = [
     "CROSSED",
@@ -200,21 +199,16 @@ def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
             return own
         left = reml.fit(shared)
         mean, error, df = left.mean, left.standard_error, left.df
-        filled = np.isfinite(shared)
-        each = stats.hmean(filled.sum(axis=0)), stats.hmean(filled.sum(axis=1))  # per scene, per subject
-        squares = (
-            left.residual**2 + each[1] * left.subjects**2,
-            left.residual**2 + each[0] * left.scenes**2,
-            left.residual**2,
-        )
+        total = left.subjects**2 + left.scenes**2 + left.residual**2
         remarks = (f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the rest is fitted by REML.",)
     else:
         found = moments(shared)
         mean, error, df = (float(one) for one in (found.mean, found.standard_error, found.df))
-        squares = float(found.subjects), float(found.scenes), float(found.residual)
-        each = subjects, scenes
-    size = crossed_size(mean, squares, float(each[0]), float(each[1]), shared.size - gaps)
-    return replace(student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks), d=size)
+        residual = float(found.residual)
+        of_subjects = max(float(found.subjects) - residual, 0.0) / scenes
+        total = of_subjects + max(float(found.scenes) - residual, 0.0) / subjects + residual
+    effect = student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks)
+    return replace(effect, d=size_interval(mean / math.sqrt(total), effect.statistic, effect.df, subjects))
 
 
 def random_scenes(effect: Effect) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line"]
+__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line", "size_interval"]
 
 ALPHA = 0.05
 """Significance level of all tests."""
@@ -108,7 +108,7 @@ class Effect:
 
     @property
     def dz_interval(self) -> Interval | None:
-        """d_z with its 95 % interval, whose ends have the observed t as 97.5 and 2.5 % quantile of the noncentral t.
+        """d_z with its 95 % interval, which excludes 0 where the test is significant at .05 (`size_interval`).
 
         Examples
         --------
@@ -116,21 +116,7 @@ class Effect:
         >>> round(effect.dz_interval.low, 3), round(effect.dz_interval.high, 3)
         (0.065, 1.503)
         """
-        if self.dz is None:
-            return None
-        from scipy import optimize, stats
-
-        df, root = self.subjects - 1, math.sqrt(self.subjects)
-        t = self.dz * root
-        reach = 12 * math.sqrt(1 + t**2 / (2 * df))  # 12 standard errors of t, beyond both ends
-
-        def beyond(center: float, share: float) -> float:
-            found = float(stats.nct.cdf(t, df, center))
-            return (found if math.isfinite(found) else float(center < t)) - share  # NaN in the extreme tails
-
-        shares = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
-        low, high = (optimize.brentq(beyond, t - reach, t + reach, args=(share,)) / root for share in shares)
-        return Interval(self.dz, low, high)
+        return None if self.dz is None else size_interval(self.dz, self.statistic, self.df, self.subjects)
 
     def summary(self) -> str:
         """Return the effect as one line of text in the style of a paper.
@@ -144,6 +130,29 @@ class Effect:
         df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
         text = f"{self.estimate:.3f}, 95 % interval {self.low:.3f} to {self.high:.3f}, t({df}) = {self.statistic:.2f}"
         return f"{text}, {name} {_stated(self.corrected_p)}"
+
+
+def size_interval(size: float, t: float, df: float, subjects: int) -> Interval:
+    """Return a standardised effect with its 95 % interval by the noncentral t of its test (Steiger & Fouladi 1997).
+
+    The ends are the noncentralities of which the observed `t` is the 97.5 and 2.5 % quantile, in the unit of `size`:
+    the interval excludes 0 where p < .05.
+
+    >>> [round(end, 3) for end in (size_interval(0.8, 2.53, 9, 10).low, size_interval(0.8, 2.53, 9, 10).high)]
+    [0.065, 1.503]
+    """
+    from scipy import optimize, stats
+
+    reach = 12 * math.sqrt(1 + t**2 / (2 * df))  # 12 standard errors of t, beyond both ends
+
+    def beyond(center: float, share: float) -> float:
+        found = float(stats.nct.cdf(t, df, center))
+        return (found if math.isfinite(found) else float(center < t)) - share  # NaN in the extreme tails
+
+    shares = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
+    low, high = (optimize.brentq(beyond, t - reach, t + reach, args=(share,)) for share in shares)
+    unit = size / t if t else 1 / math.sqrt(subjects)
+    return Interval(size, low * unit, high * unit)
 
 
 def _stated(p: float) -> str:

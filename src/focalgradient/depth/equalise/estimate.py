@@ -34,7 +34,7 @@ def estimate(problem: Problem) -> Estimate:
 
 
 def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float32] | None]:
-    """Estimate depth from the views' detail as it is, stage by stage as `docs/likelihood.md` derives them.
+    """Estimate depth from the views' detail as it is, stage by stage as `docs/report/method.md` derives them.
 
     Where compression has taken away fine detail and something is valid, also returns the part of the standard deviation
     that is due to a surface without texture where that is the likelier one (H x W, in dioptres); else None.

@@ -2,7 +2,7 @@
 
 The whole images are filtered, for each candidate vergence, onto the complement of the views' transfers, and the squares
 are averaged in a window: minus twice the log likelihood with the scene unknown, over the noise a chi-square
-(`docs/likelihood.md`). Filtering whole images, never patches, leaves no window leakage and so no bias (Pentland 1987
+(`docs/report/method.md`). Filtering whole images, never patches, leaves no window leakage and so no bias (Pentland 1987
 asks for patches that trail off smoothly; even those are biased). The filters' family is mostly of low rank: a few
 filtered images then give the cost of every candidate (`residuals`).
 """

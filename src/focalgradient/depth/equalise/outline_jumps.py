@@ -2,8 +2,8 @@
 
 Where blur has nearly the same size on both sides, it mixes the surfaces, and the estimated depth changes steeply over a
 stretch no longer than the reach of window and blur. A plane with a jump is fitted to the nodes beyond that stretch
-(`docs/likelihood.md`). Windows average both surfaces, weighted by the information in their textures, so that depth at
-the boundary is known; each surface is continued to the boundary.
+(`docs/report/method.md`). Windows average both surfaces, weighted by the information in their textures, so that depth
+at the boundary is known; each surface is continued to the boundary.
 
 Constants without a figure were chosen on spheres of the seeds 5 (two apertures and two foci), 6 and 8 (two apertures,
 focused before and behind everything), and on the scenes `MADE_WITH` and `CONTROLS` of

@@ -1,7 +1,7 @@
 """Depth near occlusion boundaries: each surface is continued to the boundary by its own depth.
 
-`docs/likelihood.md` derives the place of a boundary from the reach of blur and filters (`outline_places`); it is then
-moved to an edge of the views (`outline_edges`), and depth is estimated once more without the pixels that it reaches.
+`docs/report/method.md` derives the place of a boundary from the reach of blur and filters (`outline_places`); it is
+then moved to an edge of the views (`outline_edges`), and depth is estimated again without the pixels that it reaches.
 Jumps too small for views to contradict each other are found by depth on either side (`outline_jumps`). All this in
 windows narrower than elsewhere, whose depth replaces what wider ones carry over a boundary.
 

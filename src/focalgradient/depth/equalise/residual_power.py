@@ -1,7 +1,7 @@
 """Power of the residual by radial frequency: identifies which view the noise comes from.
 
 It is a weighted sum of the views' noise variances, and the weights (the filters' power gains) differ between
-frequencies and depths: a regression gives each variance (`docs/likelihood.md`).
+frequencies and depths: a regression gives each variance (`docs/report/method.md`).
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_finite, check_number, check_seed
-from focalgradient.eye.cone_density import cone_density
 from focalgradient.eye.periphery import FARTHEST, Meridian, check_meridian
+from focalgradient.retina.cone_density import cone_density
 from focalgradient.view import View
 
 __all__ = ["ConeMosaic"]

@@ -8,13 +8,14 @@ images of each other on average (Porter, Guirao, Cox & Williams 2001, J. Opt. So
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.ranges import check_kind
+from focalgradient.eye.protocol import check_eye
 from focalgradient.eye.refraction import Correction, Refraction, worn_of
 
 __all__ = ["TwoEyes"]
@@ -32,14 +33,14 @@ class TwoEyes:
     Parameters
     ----------
     left, right
-        The eyes.
+        The eyes (`Eye`, or a class of your own).
     interocular
         Distance in metres between their nodal points.
 
     Raises
     ------
     InputError
-        If one is not an `Eye`, or the distance is out of range.
+        If one is no eye, or the distance is out of range.
 
     Examples
     --------
@@ -50,21 +51,21 @@ class TwoEyes:
     (9.0, -5.4)
     """
 
-    left: Eye
-    right: Eye
+    left: Any
+    right: Any
     interocular: float = INTEROCULAR
 
     def __post_init__(self) -> None:
         for name in ("left", "right"):
-            check_kind(name, getattr(self, name), Eye, "give Eye(pupil_diameter, accommodation)")
+            check_eye(name, getattr(self, name))
         check_number("interocular", self.interocular, "metres", positive=True)
         if not 0.04 <= self.interocular <= 0.08:
             raise InputError(f"interocular is {self.interocular:g}, but must be from 0.04 to 0.08: give it in metres.")
 
     @classmethod
-    def of(cls, right: Eye, *, interocular: float = INTEROCULAR) -> TwoEyes:
+    def of(cls, right: Any, *, interocular: float = INTEROCULAR) -> TwoEyes:
         """Return two eyes, the left one the mirror image of the `right`."""
-        check_kind("right", right, Eye, "give Eye(pupil_diameter, accommodation)")
+        check_eye("right", right, "mirrored")
         return cls(right.mirrored(), right, interocular)
 
     @classmethod
@@ -112,7 +113,7 @@ class TwoEyes:
     def accommodated(self, change: float) -> TwoEyes:
         """Return the eyes after both have accommodated by `change` dioptres more."""
         check_number("change", change, "dioptres")
-        left, right = (replace(one, accommodation=one.accommodation + change) for one in (self.left, self.right))
+        left, right = (eye.refocused(eye.focus_vergence + change) for eye in (self.left, self.right))
         return replace(self, left=left, right=right)
 
     def convergence(self, vergence: ArrayLike) -> FloatArray:

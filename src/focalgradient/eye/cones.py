@@ -6,27 +6,25 @@ the name of their waveband, so that views in different wavebands are not assumed
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_finite, check_number, described
 from focalgradient.eye.chromatic import chromatic_difference
-from focalgradient.eye.diffraction import cutoff_cpd
+from focalgradient.eye.clear_pupil import wave_transfer
 from focalgradient.eye.light import Band, Light, band_light
-from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest, parts_of_band
-from focalgradient.eye.quadrature import panels
-from focalgradient.eye.ranges import check_kind
+from focalgradient.eye.protocol import EyeModel, check_eye, chromatic_scale
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.scatter import Scatter
-from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.transfer import BlurName, blur_transfer, geometric_shape
-from focalgradient.eye.wavefront import Pupil
-from focalgradient.psf import Psf
+from focalgradient.eye.transfer import BlurName, geometric_shape
+from focalgradient.optics.own_blur import Transfer, blur_of, radial_transfer
+from focalgradient.psf import Geometric, Psf
 
 __all__ = ["S_FINEST_CPD", "Cones", "sampling", "wavelengths_needed"]
 
@@ -44,7 +42,8 @@ class Cones:
     Parameters
     ----------
     eye
-        Pupil, accommodation, chromatic and other aberrations, and the Stiles-Crawford effect.
+        Pupil, accommodation, chromatic and other aberrations, and the Stiles-Crawford effect: an `Eye`, or a class of
+        your own (`EyeModel`).
     light
         Name of the light, such as the band's: views with the same name share a texture, others need not.
     wavelengths_nm
@@ -67,6 +66,7 @@ class Cones:
     --------
     The same eye, accommodated to 1 m, seen by two cone classes.
 
+    >>> from focalgradient import Eye
     >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
     >>> reds, blues = Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=10)
     >>> round(blues.focus_vergence - reds.focus_vergence, 2)
@@ -75,7 +75,7 @@ class Cones:
     [1.0, 0.16, -0.01, 0.0]
     """
 
-    eye: Eye
+    eye: Any
     light: str
     wavelengths_nm: tuple[float, ...]
     finest_cpd: float = np.inf
@@ -99,7 +99,7 @@ class Cones:
     @classmethod
     def of(
         cls,
-        eye: Eye,
+        eye: EyeModel,
         band: Band,
         *,
         illuminant: str = "D65",
@@ -117,7 +117,7 @@ class Cones:
     @classmethod
     def in_light(
         cls,
-        eye: Eye,
+        eye: EyeModel,
         band: str,
         light: Light,
         *,
@@ -127,21 +127,22 @@ class Cones:
     ) -> Cones:
         """Return the cones named `band` in any `light`, given as the catch of these cones by wavelength.
 
+        >>> from focalgradient import Eye
         >>> red = Light(np.array([630.0]), np.array([1.0]))
         >>> round(Cones.in_light(Eye(0.004, 1.0), "L+M", red).focus_vergence, 3)
         0.792
         """
-        check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
+        check_eye("eye", eye)
         if wavelengths is None:
             check_number("finest_cpd", finest_cpd, "cycles per degree", positive=True, finite=False)
-            wavelengths = wavelengths_needed(light, eye.pupil_diameter, eye.chromatic_scale, finest_cpd)
+            wavelengths = wavelengths_needed(light, eye.aperture_diameter, chromatic_scale(eye), finest_cpd)
         nm, share = parts_of_band(light, wavelengths)
         return cls(eye, band, nm, finest_cpd, model, share)
 
     @property
     def aperture_diameter(self) -> float:
         """Diameter of the pupil in metres."""
-        return self.eye.pupil_diameter
+        return float(self.eye.aperture_diameter)
 
     @property
     def focus_vergence(self) -> float:
@@ -154,88 +155,85 @@ class Cones:
         weights = np.asarray(self.weights or np.ones(len(self.wavelengths_nm)), float)
         return weights / weights.sum()
 
-    def eyes(self) -> list[Eye]:
+    def eyes(self) -> list[Any]:
         """Return the eye in each of the light's wavelengths."""
         return [self.eye.in_light(nm) for nm in self.wavelengths_nm]
 
     def accommodated(self, accommodation: float) -> Cones:
-        """Return the same cones with another accommodation (D)."""
+        """Return the same cones of an `Eye` with another accommodation (D)."""
         return replace(self, eye=replace(self.eye, accommodation=accommodation))
 
     def refocused(self, vergence: float) -> Cones:
         """Return the same cones with their mean plane of focus at `vergence` (D)."""
-        return self.accommodated(self.eye.accommodation + (vergence - self.focus_vergence))
+        return replace(self, eye=self.eye.refocused(self.eye.focus_vergence + (vergence - self.focus_vergence)))
 
     @property
     def isotropic(self) -> bool:
         """Whether blur is rotationally symmetric: of a clear pupil, or with aberrations of m = 0 only."""
-        return self._shape is not None or self.eye.isotropic
+        return self._shape is not None or blur_of(self.eye).isotropic
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Return the transfer for points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
         The mean over the wavelengths, each in its own focus, times the cones' resolution; the sign of the frequency is
-        ignored. By waves, of a clear pupil, it is interpolated from a table, right to about 1e-4. Blur that is not
-        isotropic is given by `optical_transfer`.
+        ignored. Blur that is not isotropic is given by `optical_transfer`.
         """
-        frequency = np.abs(check_finite("frequency", frequency, "cycles per radian"))
+        frequency = check_finite("frequency", frequency, "cycles per radian")
         vergence = check_finite("vergence", vergence, "dioptres")
         if not self.isotropic:
             raise InputError(
                 "the eye has aberrations of m other than 0, whose blur depends on direction: ask for optical_transfer."
             )
-        if self._shape is None and not self._clear:
-            return self._radial(frequency, vergence)
-        total, shape = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape)), self._shape
-        for eye, share in zip(self.eyes(), self.shares, strict=True):
-            defocus = np.abs(eye.focus_vergence - vergence)
-            if shape is None:
-                total += share * _wave_transfer(frequency, defocus, eye.pupil_diameter, eye.wavelength_nm)
-            else:
-                total += share * shape.transfer(frequency, defocus * eye.pupil_diameter / 2)
-        return total * self._seen(frequency)
+        return radial_transfer(self, frequency, vergence)
 
-    def optical_transfer(
-        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    def optical_transfer(self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float) -> Transfer:
         """Return the OTF at frequencies along y (down) and x (cycles per radian; broadcast), for blur of any form.
 
+        >>> from focalgradient import Eye
         >>> coma = Eye(0.004, 1.0, aberrations=((3, 1, 0.2),))
         >>> complex(Cones.of(coma, "L+M").optical_transfer(0, np.degrees(5), 1.0).round(2))
         (0.53-0.09j)
         """
+        if self._by_table:
+            return self.through_focus(frequency_y, frequency_x, vergence)[0]
         down = check_finite("frequency_y", frequency_y, "cycles per radian")
         right = check_finite("frequency_x", frequency_x, "cycles per radian")
-        if self._shape is not None or self._clear:
-            return self.transfer(np.hypot(down, right), vergence)
-        seen = np.zeros(np.broadcast_shapes(down.shape, right.shape), np.complex128)
-        for eye, share in zip(self.eyes(), self.shares, strict=True):
-            seen += share * blur_transfer(down, right, eye, vergence)
-        seen *= self._seen(np.hypot(down, right))
-        return seen
+        blurs = (share * blur_of(eye).optical_transfer(down, right, vergence) for eye, share in self._shared())
+        return sum(blurs, np.zeros(())) * self._seen(np.hypot(down, right))
 
-    def through_focus(
-        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    def through_focus(self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike) -> Transfer:
         """Return the OTF for several vergences (D): L x the frequencies' shape.
 
-        Right to 1e-3, and for a pupil with aberrations much quicker than one vergence after another.
+        Right to 1e-3 (1e-4 for a clear pupil), and for an aberrated one much quicker than one vergence after another.
         """
         down = check_finite("frequency_y", frequency_y, "cycles per radian")
         right = check_finite("frequency_x", frequency_x, "cycles per radian")
         levels = np.atleast_1d(check_finite("vergences", vergences, "dioptres"))
         down, right = np.broadcast_arrays(down, right)
-        radial = np.hypot(down, right)
-        if self._shape is not None or self._clear:
-            return self.transfer(radial, levels.reshape(-1, *(1,) * radial.ndim))
-        resolved = self._seen(radial)
-        some = resolved > 0
-        total = np.zeros((len(levels), *radial.shape), np.complex128)
-        for eye, share in zip(self.eyes(), self.shares, strict=True):
-            pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.wavefront, eye.stiles_crawford, eye.lens)
-            total[:, some] += share * through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
-        total *= resolved
+        resolved = np.asarray(self._seen(np.hypot(down, right)))
+        some = (resolved > 0) | self._by_table
+        blurs = (share * self._blurred(eye, down[some], right[some], levels) for eye, share in self._shared())
+        seen = sum(blurs, np.zeros(())) * resolved[some]
+        total = np.zeros((len(levels), *down.shape), seen.dtype)
+        total[:, some] = seen
         return total
+
+    @property
+    def _by_table(self) -> bool:
+        """Whether `through_focus` is as quick for whole grids of frequencies: by geometric optics, or a clear `Eye`."""
+        return self._shape is not None or getattr(self.eye, "clear", False)
+
+    def _shared(self) -> Iterator[tuple[Any, float]]:
+        """Return the eye in each wavelength, and the wavelength's share."""
+        return zip(self.eyes(), self.shares.tolist(), strict=True)
+
+    def _blurred(
+        self, eye: Any, down: NDArray[np.float64], right: NDArray[np.float64], levels: NDArray[np.float64]
+    ) -> Transfer:
+        """Return the OTF of the eye in one wavelength: L x frequencies."""
+        if self._shape is not None:
+            eye = Geometric(self._shape, eye.aperture_diameter, eye.focus_vergence)
+        return blur_of(eye).through_focus(down, right, levels)
 
     @property
     def by_waves(self) -> bool:
@@ -246,22 +244,10 @@ class Cones:
     def _shape(self) -> Psf | None:
         return geometric_shape(self.model)
 
-    @property
-    def _clear(self) -> bool:
-        own = self.eye.aberrations or self.eye.stiles_crawford or self.eye.lens
-        return not (own or any(self.eye.pupil_offset))
-
     def _seen(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the contrast left by scatter and by cone sampling at `frequency` (cycles per radian)."""
         resolved = sampling(frequency, self.finest_cpd)
         return resolved if self.scatter is None else resolved * self.scatter.transfer(frequency)
-
-    def _radial(self, frequency: NDArray[np.float64], vergence: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the isotropic transfer of an aberrated pupil at each frequency and vergence; broadcasts."""
-        radii, place = np.unique(frequency, return_inverse=True)
-        levels, level = np.unique(vergence, return_inverse=True)
-        table = self.through_focus(np.zeros_like(radii), radii, levels).real
-        return np.asarray(table[level.reshape(vergence.shape), place.reshape(frequency.shape)])
 
 
 def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
@@ -275,7 +261,7 @@ def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=64)
-def wavelengths_needed(light: Light, pupil_diameter: float, chromatic_scale: float, finest_cpd: float) -> int:
+def wavelengths_needed(light: Light, pupil_diameter: float, scale: float, finest_cpd: float) -> int:
     """Return the number of parts of a band with which the transfer of a clear pupil is right to 0.01.
 
     At all frequencies up to 60 cycles per degree that the cones resolve, in focus (where it takes the most parts: what
@@ -290,8 +276,8 @@ def wavelengths_needed(light: Light, pupil_diameter: float, chromatic_scale: flo
     def made(count: int) -> NDArray[np.float64]:
         total = np.zeros((len(DEFOCI), FREQUENCIES))
         for nm, share in zip(*parts_of_band(light, count), strict=True):
-            own = chromatic_scale * (float(chromatic_difference(nm)) - focus)
-            total += share * _wave_transfer(frequency, np.abs(DEFOCI + own), pupil_diameter, nm)
+            own = scale * (float(chromatic_difference(nm)) - focus)
+            total += share * wave_transfer(frequency, np.abs(DEFOCI + own), pupil_diameter, nm)
         return total * sampling(frequency, finest_cpd)
 
     return fewest(made)
@@ -302,45 +288,3 @@ HIGHEST_CPD, FREQUENCIES = 60.0, 60
 
 DEFOCI: NDArray[np.float64] = np.array([[-0.5], [-0.2], [0.0], [0.2], [0.5]])
 """Defoci (D) at which numbers of wavelengths are compared."""
-
-SHIFTS = np.linspace(0, 1, 65)[:-1]
-"""Frequencies of the table's rows, over the cut-off."""
-
-PHASE_STEP = 0.05
-"""Spacing of the table's columns, in radians of phase."""
-
-
-def _wave_transfer(
-    frequency: NDArray[np.float64], defocus: NDArray[np.float64], pupil_diameter: float, wavelength_nm: float
-) -> NDArray[np.float64]:
-    """Interpolate `optical_transfer` from a table, for arrays of frequencies (cycles per radian) and defocus (D)."""
-    s = np.radians(frequency) / cutoff_cpd(pupil_diameter, wavelength_nm)
-    phase = np.pi * pupil_diameter * defocus * frequency * np.clip(1 - s, 0, None)
-    table = _table(float(2 ** np.ceil(np.log2(phase.max(initial=16.0)))))
-    places = np.stack(np.broadcast_arrays(np.minimum(s * len(SHIFTS), len(SHIFTS) - 1), phase / PHASE_STEP))
-    read = map_coordinates(table, places.reshape(2, -1), order=1, mode="nearest")  # which takes no scalars
-    return np.asarray(read.reshape(places.shape[1:]) * _in_focus(s))
-
-
-def _in_focus(s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the transfer of a pupil in focus at the share `s` of its cut-off."""
-    s = np.minimum(s, 1)
-    focused: NDArray[np.float64] = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
-    return focused
-
-
-@lru_cache(maxsize=4)
-def _table(largest: float) -> NDArray[np.float64]:
-    """Return the transfer over that in focus, by frequency (SHIFTS) and phase at the pupil's rim (to `largest`)."""
-    nodes, weights = panels(largest)
-    span = np.arccos(SHIFTS)[:, None]
-    angle = span * nodes
-    # Phases at the nodes over that at the rim; cosines of their multiples by the recurrence of Chebyshev.
-    turn = (np.cos(angle) - SHIFTS[:, None]) / (1 - SHIFTS[:, None]) * PHASE_STEP
-    twice, before, now = 2 * np.cos(turn), np.cos(turn), np.ones_like(turn)
-    light = 4 / np.pi * span * np.sin(angle) ** 2 * weights / _in_focus(SHIFTS)[:, None]
-    table = np.empty((len(SHIFTS), int(largest / PHASE_STEP) + 2))
-    for column in table.T:
-        column[:] = (now * light).sum(axis=1)
-        now, before = twice * now - before, now
-    return table

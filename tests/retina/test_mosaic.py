@@ -7,16 +7,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from focalgradient import InputError, View
-from focalgradient.eye import (
-    ConeMosaic,
-    Cones,
-    Eye,
-    Photons,
-    cone_density,
-    cone_nyquist_cpd,
-    midget_density,
-    resolved_cpd,
-)
+from focalgradient.eye import Cones, Eye, Photons, midget_density, resolved_cpd
+from focalgradient.retina import ConeMosaic, cone_density, cone_nyquist_cpd
 
 
 def test_density_is_that_of_published_counts() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.eye import FixationalMovements
+from focalgradient.retina import FixationalMovements
 
 MINUTE = np.radians(1 / 60)
 

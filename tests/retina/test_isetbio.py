@@ -5,19 +5,8 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from focalgradient import InputError
-from focalgradient.eye import (
-    Eye,
-    SpectralImage,
-    SpectralPicture,
-    illuminant,
-    lens_density,
-    luminosity,
-    read_isetbio,
-    read_zernike,
-    retinal_spectra,
-    save_isetbio,
-    scene_spectra,
-)
+from focalgradient.eye import Eye, SpectralPicture, illuminant, lens_density, luminosity, read_zernike
+from focalgradient.retina import SpectralImage, read_isetbio, retinal_spectra, save_isetbio, scene_spectra
 
 
 def image(**changes) -> SpectralImage:

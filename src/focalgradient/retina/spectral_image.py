@@ -9,16 +9,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import check_number
 from focalgradient.eye.age import FUNDAMENTALS_AGE, lens_density
-from focalgradient.eye.isetbio import FOCAL_LENGTH, SpectralImage
+from focalgradient.eye.cones import Cones
 from focalgradient.eye.light import luminosity
-from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.photons import LUMENS_PER_WATT
+from focalgradient.eye.protocol import EyeModel, check_eye
 from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.ranges import wavelengths as visible
-from focalgradient.eye.retina import Cones
 from focalgradient.eye.spectral import SpectralPicture
 from focalgradient.progress import Progress
 from focalgradient.render import blur_picture
+from focalgradient.retina.isetbio import FOCAL_LENGTH, SpectralImage
 
 __all__ = ["retinal_spectra", "scene_spectra"]
 
@@ -86,7 +86,7 @@ def scene_spectra(
 def retinal_spectra(
     picture: SpectralPicture,
     distance: ArrayLike,
-    eye: Eye,
+    eye: EyeModel,
     *,
     pixel_angle: float,
     age: float = FUNDAMENTALS_AGE,
@@ -127,15 +127,16 @@ def retinal_spectra(
     A white surface of 100 cd/m^2 through 4 mm gives 1257 trolands: 4.25 photopic lux before the absorption by the lens.
 
     >>> white = SpectralPicture.of_srgb(np.ones((8, 8, 3)), "D65")
+    >>> from focalgradient import Eye
     >>> seen = retinal_spectra(white, np.ones((8, 8)), Eye(0.004, 1.0), pixel_angle=3e-4)
     >>> passed = 10 ** -lens_density(seen.wavelength_nm, 32)
     >>> round(float(683 * 10 * luminosity(seen.wavelength_nm) @ (seen.energy[4, 4] / passed)), 2)
     4.25
     """
-    check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
+    check_eye("eye", eye)
     scene = scene_spectra(picture, pixel_angle=pixel_angle, luminance=luminance, wavelength_nm=wavelength_nm)
     nm = np.asarray(scene.wavelength_nm)
-    passed = math.pi * (eye.pupil_diameter / 2) ** 2 / FOCAL_LENGTH**2 * 10 ** -lens_density(nm, age)
+    passed = math.pi * (eye.aperture_diameter / 2) ** 2 / FOCAL_LENGTH**2 * 10 ** -lens_density(nm, age)
     seen = np.empty_like(scene.energy)
     for number, one in enumerate(nm.tolist()):
         if progress is not None:

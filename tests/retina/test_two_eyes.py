@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError, stereo
-from focalgradient.eye import Eye, TwoEyes, point_spread, typical_aberrations
+from focalgradient import InputError, eye, stereo
+from focalgradient.eye import Eye, point_spread, typical_aberrations
+from focalgradient.retina import TwoEyes
 
 
 def test_convergence_and_disparity_are_angles_of_the_triangle():
@@ -56,7 +57,7 @@ def test_views_of_one_scene_are_shifted_by_the_disparity_and_blurred_by_each_eye
 @pytest.mark.parametrize(
     ("bad", "said"),
     [
-        (lambda: TwoEyes("left", Eye(0.004, 1.0)), "left is 'left', but must be of Eye"),
+        (lambda: TwoEyes("left", Eye(0.004, 1.0)), "left is 'left', but must be an Eye"),
         (lambda: TwoEyes.of(Eye(0.004, 1.0), interocular=63.0), "interocular is 63.*metres"),
         (lambda: TwoEyes.of_person("much", "plano"), "refraction is 'much'"),
         (lambda: typical_aberrations(0.007), "7 mm.*6 mm"),
@@ -74,3 +75,10 @@ def test_typical_aberrations_have_the_published_size_and_scale_with_the_pupil():
     half = {(n, m): um for n, m, um in typical_aberrations(0.003)}
     assert half[4, 0] == pytest.approx(0.13 / 16)
     assert half[3, -3] == pytest.approx(0.11 / 8)
+
+
+def test_names_that_moved_warn_where_they_were() -> None:
+    with pytest.warns(DeprecationWarning, match="TwoEyes is now in focalgradient.retina"):
+        assert eye.TwoEyes is TwoEyes
+    with pytest.raises(AttributeError, match="no attribute 'Nothing'"):
+        _ = eye.Nothing
