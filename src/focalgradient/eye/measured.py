@@ -21,6 +21,7 @@ from focalgradient.eye.ranges import check_pupil, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import as_number
+from focalgradient.files.containers import refuse_other_container
 from focalgradient.files.tables import parse_table, read_cells
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
@@ -175,6 +176,7 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     if str(path).lower().endswith(".mat"):
         return _of_matlab(path)
     data = read_bytes(path, "a table of Zernike coefficients", LARGEST_LIST)
+    refuse_other_container(data, printable(path), "a table of Zernike coefficients")
     rows, factor = _named_terms(data, printable(path)) or _rows(data, printable(path))
     found: dict[int, float] = {}
     for place, row in enumerate(rows):

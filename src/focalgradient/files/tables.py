@@ -282,7 +282,7 @@ def parse_table(
         ]
         kept = kept[titles:]
     if kept and (header or not any(map(_like_number, kept[0][1]))):
-        names = [_unwrapped(cell).strip() for cell in kept.pop(0)[1]]
+        names = [" ".join(_unwrapped(cell).split()) for cell in kept.pop(0)[1]]  # headings of several lines
     if names and kept and header and (second := _second_header(names, [cells for _, cells in kept[:SAMPLE]])):
         names = second
         place, _ = kept.pop(0)

@@ -350,7 +350,7 @@ def _checked_cells(own: Source, table: pd.DataFrame, words: Words, lens: float |
         own.notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
     for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
         if role not in table:
-            raise own.no_column(role, f", or add one that says {add} in each row")
+            raise own.no_column(role, f', add one that says {add} in each row, or say what was varied with by=["NAME"]')
     return table
 
 
