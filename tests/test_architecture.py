@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from recorded import record_ratings
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "focalgradient"
@@ -85,7 +86,7 @@ ROOMS = {
     },
     "lab": {
         *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
-        *("scenes", "stimuli", "tasks"),
+        *("scenes", "stimuli", "tasks", "termination"),
     },
     "web": {
         *("dataset", "design", "display", "errors", "files", "live", "psf", "render", "scales", "stimuli", "tasks"),
@@ -112,8 +113,9 @@ ROOMS = {
         *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "luminance", "progress", "quantities", "tasks", "video", "view", "web"),
+        *("display", "luminance", "progress", "quantities", "tasks", "termination", "video", "view", "web"),
     },
+    "termination": set(),
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 ROOMS["__main__"] = {"cli"}
@@ -135,7 +137,7 @@ HOMES = {
     "click": {"cli"},
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
-    "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
+    "PIL": {"photographs", "stimuli", "lab"},
     "pydantic": {
         "design",
         "photographs",
@@ -289,6 +291,18 @@ def test_only_command_lines_speak_of_options() -> None:
 def test_front_door_is_light() -> None:
     program = f"import sys, focalgradient; print(*{HEAVY}.intersection(sys.modules))"
     assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == []
+
+
+def test_a_report_of_ratings_loads_no_eye_no_depth_and_no_laboratory(tmp_path: Path) -> None:
+    program = (
+        "import sys; from focalgradient.report import make_report; make_report(sys.argv[1]); "
+        "print(*(name for name in sys.modules if name.startswith('focalgradient.')))"
+    )
+    root = record_ratings(tmp_path / "data", 3)
+    loaded = subprocess.check_output([sys.executable, "-c", program, str(root)], text=True).split()
+    rooms = {name.split(".")[1] for name in loaded}
+    assert "report" in rooms
+    assert not rooms & {"eye", "retina", "depth", "lab", "web", "observers", "render", "stimuli"}
 
 
 def test_psychopy_waits_for_a_window() -> None:

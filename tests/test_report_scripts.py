@@ -9,7 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from recorded import APPARATUS
+from test_scales import design_of, honest, record
 
+from focalgradient.dataset import Noted, Rated, Session
+from focalgradient.report import make_report
 from focalgradient.report.export import report_files, trial_files
 from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
 from focalgradient.statistics.cells import cells
@@ -417,3 +421,40 @@ def test_r_finds_subjects_own_rises_at_the_floor(tmp_path: Path, fixations: tupl
         wanted = [test.estimate, test.low, test.high, test.standard_error]
         wanted += [test.statistic, test.df, test.p]
         assert numbers(each) == pytest.approx(wanted, rel=1e-4, abs=1e-4)
+
+
+def test_exported_trials_have_every_column_of_the_data_set_with_its_description(tmp_path: Path) -> None:
+    light = {"light": {"levels": ["dim", "bright"]}}
+    root = record(
+        tmp_path / "data",
+        design_of(factors=light, confidence=True),
+        3,
+        confidence=0.5,
+        extra={"effort": Noted(2.0, unit="points", description="How hard it was.")},
+    )
+    files = make_report(root).files
+    table = pd.read_csv(io.BytesIO(files["depth_rating_trials.csv"]), dtype={"participant_id": str})
+    assert {"light", "confidence", "effort", "start", "standard_before", "included"} <= set(table)
+    assert set(table["light"]) == {"dim", "bright"}
+    about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
+    assert list(about.index) == list(table)
+    assert about["effort"] == "How hard it was."
+
+
+def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path) -> None:
+    chance = np.random.default_rng(1)
+    for who in range(1, 5):
+        with Session.begin(tmp_path / "data", design_of(confidence=True), f"{who:02}", apparatus=APPARATUS) as session:
+            for at, trial in enumerate(session.remaining()):
+                confidence = 0.3 + 0.04 * trial.aperture_mm + chance.uniform(0, 0.05)
+                rating = honest(session.design, trial, chance)
+                session.record(trial, Rated(onset=20.0 * at, rating=rating, response_time=1.2, confidence=confidence))
+    files = make_report(tmp_path / "data").files
+    results = pd.read_csv(io.BytesIO(files["results.csv"]))
+    slopes = results[results["name"] == "slope of confidence on aperture"]
+    assert slopes["level"].tolist() == ["nearest", "farthest"]
+    assert slopes["estimate"].to_numpy() == pytest.approx(0.04, abs=0.004)
+    assert slopes["p_corrected"].isna().all()
+    said = files["report.md"].decode()
+    assert "Confidence was asked after each answer." in said
+    assert said.count("slope of confidence on the aperture: 0.04") == 2

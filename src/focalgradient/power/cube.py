@@ -25,7 +25,7 @@ from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy, model_of
 from focalgradient.statistics import Effect, quality
 from focalgradient.statistics.cube import half_report, log_odds, primary_first
-from focalgradient.statistics.means import by_role, holm, paired_effect
+from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
 __all__ = ["CubeModel", "CubeStudy", "cube_experiment", "quick_cube_power", "simulated_reports"]
@@ -289,7 +289,8 @@ def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | Non
         return outcome
     changed = _changes(kept)
     changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
-    effects = dict(zip(changes, by_role([paired_effect(one, "t") for one in changes.values()], [])[0], strict=True))
+    primary, *secondary = (paired_effect(one, "t") for one in changes.values())
+    effects = dict(zip(changes, [primary, *family(secondary)], strict=True))
     largest = max(study.design.strengths_mm)
     for gradient, sign, name, width in (
         ("nonrigid", 1, "nonrigid_longer", "width"),

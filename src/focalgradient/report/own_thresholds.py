@@ -13,11 +13,10 @@ from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
-from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, decimals, effect_sheet, freedom, many, number
-from focalgradient.report.thresholds import BIAS, averaged, fitted_values
+from focalgradient.report.thresholds import BIAS, averaged, fitted_values, threshold_answers
 from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     Effect,
@@ -29,6 +28,7 @@ from focalgradient.statistics import (
     blur_thresholds,
 )
 from focalgradient.statistics.own_thresholds import OwnThresholds
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING, threshold_differences
 
 __all__ = ["OwnThresholdPart"]
@@ -159,6 +159,12 @@ class OwnThresholdPart(Part):
         unit = f" ({self.own.unit})" if self.own.unit else ""
         return listed("thresholds.csv", f"Each person’s threshold{unit} with its 95 % interval", head, rows)
 
+    def answers(self) -> Iterator[Answer]:
+        for name, result in self.results.items():
+            yield from threshold_answers(result, name, "main")
+        for (one, other), test in threshold_differences(self.results).items():
+            yield stated("log ratio of thresholds", f"{one} over {other}", test, "main", "log ratio")
+
     def methods(self, output: Output) -> Iterator[Block]:
         guess = self.own.guess
         yield Paragraph(
@@ -171,9 +177,6 @@ class OwnThresholdPart(Part):
             "over people (paired, of separate groups Welch’s), several by Holm’s method. Catch trials do not count. "
             f"{BIAS}"
         )
-
-    def observed(self) -> Observed | NotComputed:
-        return observed_thresholds(self.own.table, self.own.guess)
 
     @property
     def choices(self) -> tuple[str, ...]:

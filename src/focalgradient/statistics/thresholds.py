@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_installed
-from focalgradient.statistics.means import by_role, paired_effect, t_interval
+from focalgradient.statistics.means import family, paired_effect, t_interval
 from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 
@@ -397,7 +397,7 @@ def threshold_differences(results: Mapping[str, ThresholdResult]) -> dict[tuple[
         both = [value - other[who] for who, value in one.items() if who in other]
         groups = (np.array([*values.values()]) for values in (one, other))
         tests.append(paired_effect(both, "paired t over participants") if both else welch(*groups))
-    return dict(zip(pairs, by_role([], tests)[1], strict=True))
+    return dict(zip(pairs, tests if len(tests) == 1 else family(tests), strict=True))
 
 
 def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
