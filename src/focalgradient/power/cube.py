@@ -365,7 +365,5 @@ def _changes(table: pd.DataFrame) -> pd.DataFrame:
     times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
     odds = pd.Series(log_odds(times["nonrigid"], times["rigid"], half_report(rows["duration"])), times.index)
     conditions = {(str(gradient), float(strength)) for _, gradient, strength in odds.index.tolist()}
-    own = {condition: odds.xs(condition, level=(1, 2)) for condition in primary_first(conditions)}
-    return pd.DataFrame(
-        {condition: rows - own["none", 0.0] for condition, rows in own.items() if condition[0] != "none"}
-    )
+    own = {condition: odds.xs(condition, level=(1, 2)) for condition in conditions}
+    return pd.DataFrame({condition: own[condition] - own["none", 0.0] for condition in primary_first(conditions)})

@@ -192,7 +192,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
         for one in means
     ]
     deciding, here, both = (_collected(found, end, analysis) for end in ("", HERE, RANDOM))
-    here, both = (deciding, both) if analysis.binary else (here, deciding)
+    here, both = (_uncorrected(deciding), both) if analysis.binary else (here, _uncorrected(deciding))
     return ComparisonResult(
         analysis,
         tuple(sorted(set(table["participant_id"]))),
@@ -321,6 +321,20 @@ def _collected(answers: Answers, end: str, analysis: Slopes | Choices) -> Compar
         tuple(largest.values()),
         only_difference(pairs) if analysis.compares_slopes else CHOICES,
         pairs if len(pairs) > 1 else {},
+    )
+
+
+def _uncorrected(tests: ComparisonTests) -> ComparisonTests:
+    """Return the tests without Holm's correction."""
+
+    def plain(test: Effect | NotComputed) -> Effect | NotComputed:
+        return replace(test, p_holm=None) if isinstance(test, Effect) else test
+
+    return ComparisonTests(
+        tuple(map(plain, tests.slopes)),
+        tuple(map(plain, tests.against_reference)),
+        plain(tests.interaction),
+        {pair: plain(test) for pair, test in tests.differences.items()},
     )
 
 
