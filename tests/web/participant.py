@@ -120,11 +120,21 @@ class Participant:
             self.trial_tokens[str(key)] = found.json()["trial_tokens"][0]
         return self.trial_tokens[str(key)]
 
+    def shown(self, number: int) -> dict[str, Any]:
+        """The `number`-th of the trials that are left, as the page gets it."""
+        key = {name: self.trials[number][name] for name in ("phase", "trial")}
+        return dict(self.ask("next", **key).json()["trials"][0])
+
+    def picture(self, url: str) -> bytes:
+        """A picture, by the address that the page gets."""
+        return bytes(self.client.get(url, headers={"Authorization": f"Bearer {self.token}"}).content)
+
     def begin(self, **changed: Any) -> Any:
         """Begin, or go on."""
         answer = self.ask("begin", **(SITTING | changed))
         if answer.status_code == 200:
-            self.trials = answer.json()["trials"]
+            kind = {"cube": True} if "cube" in answer.json() else {}
+            self.trials = [{**trial, **kind} for trial in answer.json()["trials"]]
         return answer
 
     def message(self, trial: dict[str, Any], number: int) -> dict[str, Any]:
@@ -138,8 +148,7 @@ class Participant:
         }
         given: dict[str, Any] = {"onset": 1.0 + SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:
-            seconds = trial["cube"]["seconds"]
-            given |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
+            given |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": 2.0}
         else:
             given |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * (number % 40), "start": 0.5}
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"attempt-{number}"}

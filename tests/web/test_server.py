@@ -81,11 +81,12 @@ def test_the_browser_and_the_laboratory_show_the_same_trials(tmp_path: Path) -> 
         someone.begin()
         planned = made.design.trials("001")
         assert [(one["phase"], one["trial"]) for one in someone.trials] == [(one.phase, one.trial) for one in planned]
-        shown = [one["intervals"][-1]["url"] for one in someone.trials if one["phase"] == "main"]
-        assert shown[0].startswith("/pictures/")
-        file = next(name for name in shown if "example" not in name)
-        given = client.get(file)
-        assert given.content == (tmp_path / "set" / file.removeprefix("/pictures/")).read_bytes()
+        for number, trial in enumerate(planned):
+            url = someone.shown(number)["intervals"][-1]["url"]
+            if trial.phase == "main" and "example" not in trial.scene:
+                file = made.lists.pictures.picture(trial.scene, trial.aperture, trial.fixation, {}).png
+                assert someone.picture(url) == (tmp_path / "set" / file).read_bytes()
+            assert someone.answer(number).status_code == 200
 
 
 def test_an_answer_that_comes_again_is_recorded_once(client: TestClient, tmp_path: Path) -> None:
