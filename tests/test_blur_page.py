@@ -94,7 +94,7 @@ def lens(chromium: browser.Browser, focus: float) -> Lens:
     return Lens(0.05, chromium.js("blurPage.stops[blurPage.state.stop]"), 1 / focus)
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("focus", [0.3, 0.9, 1.4])
 def test_the_canvas_shows_what_blur_makes_of_the_picture(shown: tuple[browser.Browser, Path], focus: float) -> None:
     chromium = opened(shown)
@@ -110,6 +110,7 @@ def test_the_canvas_shows_what_blur_makes_of_the_picture(shown: tuple[browser.Br
     assert abs(mean) < 0.002
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(("distance", "focus"), [(0.75, 1.0), (3.0, 1.0), (3.0, 1.4), (1.2, 0.3)])
 def test_the_disc_of_the_point_of_light_has_the_radius_of_eq_1(
     shown: tuple[browser.Browser, Path], distance: float, focus: float
@@ -146,6 +147,7 @@ def test_the_disc_of_the_point_of_light_has_the_radius_of_eq_1(
     )
 
 
+@pytest.mark.slow
 def test_it_asks_nothing_of_the_network_and_reports_no_error(shown: tuple[browser.Browser, Path]) -> None:
     chromium = opened(shown)
     asked = {
@@ -159,6 +161,7 @@ def test_it_asks_nothing_of_the_network_and_reports_no_error(shown: tuple[browse
     assert not re.findall(r"(?:src|href)=|https?://|url\(", shown[1].read_text())
 
 
+@pytest.mark.slow
 def test_it_moves_by_the_keyboard_alone(shown: tuple[browser.Browser, Path]) -> None:
     chromium = opened(shown)
 
@@ -189,6 +192,7 @@ def test_it_moves_by_the_keyboard_alone(shown: tuple[browser.Browser, Path]) -> 
 KEYS = {"Tab": 9, "Enter": 13, "ArrowRight": 39}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "phone", "dark"), [((1280, 860), False, False), ((390, 844), True, True)], ids=["desk", "phone"]
 )

@@ -17,9 +17,6 @@ from click.testing import CliRunner, Result
 from focalgradient.cli import main
 from focalgradient.cli.program import JSON_OPTION, announce, show
 
-NO_RESULT = {"run", "serve", "trials"}
-"""Commands whose result is a data set that a person makes."""
-
 
 def commands(group: click.Group = main, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
     for name, command in group.commands.items():
@@ -54,40 +51,10 @@ def test_help_has_an_example_that_the_command_understands(words):
             assert context is not None
 
 
-@each
-def test_every_command_with_a_result_prints_it_for_programs(words):
-    names = {option for parameter in ALL[words].params for option in parameter.opts}
-    assert ("--json" in names) == (words[0] not in NO_RESULT)
-
-
-@pytest.mark.parametrize(
-    "words", [words for words in ALL if words[0] not in {"run", "repair", "withdraw", "validate"}], ids=" ".join
-)
-def test_help_says_how_long_it_takes(words):
-    assert re.search(r"[Aa]bout|as long as|a few seconds|until Ctrl-C", run(*words, "--help").stdout)
-
-
-def test_units_are_said_once_for_all_and_pixels_are_in_micrometres():
-    assert "pixel pitch in micrometres" in run("--help").stdout
-    for words in ALL:
-        said = run(*words, "--help").stdout
-        assert "--pixel-pitch MM" not in said
-        if "--pixel-pitch" in said and words != ("stimuli", "necker"):
-            assert re.search(r"--pixel-pitch UM", said) or "[OPTIONS]" in said
-
-
 def test_a_pixel_pitch_in_millimetres_is_refused():
     refused = run("stimuli", "necker", "--out", "x", "--pixel-pitch", "0.2767")
     assert refused.exit_code == 2
     assert "give it in micrometres, 276.7 for 0.2767 mm" in refused.stderr
-
-
-def test_methods_are_explained():
-    from focalgradient.depth.recover import METHODS
-
-    said = run("depth", "--help").stdout
-    for method in METHODS:
-        assert re.search(rf"^ +{method} {{2,}}\S", said, re.MULTILINE)
 
 
 def test_the_shell_completes_commands_options_and_choices():

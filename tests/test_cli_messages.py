@@ -132,16 +132,6 @@ def test_the_message_on_a_wrong_call_names_the_remedy(tmp_path, monkeypatch, cal
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("group", [main, main.commands["stimuli"]], ids=["all", "stimuli"])
-def test_every_command_is_described_by_a_verb_on_one_line(group):
-    said = CliRunner().invoke(group, ["--help"]).stdout
-    for name, command in group.commands.items():
-        words = command.get_short_help_str(limit=1000)
-        assert re.match(r"(?!The |An? )[A-Z][a-z]+ .*[a-z]\.$", words)
-        assert len(words) <= 65
-        assert re.search(rf"^  {name} +{re.escape(words)}$", said, re.MULTILINE), words
-
-
 def test_parameters_in_warnings_become_options(capsys: pytest.CaptureFixture[str]) -> None:
     with warnings_given():
         message = "compare psf='blend', k=0.35, or psf='disc', or take another method (method='equalise')."

@@ -171,7 +171,7 @@ def fig5(focus: float = 1.75, *, control: bool = False, **more: Any) -> dict[str
     return given | {"window": 6, "read": read} | more
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.slow), 0.01])
 def test_the_ratio_is_the_focal_disparity_of_the_package(chromium: browser.Browser, noise: float) -> None:
     views, ratio = drawn(chromium, fig5(noise=noise, seed=1), ("views", "ratio"))
     small, large = (np.ascontiguousarray(views[..., n], np.float32) for n in (0, 1))
@@ -189,6 +189,7 @@ def test_firefox_shows_the_page_and_the_same_depth(chromium: browser.Browser, ot
     assert other.js("panels.every(panel => !panel.canvas || panel.canvas.width > 600)")
 
 
+@pytest.mark.slow
 def test_depth_follows_the_scene_but_not_in_the_control(chromium: browser.Browser) -> None:
     truth = VERGENCE[2::4, 2::4]
     found = {}
@@ -204,6 +205,7 @@ def test_depth_follows_the_scene_but_not_in_the_control(chromium: browser.Browse
     assert np.ptp(found[True]) < 0.01  # all in focus, whatever the scene
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(("distance", "number"), [(0.45, 8), (1.35, 5.6), (3.0, 11)])
 def test_both_distances_of_a_blur_are_those_of_eq_1(chromium: browser.Browser, distance: float, number: float) -> None:
     drawn(chromium, {"tiles": [0]})
@@ -230,6 +232,7 @@ def test_the_eye_is_focused_as_the_package_has_it(chromium: browser.Browser) -> 
     assert [chromium.js(f"oscillation(0.25, {t})") for t in times] == pytest.approx(Oscillation().at(times).tolist())
 
 
+@pytest.mark.slow
 def test_the_side_of_focus_shows_in_the_ratio_of_the_eyes_bands(chromium: browser.Browser) -> None:
     given = {"apertures": [0.006, 0.006], "focus": [0.6, 1.4], "tiles": [7], "window": 8}
     (ratio,) = drawn(chromium, given, ("ratio",))
@@ -240,6 +243,7 @@ def test_the_side_of_focus_shows_in_the_ratio_of_the_eyes_bands(chromium: browse
     assert np.median(log[valid & (middle < 0.6)]) < -0.3
 
 
+@pytest.mark.slow
 def test_no_request_leaves_and_nothing_is_stored_when_eight_pictures_are_rated(chromium: browser.Browser) -> None:
     opened(chromium, (390, 844), phone=True)
     for n in range(8):
@@ -350,6 +354,7 @@ def test_the_page_fits_in_either_language(
     )
 
 
+@pytest.mark.slow
 def test_keys_change_what_is_drawn_and_still_readers_see_no_motion(chromium: browser.Browser) -> None:
     opened(chromium)
     chromium.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
@@ -370,6 +375,7 @@ def test_keys_change_what_is_drawn_and_still_readers_see_no_motion(chromium: bro
     assert chromium.js("panels[2].times") == 1
 
 
+@pytest.mark.slow
 def test_a_finger_takes_the_distance_of_a_place_and_moves_a_slider(chromium: browser.Browser) -> None:
     opened(chromium, (390, 844), phone=True)
     chromium.call("Emulation.setTouchEmulationEnabled", enabled=True)

@@ -1,15 +1,10 @@
 """The words of the screen: the same entries in each language, and what is wrong with a laboratory's own file."""
 
-import re
-from pathlib import Path
-
 import pytest
 
 from focalgradient.design.words import LANGUAGES, load_words, words_text
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS, run
-
-SOURCE = Path(__file__).parents[1] / "src" / "focalgradient" / "lab"
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -49,25 +44,6 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
     with pytest.raises(InputError, match=sentence) as caught:
         load_words("mine.toml", tmp_path)
     assert str(caught.value).count("\n") == 0
-
-
-def test_every_entry_is_said_somewhere_and_no_other():
-    """Where the program puts a name together, what it fills in must stand in the program, too."""
-    web = SOURCE.parent / "web"
-    files = [*SOURCE.glob("*.py"), *(SOURCE.parent / "design").rglob("*.py")]
-    files += (SOURCE.parent / "scales").glob("*.py")
-    files += [*web.glob("*.py"), *(web / "page").glob("*.js")]
-    code = "".join(path.read_text(encoding="utf-8") for path in files)
-    templates = re.findall(r"[\"'`]([a-z_.]*\$?\{[^\s\"`]*?\}[a-z_.]*)[\"'`]", code)
-    filled = {"(.+)".join(map(re.escape, re.split(r"\$?\{.*?\}", one))) for one in templates if "." in one}
-
-    def stands(name: str) -> bool:
-        parts = [found.groups() for one in filled if (found := re.fullmatch(one, name))]
-        return f'"{name}"' in code or any(all(f'"{part}"' in code for part in each) for each in parts)
-
-    entries = load_words("en").entries
-    unsaid = [name for name in entries if not stands(name)]
-    assert unsaid == []
 
 
 def test_words_are_printed_and_a_wrong_file_is_refused_before_the_window(tmp_path, capsys, monkeypatch):

@@ -19,15 +19,14 @@ PROGRAM = PROGRAMS / "accommodation_range.py"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("language", ["en", "de"])
-def test_a_letter_is_clear_up_to_a_vergence(language: str, tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text(DESIGN.format(language))
+def test_a_letter_is_clear_up_to_a_vergence(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(DESIGN.format("en"))
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
     with headless(tmp_path / "x") as screen:
         running, events, demands = Running(screen, str(PROGRAM), *given), [], []
         for event in running.events():
             events.append(event)
-            keep(screen, f"accommodation-{language}-{event.strip('?')}-{events.count(event)}")
+            keep(screen, f"accommodation-{event.strip('?')}-{events.count(event)}")
             if event == "question":
                 screen.keys("Left" if len(demands) % 2 == 0 else "Right")
                 demands.append(0)

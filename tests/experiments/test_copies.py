@@ -37,13 +37,6 @@ def copied(name: str) -> Any:
     return module
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-def test_each_is_a_whole_experiment_in_one_file(name: str) -> None:
-    source = (PROGRAMS / f"{name}.py").read_text(encoding="utf-8")
-    assert 60 <= len(source.splitlines()) <= 150
-    assert f"focalgradient.lab.{COMMANDS[name].replace('-', '_')}" not in source, "no facade"
-
-
 class Drawn:
     """A stimulus of the screen that stands in for PsychoPy's."""
 

@@ -43,7 +43,7 @@ SECONDS_PER_MEGAPIXEL = 0.55
 blur of 15 pixels took 1.1 s (`benchmarks/blurred_pictures.py --speed`)."""
 
 
-AUTOMATIC = ShapeAsked(AUTO.name, {})
+AUTOMATIC = ShapeAsked(AUTO, {})
 
 
 def _names_of_foci(focus: Sequence[float], states: Mapping[str, Any]) -> list[str]:

@@ -186,6 +186,8 @@ def report(
         raise InputError("--preregister takes one design: give one file.")
     if out is None:
         if not explain:
+            if not preregister:
+                _data_sets(folders, pairs)  # a file that is no table is named first
             raise InputError("--out is missing: give the folder for the report.")
         out = Path()
     if preregister:

@@ -37,7 +37,7 @@ class ShapeAsked:
         """
         if self.name in SOURCES:
             self._refuse_others(())
-            return SOURCES[self.name]
+            return self.name
         return self.shape()
 
     def stated(self) -> str | dict[str, Any]:
@@ -69,7 +69,7 @@ class ShapeAsked:
                 )
 
 
-AUTO_SHAPE = ShapeAsked(AUTO.name, {})
+AUTO_SHAPE = ShapeAsked(AUTO, {})
 """No shape requested."""
 
 
@@ -117,12 +117,12 @@ class _ShapeName(click.ParamType[str]):
         raise click.BadParameter(f"{value!r} is not one of {known}.", ctx, param)
 
     def _names(self) -> list[str]:
-        return [AUTO.name] * self.auto + names()
+        return [AUTO] * self.auto + names()
 
 
-def shape_parameters(help: str, default: str = AUTO.name) -> list[click.Parameter]:
+def shape_parameters(help: str, default: str = AUTO) -> list[click.Parameter]:
     """Return ``--psf``, and an option for each parameter of a shape, for a `ShapedCommand`."""
-    kind = _ShapeName(default == AUTO.name)
+    kind = _ShapeName(default == AUTO)
     psf = click.Option(["--psf"], type=kind, default=default, show_default=True, help=help)
     return [psf, *_parameter_options(SHAPES, set())]
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.settings import OPTICS, OpticsBlur, blur_source
+from focalgradient.depth.settings import OPTICS, blur_source
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import Optics, own_blur
 from focalgradient.psf import Disc, Psf
@@ -208,11 +208,10 @@ def _information(
         scale = one.aperture_diameter / 2 / pixel_angle
 
         def at(defocus: FloatArray, scale: float = scale, one: Optics = one) -> FloatArray:
-            if not isinstance(source, OpticsBlur):
-                return source.transfer(frequency, scale * np.abs(defocus))
-            own = own_blur(one)
+            own = own_blur(one) if isinstance(source, str) else None
             if own is None or not (own.forms_views or source == OPTICS):
-                return Disc().transfer(frequency, scale * np.abs(defocus))
+                shape = source if isinstance(source, Psf) else Disc()
+                return shape.transfer(frequency, scale * np.abs(defocus))
             return own.transfer(frequency / pixel_angle, one.focus_vergence - defocus)
 
         defocus = one.focus_vergence - level

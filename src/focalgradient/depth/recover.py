@@ -21,7 +21,6 @@ from focalgradient.depth.settings import (
     WINDOWS,
     BlurSource,
     MethodName,
-    OpticsBlur,
     RecoverySettings,
     blur_source,
 )
@@ -99,17 +98,22 @@ def methods_for(psf: BlurSource | str) -> list[MethodName]:
     >>> methods_for("disc"), methods_for("polygon")
     (['equalise', 'spectra', 'ratio', 'edges', 'autofocus'], ['equalise', 'autofocus'])
     """
-    given = blur_source(psf).provides
+    given = _provided(blur_source(psf))
     return [name for name, method in METHODS.items() if set(method.needs or ()) <= given]
+
+
+def _provided(psf: BlurSource) -> frozenset[Capability]:
+    """Return what methods may build on: of the optics' own blur nothing."""
+    return frozenset() if isinstance(psf, str) else psf.provides
 
 
 def check_blur(method: MethodName, psf: BlurSource) -> None:
     """Raise `InputError` where a method needs what a blur does not provide, naming both and what else can be done."""
     if isinstance(psf, Psf):
         check_transfer(psf)
-    blur = psf if isinstance(psf, OpticsBlur) else psf.name
+    blur = "the optics' own blur" if isinstance(psf, str) else psf.name
     for need in METHODS[method].needs or ():
-        if need not in psf.provides:
+        if need not in _provided(psf):
             raise InputError(
                 f"method {method!r} needs {need.value}, which {blur} does not give: use method "
                 f"{' or '.join(repr(name) for name in methods_for(psf))}."
@@ -338,8 +342,8 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
 def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Return the warnings to issue, each a sentence."""
     texts: list[str] = []
-    own = [one.name for one in problem.search.own if one is not None and one.forms_views]
-    if own and not isinstance(problem.settings.psf, OpticsBlur):
+    own = [type(view.optics).__name__ for view in problem.views if capabilities(view.optics).forms_views]
+    if own and isinstance(problem.settings.psf, Psf):
         texts.append(
             f"the blur is taken for {problem.settings.psf}, as asked for, but the optics ({own[0]}) offer a blur of "
             "their own: psf 'optics' uses it."

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, disc_pass, plane
-from focalgradient.depth.settings import BlurSource, OpticsBlur
+from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, disc_pass, plane
+from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import InputError
-from focalgradient.optics import Capabilities, Optics, OwnBlur, capabilities
+from focalgradient.optics import Capabilities, Optics, OwnBlur, blur_of, capabilities
 from focalgradient.plausibility import check_range
-from focalgradient.psf import Disc, Psf
+from focalgradient.psf import Disc, Geometric, Psf
 
 __all__ = ["Blurs", "Search"]
 
@@ -203,11 +203,6 @@ class Search:
         return [capabilities(one) for one in self.optics]
 
     @property
-    def own(self) -> list[OwnBlur | None]:
-        """Blur model of each view's optics; None for optics without one."""
-        return [one.blur for one in self.stated]
-
-    @property
     def isotropic(self) -> bool:
         """Whether the blur of all views is alike in all directions."""
         return all(one.isotropic for one in self.stated)
@@ -226,24 +221,26 @@ class Search:
         views' optics have one.
         """
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        if not isinstance(psf, OpticsBlur):
-            if psf.isotropic:
-                return Blurs(radius, psf.transfer(RADII, radius[:, :, None]), psf.ends_sharply, limited=self.limited)
-            whole = plane()
-            shaped = [self._shaped(psf, disc, focus, whole) for disc, focus in zip(radius, self.focus, strict=True)]
-            return Blurs(radius, np.stack(shaped), psf.ends_sharply, whole, self.limited)
-        own = self.own
-        if all(one is None for one in own):
+        if isinstance(psf, str) and not any(one.blur for one in self.stated):
             names = ", ".join(sorted({type(one).__name__ for one in self.optics}))
             raise InputError(
                 f"psf is 'optics', but the views' optics ({names}) offer no blur of their own: give 'disc'."
             )
-        at = ROUND if self.isotropic else plane(self._finest())
-        transfers = [self._own_transfer(one, disc, at) for one, disc in zip(own, radius, strict=True)]
+        own = [stated.blur if isinstance(psf, str) else None for stated in self.stated]
+        shape = Disc() if isinstance(psf, str) else psf
+        # Each with a pixel in its unit of angle: geometric blur is counted in pixels.
+        formed = [
+            (blur, self.pixel_angle) if blur else (blur_of(Geometric(shape, 2 * pixels, focus)), 1.0)
+            for blur, pixels, focus in zip(own, self.pixels.tolist(), self.focus.tolist(), strict=True)
+        ]
+        at = ROUND if all(blur.isotropic for blur, _ in formed) else plane(_finest(formed))
+        transfer = np.stack([self._transfer(*one, at) for one in formed])
+        if isinstance(psf, Psf):
+            return Blurs(radius, transfer, psf.ends_sharply, at, self.limited)
         contrast = [np.ones(self.levels) if c is None else c(self.vergences) for c in (s.contrast for s in self.stated)]
         even = not any(one.tells_side for one in self.stated)
         parts = tuple(replace(self, optics=one).blurs(psf) for one in self._mixed())
-        return Blurs(radius, np.stack(transfers), True, at, self.limited, even, parts, np.stack(contrast))
+        return Blurs(radius, transfer, True, at, self.limited, even, parts, np.stack(contrast))
 
     def _mixed(self) -> list[tuple[Optics, ...]]:
         """The views' optics in each part of the mixture that their blur is; none where blur is alike everywhere."""
@@ -258,37 +255,25 @@ class Search:
             )
         return list(zip(*(one.optics for one in given), strict=True))
 
-    def _own_transfer(self, own: OwnBlur | None, radius: FloatArray, at: Frequencies) -> NDArray[Any]:
-        """Transfer at every level (L x F) by `own`, or of the disc of `radius` (L, pixels); complex where not round."""
-        if own is None:
-            return Disc().transfer(at.radius, radius[:, None])
+    def _transfer(self, blur: OwnBlur, pixel: float, at: Frequencies) -> NDArray[Any]:
+        """Return the transfer of a view at every level: L x F."""
         for vergence in (self.lowest, self.highest):
-            own.check(vergence, 0.5 / self.pixel_angle)
-        if own.isotropic:
-            return own.transfer(at.radius / self.pixel_angle, self.vergences[:, None])
-        known: Callable[..., NDArray[Any]] = _through_focus
-        work = known if isinstance(own.optics, Hashable) else _through_focus.__wrapped__
-        return work(own, self.pixel_angle, self.lowest, self.highest, self.levels, at)
+            blur.check(vergence, 0.5 / pixel)
+        if blur.isotropic:
+            return blur.transfer(at.radius / pixel, self.vergences[:, None])
+        return _kept(_through_focus, blur)(pixel, self.lowest, self.highest, self.levels, at)
 
-    def _shaped(self, psf: Psf, radius: FloatArray, focus: float, at: Frequencies) -> NDArray[np.complex64]:
-        """Transfer at every level (L x F) of a shape that is not round, turned by half a turn nearer than `focus`."""
-        assert at.down is not None
-        assert at.right is not None
-        table = np.empty((self.levels, at.radius.size), np.complex64)
-        for level, (one, vergence) in enumerate(zip(radius, self.vergences, strict=True)):
-            upright = psf.optical_transfer(at.down[:, None], at.right, one)
-            table[level] = (np.conj(upright) if vergence > focus else upright).ravel()
-        return table
 
-    def _finest(self) -> float:
-        """Return the frequency in cycles per pixel beyond which no two views pass detail that could be compared."""
-        ends = []
-        for one in self.own:
-            if one is None:
-                return 0.5
-            end: Callable[..., float] = _end if isinstance(one.optics, Hashable) else _end.__wrapped__
-            ends.append(end(one, self.pixel_angle))
-        return sorted(ends)[-2]
+def _finest(formed: Sequence[tuple[OwnBlur, float]]) -> float:
+    """Return the frequency in cycles per pixel beyond which no two views pass detail that could be compared."""
+    if any(isinstance(blur.optics, Geometric) for blur, _ in formed):
+        return 0.5
+    return float(sorted(_kept(_end, blur)(pixel) for blur, pixel in formed)[-2])
+
+
+def _kept(function: Any, blur: OwnBlur) -> Callable[..., Any]:
+    """Return a cached function of `blur`; not cached where the optics have no hash."""
+    return partial(function if isinstance(blur.optics, Hashable) else function.__wrapped__, blur)
 
 
 @lru_cache(maxsize=64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, is_number
 from focalgradient.optics import Optics, own_blur
 from focalgradient.progress import Progress
-from focalgradient.psf import Capability, Disc, Psf, psf_of, shape_class
+from focalgradient.psf import Disc, Psf, psf_of, shape_class
 
 __all__ = [
     "AUTO",
@@ -21,10 +21,8 @@ __all__ = [
     "OPTICS",
     "SOURCES",
     "WINDOWS",
-    "AutoBlur",
     "BlurSource",
     "MethodName",
-    "OpticsBlur",
     "RecoverySettings",
     "blur_source",
     "used_blur",
@@ -36,50 +34,22 @@ LEAST_SIDE, WINDOWS = 32, 4
 MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
 
-@dataclass(frozen=True, slots=True)
-class OpticsBlur:
-    """Blur computed by the views' own optics (`optics.own_blur`); a disc for optics without a blur model."""
+AUTO, OPTICS = "auto", "optics"
+SOURCES = (AUTO, OPTICS)
+"""Names of what stands for a shape: the blur that the views' optics offer, "auto" a disc where none offers any."""
 
-    name: ClassVar[str] = "optics"
-    provides: ClassVar[frozenset[Capability]] = frozenset()
-
-    def __str__(self) -> str:
-        """Name it for messages."""
-        return "the optics' own blur"
-
-    def stated(self) -> dict[str, float]:
-        """Return no parameters: those of the optics are stated with them."""
-        return {}
-
-
-@dataclass(frozen=True, slots=True)
-class AutoBlur(OpticsBlur):
-    """The optics' own blur where any offer it, else a disc: decided by `RecoverySettings.resolved`."""
-
-    name: ClassVar[str] = "auto"
-
-
-AUTO, OPTICS = AutoBlur(), OpticsBlur()
-
-SOURCES: dict[str, OpticsBlur] = {one.name: one for one in (AUTO, OPTICS)}
-"""Names of blur sources other than shapes."""
-
-BlurSource = Psf | OpticsBlur
-"""Where the blur of a view comes from: a shape of its radius, or its optics' own."""
+BlurSource = Psf | str
+"""Where the blur of a view comes from: a shape of its radius, or the name of one of `SOURCES`."""
 
 
 def blur_source(psf: BlurSource | str, k: float | None = None) -> BlurSource:
     """Return the source of blur that a public function was given: itself, or that of its name.
 
     >>> blur_source("auto"), blur_source("gaussian", 0.4)
-    (AutoBlur(), Gaussian(k=0.4))
+    ('auto', Gaussian(k=0.4))
     """
-    if isinstance(psf, OpticsBlur):
-        return psf
-    if isinstance(psf, str) and psf in SOURCES:
-        psf_of("disc", k)  # refuses a k out of range
-        return SOURCES[psf]
-    return psf_of(psf, k, tuple(SOURCES))
+    shape = psf_of("disc" if psf in SOURCES else psf, k, SOURCES)  # which refuses a k out of range
+    return psf if isinstance(psf, str) and psf in SOURCES else shape
 
 
 def used_blur(details: Mapping[str, Any]) -> BlurSource | None:
@@ -88,9 +58,9 @@ def used_blur(details: Mapping[str, Any]) -> BlurSource | None:
     >>> used_blur({"psf": "polygon", "psf_parameters": {"blades": 5}})
     Polygon(blades=5, rotation=0.0)
     """
-    name = details.get("psf")
+    name: str | None = details.get("psf")
     if name is None or name in SOURCES:
-        return None if name is None else SOURCES[name]
+        return name
     return shape_class(name).of(details.get("psf_parameters", {}))
 
 
@@ -112,10 +82,8 @@ class RecoverySettings:
     @property
     def shape(self) -> Psf:
         """Shape of the blur, for methods that know a view's blur by its radius alone."""
-        if isinstance(self.psf, OpticsBlur):
-            raise InputError(
-                f"psf is {self.psf.name!r}, but method {self.method!r} needs a shape of blur: give 'disc'."
-            )
+        if isinstance(self.psf, str):
+            raise InputError(f"psf is {self.psf!r}, but method {self.method!r} needs a shape of blur: give 'disc'.")
         return self.psf
 
     def resolved(self, optics: Sequence[Optics]) -> RecoverySettings:
@@ -125,7 +93,7 @@ class RecoverySettings:
         for where optics offer another blur.
         """
         own = [one for one in map(own_blur, optics) if one is not None and one.forms_views]
-        if not isinstance(self.psf, AutoBlur):
+        if self.psf != AUTO:
             return self
         if not own:
             return replace(self, psf=Disc())
@@ -142,13 +110,14 @@ class RecoverySettings:
 
     def stated(self) -> dict[str, Any]:
         """Return the settings for the details of a map."""
+        parameters = {} if isinstance(self.psf, str) else self.psf.stated()
         return {
             "method": self.method,
             "near_m": self.near,
             "far_m": self.far,
-            "psf": self.psf.name,
-            "psf_parameters": self.psf.stated(),
-            "k": self.psf.stated().get("k"),
+            "psf": self.psf if isinstance(self.psf, str) else self.psf.name,
+            "psf_parameters": parameters,
+            "k": parameters.get("k"),
             "window_px": self.window,
             "align": self.align,
             "false_alarm": self.false_alarm,

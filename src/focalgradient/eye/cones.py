@@ -24,7 +24,7 @@ from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.transfer import BlurName, geometric_shape
 from focalgradient.optics.own_blur import Transfer, blur_of, radial_transfer
-from focalgradient.psf import Psf
+from focalgradient.psf import Geometric, Psf
 
 __all__ = ["S_FINEST_CPD", "Cones", "sampling", "wavelengths_needed"]
 
@@ -231,10 +231,9 @@ class Cones:
         self, eye: Any, down: NDArray[np.float64], right: NDArray[np.float64], levels: NDArray[np.float64]
     ) -> Transfer:
         """Return the OTF of the eye in one wavelength: L x frequencies."""
-        if self._shape is None:
-            return blur_of(eye).through_focus(down, right, levels)
-        radius = np.abs(eye.focus_vergence - levels) * eye.aperture_diameter / 2
-        return self._shape.transfer(np.hypot(down, right), radius[:, None])
+        if self._shape is not None:
+            eye = Geometric(self._shape, eye.aperture_diameter, eye.focus_vergence)
+        return blur_of(eye).through_focus(down, right, levels)
 
     @property
     def by_waves(self) -> bool:

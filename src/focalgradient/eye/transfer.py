@@ -19,7 +19,7 @@ from focalgradient.eye.protocol import is_eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread
 from focalgradient.optics import Optics, check_optics, own_blur
-from focalgradient.psf import Psf, psf_of
+from focalgradient.psf import Geometric, Psf, psf_of
 
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "geometric_shape", "in_light", "point_spread"]
 
@@ -185,10 +185,8 @@ def _one_transfer(
     shape: Psf | None,
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
     """Return the transfer in one wavelength."""
-    radius = abs(optics.focus_vergence - vergence) * optics.aperture_diameter / 2
     if shape is not None:
-        upright = shape.optical_transfer(down, right, radius)
-        return np.conj(upright) if vergence > optics.focus_vergence else upright
+        return Geometric(shape, optics.aperture_diameter, optics.focus_vergence).through_focus(down, right, vergence)[0]
     own = None if hasattr(optics, "pupil") else own_blur(optics)
     return (
         _pupil(optics, nm, vergence).transfer(down, right)

@@ -5,7 +5,7 @@ Distances are in metres in front of the lens, positive; vergence V = 1/distance 
 
 from focalgradient.optics.dual_pixel import DualPixel
 from focalgradient.optics.lens import Lens, Side, defocus_at, distance_of_blur
-from focalgradient.optics.own_blur import OwnBlur, own_blur
+from focalgradient.optics.own_blur import OwnBlur, blur_of, own_blur
 from focalgradient.optics.protocol import Capabilities, Mixture, Optics, capabilities, check_optics, refocused
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Optics",
     "OwnBlur",
     "Side",
+    "blur_of",
     "capabilities",
     "check_optics",
     "defocus_at",

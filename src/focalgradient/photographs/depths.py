@@ -331,9 +331,9 @@ def _blur(psf: BlurSource | str | Mapping[str, Any], method: MethodName, setting
     if isinstance(psf, Mapping):
         return psf_from(psf, settings.given_k(str(psf.get("shape"))))
     if isinstance(psf, str) and psf not in SOURCES:
-        return psf_of(psf, settings.given_k(psf), tuple(SOURCES))
+        return psf_of(psf, settings.given_k(psf), SOURCES)
     source = blur_source(psf)
-    if source is not AUTO or camera is None:
+    if source != AUTO or camera is None:
         return source
     if camera.psf is None:  # a Gaussian is the model with which the target's edges were measured
         return Gaussian(camera.k) if method == "edges" else AUTO

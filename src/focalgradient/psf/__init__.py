@@ -15,6 +15,7 @@ from focalgradient.psf.blend import Blend, blend_transfer
 from focalgradient.psf.check import check_psf, check_transfer
 from focalgradient.psf.disc import DISC_K, Disc, disc_transfer
 from focalgradient.psf.gaussian import Gaussian, gaussian_transfer
+from focalgradient.psf.geometric import Geometric
 from focalgradient.psf.pixel import pixel_transfer
 from focalgradient.psf.polygon import Polygon
 from focalgradient.psf.registry import GROUP, names, psf_from, psf_of, shape_class
@@ -28,6 +29,7 @@ __all__ = [
     "Capability",
     "Disc",
     "Gaussian",
+    "Geometric",
     "Parameter",
     "Polygon",
     "Psf",
