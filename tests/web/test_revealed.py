@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from participant import DEPTH, Participant, client_of, study
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
+from headless import PROGRAMS
+
+from focalgradient.tasks import task_named
+from focalgradient.web import Lists
 
 CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n'
 TELLING = {
@@ -122,3 +130,17 @@ def test_the_server_judges_practice(tmp_path: Path) -> None:
             }
         main = [{**answers[0], "phase": "main"}]
         assert someone.ask("judge", round=1, answers=main).status_code == 400
+
+
+def test_the_focus_to_be_matched_is_a_picture_and_no_number(tmp_path: Path) -> None:
+    task = task_named(str(PROGRAMS / "blur_matching.py"))
+    design: Any = task.design(ask=())
+    lists = Lists(design)
+    trial = design.trials("001")[0]
+    (entry,) = lists.shown("001", [trial])
+    assert not TELLING & keys(entry)
+    assert str(trial.defocus) not in texts_and_names(entry["knob"]["views"])
+    files = [json.loads(lists.content(trial, number) or b"") for number in (0, 1)]
+    assert sorted(len(one["vergences"]) > 1 for one in files) == [False, True]
+    fixed = next(one for one in files if len(one["vergences"]) == 1)
+    assert fixed["vergences"] == [0.0]
