@@ -278,7 +278,9 @@ class Study:
             session = place.session or self._rejoined(place)
             if session is None:
                 raise Refused(425, "The session must be resumed before a trial is requested.")
-            keys = [(trial.phase, trial.trial) for trial in session.remaining()[: _ahead(session)]]
+            keys: list[tuple[str, int]] = [
+                (trial.phase, trial.trial) for trial in session.remaining()[: _ahead(session)]
+            ]
             if (given.phase, given.trial) not in keys:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
             first = keys.index((given.phase, given.trial))
@@ -383,8 +385,8 @@ class Study:
             )
             return place.session
         kinds = [event["event"] for event in log.events]
-        last = max((n for n, kind in enumerate(kinds) if kind == "resumed"), default=0)
-        place.began = kinds[:last].count("trial")
+        resumed = [number for number, kind in enumerate(kinds) if kind == "resumed"]
+        place.began = kinds[: max(resumed, default=0)].count("trial")
         journal = Journal.take(place.journal)
         journal.follow(log, durable=durable)
         design = check_design(str(place.journal), log.head["design"])
