@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from recorded import record_ratings
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "focalgradient"
@@ -289,6 +290,18 @@ def test_only_command_lines_speak_of_options() -> None:
 def test_front_door_is_light() -> None:
     program = f"import sys, focalgradient; print(*{HEAVY}.intersection(sys.modules))"
     assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == []
+
+
+def test_a_report_of_ratings_loads_no_eye_no_depth_and_no_laboratory(tmp_path: Path) -> None:
+    program = (
+        "import sys; from focalgradient.report import make_report; make_report(sys.argv[1]); "
+        "print(*(name for name in sys.modules if name.startswith('focalgradient.')))"
+    )
+    root = record_ratings(tmp_path / "data", 3)
+    loaded = subprocess.check_output([sys.executable, "-c", program, str(root)], text=True).split()
+    rooms = {name.split(".")[1] for name in loaded}
+    assert "report" in rooms
+    assert not rooms & {"eye", "retina", "depth", "lab", "web", "observers", "render", "stimuli"}
 
 
 def test_psychopy_waits_for_a_window() -> None:

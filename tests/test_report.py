@@ -31,6 +31,7 @@ from focalgradient.report.tables import Sheet, interval, probability, rating_she
 from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, Effect, compare_pictures, depth_rating
 from focalgradient.statistics.exclusions import Exclusion
+from focalgradient.statistics.questions import COLUMNS
 from focalgradient.statistics.residuals import rating_residuals
 
 
@@ -274,7 +275,7 @@ def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tm
     assert "Main results with and without exclusions" not in report.files["report.html"].decode()
     assert "reliabl" not in report.files["report.html"].decode()
     found = pd.read_csv(io.BytesIO(report.files["results.csv"]))
-    sensitivity = found[found["table"] == "depth_rating_sensitivity"]
+    sensitivity = found[found["name"] == "depth effect, bootstrap-t"]
     assert sensitivity["method"].tolist() == ["bootstrap-t over subjects"]
     assert (sensitivity["low"] < sensitivity["estimate"]).all()
     assert (sensitivity["p"] < 0.05).all()
@@ -482,12 +483,19 @@ def test_documents_escape_what_they_are_given():
 
 
 def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
-    tidy = pd.read_csv(io.BytesIO(made.files["results.csv"]))
-    rises = pd.read_csv(io.BytesIO(made.files["depth_rating_rises.csv"]))
-    own = tidy[tidy["table"] == "depth_rating_rises"]
-    for column in ("estimate", "low", "high", "p", "df"):
-        np.testing.assert_array_equal(own[own["measure"] == "effect"][column], rises[column])
-    assert {"depth_rating_means", "necker_effects", "necker_shares"} <= set(tidy["table"])
+    results = pd.read_csv(io.BytesIO(made.files["results.csv"]))
+    assert list(results) == list(COLUMNS)
+    rises = pd.read_csv(io.BytesIO(made.files["depth_rating_rises.csv"])).set_index(["fixation", "generalises_over"])
+    effects = results[results["name"] == "depth effect"].drop_duplicates("level").set_index("level")
+    for fixation, role in (("nearest", "primary"), ("farthest", "secondary")):
+        assert effects.loc[fixation, "role"] == role
+        for column in ("estimate", "low", "high", "p", "df"):
+            assert effects.loc[fixation, column] == rises.loc[(fixation, "subjects and scenes"), column]
+    assert math.isnan(effects.loc["nearest", "p_corrected"])
+    assert effects.loc["farthest", "p_corrected"] >= effects.loc["farthest", "p"]
+    assert {"difference of the depth effects", "slope on aperture", "log odds of the nonrigid reading"} <= set(
+        results["name"]
+    )
     trials = made.files["depth_rating_trials.csv"].decode().splitlines()
     at = trials[0].split(",").index("catch")
     assert {row.split(",")[at] for row in trials[1:]} == {"TRUE", "FALSE"}

@@ -56,7 +56,8 @@ def test_progress_is_that_of_all_sections(monkeypatch):
         return ()
 
     monkeypatch.setattr("focalgradient.report.observers.compare_observers", compared)
-    parts = [SimpleNamespace(title=title, observed=lambda: Observed(None, {}, "")) for title in "ab"]
+    monkeypatch.setattr("focalgradient.report.observers.observed_in", lambda part: Observed(None, {}, ""))
+    parts = [SimpleNamespace(title=title) for title in "ab"]
     told = []
     fitted_observers(parts, lambda share, text: told.append((share, text)))
     assert told == [(0.25, "a: observers"), (0.5, "a: observers"), (0.75, "b: observers"), (1.0, "b: observers")]

@@ -9,7 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from test_scales import design_of, record
 
+from focalgradient.dataset import Noted
+from focalgradient.report import make_report
 from focalgradient.report.export import report_files, trial_files
 from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
 from focalgradient.statistics.cells import cells
@@ -402,3 +405,21 @@ def test_r_finds_subjects_own_rises_at_the_floor(tmp_path: Path, fixations: tupl
         wanted = [test.estimate, test.low, test.high, test.standard_error]
         wanted += [test.statistic, test.df, test.p]
         assert numbers(each) == pytest.approx(wanted, rel=1e-4, abs=1e-4)
+
+
+def test_exported_trials_have_every_column_of_the_data_set_with_its_description(tmp_path: Path) -> None:
+    light = {"light": {"levels": ["dim", "bright"]}}
+    root = record(
+        tmp_path / "data",
+        design_of(factors=light, confidence=True),
+        3,
+        confidence=0.5,
+        extra={"effort": Noted(2.0, unit="points", description="How hard it was.")},
+    )
+    files = make_report(root).files
+    table = pd.read_csv(io.BytesIO(files["depth_rating_trials.csv"]), dtype={"participant_id": str})
+    assert {"light", "confidence", "effort", "start", "standard_before", "included"} <= set(table)
+    assert set(table["light"]) == {"dim", "bright"}
+    about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
+    assert list(about.index) == list(table)
+    assert about["effort"] == "How hard it was."

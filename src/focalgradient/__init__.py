@@ -11,7 +11,6 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.citation import bibtex
-from focalgradient.depth import DepthMap, recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import DualPixel, Lens
 from focalgradient.paper import paper_distance
@@ -52,6 +51,7 @@ if TYPE_CHECKING:
     from focalgradient import video as video
     from focalgradient import view as view
     from focalgradient.binocular import stereo
+    from focalgradient.depth import DepthMap, recover_depth
     from focalgradient.eye import Eye
     from focalgradient.live import FocusSeries
     from focalgradient.render import Rendered, blur, cast, render_bands, render_series
@@ -81,8 +81,10 @@ __all__ = [
 ]
 
 _HOMES = {
+    "DepthMap": "depth",
     "Eye": "eye",
     "FocusSeries": "live",
+    "recover_depth": "depth",
     "stereo": "binocular",
     **dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render"),
     **dict.fromkeys(["read_movie", "save_movie"], "video"),

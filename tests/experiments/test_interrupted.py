@@ -11,7 +11,9 @@ import pytest
 from headless import Running, headless, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design.form import check_about
 from focalgradient.design.words import words_text
+from focalgradient.errors import InputError
 from focalgradient.lab import preparation
 from focalgradient.lab.forms import missing_glyphs
 from focalgradient.lab.preparation import import_screen
@@ -45,23 +47,24 @@ def answered(running: Running, until: tuple[str, int]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("stop", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["Ctrl-C", "SIGTERM"])
-def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(stop, code, tmp_path) -> None:
+def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> None:
+    """By Ctrl-C, and as it goes on by SIGTERM."""
     (tmp_path / "mine.toml").write_text(WATCHING)
     data = tmp_path / "data"
     given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
     with headless(tmp_path / "x") as screen:
-        first = Running(screen, "from-file", "necker", *given)
-        answered(first, ("cube", 2))
-        first.process.send_signal(stop)
-        assert first.end() == code
-        said = first.errors
-        assert f"Interrupted: 1 answer is saved in {data}; continue with: " in said
-        assert "does not report its frames" in said  # no vertical synchronisation on a virtual screen
-        call = shlex.split(said.rpartition("continue with: ")[2])
-        assert call[-1] == "--resume"
-        log = read_journal(first.journal())
-        assert any("does not report its frames" in one for one in log.of("note")[0]["warnings"])
+        for stop, code, cubes, more in ((signal.SIGINT, 130, 2, ()), (signal.SIGTERM, 143, 1, ("--resume",))):
+            stopped = Running(screen, "from-file", "necker", *given, *more)
+            answered(stopped, ("cube", cubes))
+            stopped.process.send_signal(stop)
+            assert stopped.end() == code
+            said = stopped.errors
+            assert f"Interrupted: 1 answer is saved in {data}; continue with: " in said
+            assert "does not report its frames" in said  # no vertical synchronisation on a virtual screen
+            call = shlex.split(said.rpartition("continue with: ")[2])
+            assert call[-1] == "--resume"
+            log = read_journal(stopped.journal())
+            assert any("does not report its frames" in one for one in log.of("note")[0]["warnings"])
 
         (tmp_path / "mine.toml").write_text(WATCHING.replace("trial_s = 1.0", "trial_s = 2.0"))
         changed = Running(screen, "from-file", "necker", *given, "--resume")
@@ -69,11 +72,11 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(stop, code, tmp_
         assert "mine.toml has another trial_s than the session began with" in changed.errors
 
         (tmp_path / "mine.toml").write_text(WATCHING)
-        second = Running(screen, "from-file", *call[call.index("run") + 1 :])
-        answered(second, ("end", 99))
-        assert second.end() == 0, second.errors
+        last = Running(screen, "from-file", *call[call.index("run") + 1 :])
+        answered(last, ("end", 99))
+        assert last.end() == 0, last.errors
     table = read_dataset(data).necker
-    assert {*table["interruptions"][table["trial"] == 2]} == {1}
+    assert {*table["interruptions"][table["trial"] == 2]} == {2}
     found = validate(data)
     assert found.problems == ()
     assert any("1 trial was shown more than once" in note for note in found.notes)
@@ -125,10 +128,15 @@ def test_a_missing_library_of_the_keyboard_is_named_with_its_package(monkeypatch
         import_screen()
 
 
+def test_an_impossible_age_is_refused() -> None:
+    for age in ("-3", "thirty", "nan", "131"):
+        with pytest.raises(InputError, match=f"age is '{age}', but must be a number of years from 0 to 130"):
+            check_about({"age": age}, ["age"])
+
+
 @pytest.mark.slow
-def test_an_impossible_age_is_refused(tmp_path) -> None:
+def test_an_impossible_age_is_refused_before_the_window(tmp_path) -> None:
     with headless(tmp_path / "x") as screen:
-        for age in ("-3", "thirty", "nan", "131"):
-            running = Running(screen, "from-file", "necker", "--participant", "01", f"--age={age}", "--uncalibrated")
-            assert running.end() == 2
-            assert f"age is '{age}', but must be a number of years from 0 to 130" in running.errors
+        running = Running(screen, "from-file", "necker", "--participant", "01", "--age=-3", "--uncalibrated")
+        assert running.end() == 2
+        assert "age is '-3', but must be a number of years from 0 to 130" in running.errors

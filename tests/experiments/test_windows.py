@@ -24,6 +24,7 @@ from focalgradient.stimuli import cube_frames, read_set
 
 pytestmark = psychopy_here
 
+DOCTOR = [sys.executable, "-c", "from focalgradient.cli import main; main()", "doctor", "--seconds", "0.3"]
 WIDTH_CM, DISTANCE_CM = 30.0, 57.0
 DISPLAY = Display((1024, 768), WIDTH_CM / 100 / 1024, DISTANCE_CM / 100)
 
@@ -363,10 +364,8 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
 
 @beside_others
 def test_the_doctor_tells_what_is_well_and_what_is_not(screen, tmp_path):
-    command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "doctor", "--seconds", "0.5"]
-    run = subprocess.run(
-        [*command, "--monitor", "lab"], env=screen.environment, capture_output=True, text=True, cwd=screen.folder
-    )
+    command = [*DOCTOR, "--monitor", "lab"]
+    run = subprocess.run(command, env=screen.environment, capture_output=True, text=True, cwd=screen.folder)
     assert run.returncode == 1, run.stderr
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in run.stdout.splitlines()[2:]]
     lines = {name: (word, measured) for word, name, measured, _, _ in rows}
@@ -412,8 +411,7 @@ def test_a_photometer_measures_the_table_that_one_would_write_by_hand(screen, tm
     table = tmp_path / "measured.csv"
 
     def doctor(device: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "doctor", "--seconds", "0.3"]
-        command += ["--luminance", str(table), "--photometer", device, "--json"]
+        command = [*DOCTOR, "--luminance", str(table), "--photometer", device, "--json"]
         pipe = subprocess.PIPE
         return subprocess.Popen(command, env=environment, stdout=pipe, stderr=pipe, text=True, cwd=screen.folder)
 
@@ -451,16 +449,7 @@ def test_the_doctor_stores_a_photometer_table_times_triggers_and_measures_by_a_c
         table.append(",".join(f"{value:.5f}" for value in (level, *light, 90 * (level / 255) ** 2.2)))
     (tmp_path / "photometer.csv").write_text("\n".join(table))
     (tmp_path / "markers.py").write_text("def mark(code, name, seconds):\n    assert (code, name) == (60, 'test')\n")
-    command = [
-        sys.executable,
-        "-c",
-        "from focalgradient.cli import main; main()",
-        "doctor",
-        "--seconds",
-        "0.3",
-        "--card",
-    ]
-    command += ["--monitor", "lab", "--luminance", str(tmp_path / "photometer.csv")]
+    command = [*DOCTOR, "--card", "--monitor", "lab", "--luminance", str(tmp_path / "photometer.csv")]
     command += ["--markers", str(tmp_path / "markers.py"), "--json"]
     environment = screen.environment
     running = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=screen.folder)

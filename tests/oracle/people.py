@@ -111,8 +111,7 @@ def headline(what: str) -> tuple[str, str]:
     if first in WORDS:
         return WORDS[first], rest.removesuffix(" in focus").replace(" to ", " less ")
     if first.startswith("odds ratio of the nonrigid"):
-        gradient, mm = rest.split(", ")
-        return "log odds of the nonrigid reading", f"{gradient.removesuffix(' gradient')} {mm}"
+        return "log odds of the nonrigid reading", rest
     if first.startswith("geometric mean threshold"):
         return "geometric mean threshold", rest
     return (first, rest) if first.startswith("mean ") else (what, "")
@@ -142,7 +141,12 @@ def key_of(row: dict[str, object]) -> Key | str:
         case "depth_rating_means", "rating":
             return "mean rating", aperture, ""
         case "depth_rating_means", "against_pinhole" | "these_scenes":
-            return "ratio to the pinhole" + HERE * (measure == "these_scenes"), aperture, ""
+            here = HERE * (measure == "these_scenes")
+            return (
+                ("depth effect" + here, fixation, "")
+                if row["largest"]
+                else ("ratio to the pinhole" + here, aperture, "")
+            )
         case "depth_rating_slopes", "effect":
             return "slope on aperture", fixation, ""
         case "depth_rating_equivalence", "effect":
@@ -157,10 +161,10 @@ def key_of(row: dict[str, object]) -> Key | str:
         case "comparison_means", "mean":
             return "mean answer", f"{row['in focus']}, {row['aperture']}", ""
         case "necker_effects", "odds_of_time":
-            return "log odds of the nonrigid reading", f"{row['gradient']} {row['strength']:g} mm", ""
+            return "log odds of the nonrigid reading", f"{row['gradient']} gradient, {row['strength']:g} mm", ""
         case "necker_shares", "of_readings" | "time" | "reports":
             name = {"of_readings": "share of both readings’ time", "time": "share of the time"}.get(measure)
-            level = f"{row['gradient']} {row['strength']:g} mm, {row['percept']}"
+            level = f"{row['gradient']} gradient, {row['strength']:g} mm, {row['percept']}"
             return name or "share of the reports", level, ""
         case "threshold_groups", "threshold" | "slope":
             return f"{measure} of the mean person", str(row["condition"]), ""
@@ -168,7 +172,8 @@ def key_of(row: dict[str, object]) -> Key | str:
             parts = (row["participant"], row["session"], row.get("condition"))
             return "threshold", ", ".join(str(part) for part in parts if isinstance(part, str)), ""
         case "detection", "d′" | "c":
-            return measure, ", ".join(str(row[part]) for part in ("participant", "condition")), ""
+            name = {"c": "criterion c"}.get(measure, measure)
+            return name, ", ".join(str(row[part]) for part in ("participant", "condition")), ""
         case _, "effect" if table.endswith("_tests"):
             return str(row["effect"]), "", ""
     return DESCRIPTIVE
@@ -179,11 +184,13 @@ Numbers = dict[str, float]
 
 def results_of(file: Path) -> tuple[dict[Key, Numbers], Counter[str]]:
     """Return the numbers of each result by key, and how many rows have none, by reason."""
-    table = pd.read_csv(file, dtype={"participant": str})
+    table = pd.read_csv(file, dtype={"participant": str, "level": str})
     if "name" in table:
-        rows = table.fillna({"level": "", "role": "", "name": ""}).to_dict("records")
+        rows = table.assign(level=table["level"].fillna("")).to_dict("records")
         return {_current(row): {new: row[new] for new in FIELDS.values()} for row in rows}, Counter()
     results, without = {}, Counter[str]()
+    if "aperture_mm" in table:  # at the largest aperture the ratio to the pinhole is the depth effect
+        table["largest"] = table["aperture_mm"] == table["aperture_mm"].max()
     for row in table.to_dict("records"):
         key = key_of(row)
         if isinstance(key, str) or not math.isfinite(row["estimate"]):
@@ -199,9 +206,12 @@ def _current(row: dict[str, str]) -> Key:
 
 
 def differences(old: dict[Key, Numbers], new: dict[Key, Numbers]) -> Iterator[tuple[Key, float]]:
-    """Yield the largest relative difference of each result; infinity where it is missing."""
+    """Yield the largest relative difference of each result; infinity where it is missing.
+
+    Results without exclusions are those of the analysis where nothing was excluded.
+    """
     for key, before in old.items():
-        after = new.get(key)
+        after = new.get(key, new.get((*key[:2], "")))
         if after is None:
             yield key, math.inf
             continue

@@ -21,7 +21,6 @@ from focalgradient.design import Design, check_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
 from focalgradient.tasks import is_task, task_named
-from focalgradient.tasks.registry import OURS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,6 +34,9 @@ __all__ = [
     "read_session",
     "sessions_of",
 ]
+
+TABLES = ("depthrating", "necker", "pinhole", "blurthreshold")
+"""Tasks whose tables are properties of `DataSet`, empty without sessions."""
 
 NAME = re.compile(r"sub-([A-Za-z0-9]+)(?:_ses-([A-Za-z0-9]+))?_task-([A-Za-z0-9]+)_beh\.tsv")
 
@@ -50,7 +52,7 @@ class DataSet:
     participants
         One row per participant: participant_id, kind ("human" or "simulated"), and other known data.
     tables
-        Long table of each built-in task and of other tasks with sessions; the index gives the file and row from which
+        Long table of each task with sessions, and of `TABLES`; the index gives the file and row from which
         each row was read.
     sidecars
         Sidecar of each session.
@@ -285,7 +287,7 @@ def read_dataset(
     participants = participants_of(root / "participants.tsv")
     kinds = dict(zip(participants["participant_id"], participants["kind"], strict=True))
     problems: list[str] = []
-    whole: dict[str, list[SessionTable]] = {task: [] for task in OURS}
+    whole: dict[str, list[SessionTable]] = {task: [] for task in TABLES}
     withdrawn = removals(journals(root))
     gone = set[str]()
     for files in sessions_of(root, tasks):

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import checking
 from focalgradient.dataset.bids import read_description
@@ -25,7 +25,6 @@ from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
-from focalgradient.report.observers import fitted_observers
 from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.own_thresholds import OwnThresholdPart
@@ -34,7 +33,6 @@ from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tables import many
-from focalgradient.report.tidy import tidy_results
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
@@ -43,7 +41,11 @@ from focalgradient.statistics.own_detection import holds_detection
 from focalgradient.statistics.own_reports import holds_reports
 from focalgradient.statistics.own_tables import Paths, UserTable, Where, read_table
 from focalgradient.statistics.own_thresholds import holds_thresholds
+from focalgradient.statistics.questions import Answers
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
+
+if TYPE_CHECKING:
+    from focalgradient.report.observers import FittedObservers
 
 __all__ = [
     "BOUND",
@@ -185,7 +187,11 @@ def make_report(
     simulated = any(part.simulated for part in found.parts)
     if simulated:
         body = [Notice("Simulated observers, not people: every answer was computed by a model."), *body]
-    fitted = fitted_observers(found.parts, progress) if observers else []
+    fitted: Sequence[FittedObservers] = ()
+    if observers:
+        from focalgradient.report.observers import fitted_observers  # with eyes and pictures, which no test needs
+
+        fitted = fitted_observers(found.parts, progress)
     for part in found.parts:
         body += [Heading(part.title), *part.findings(output)]
         body += [block for one in fitted if one.part is part for block in one.findings(output)]
@@ -199,6 +205,8 @@ def make_report(
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
     body += output.tables(provenance(paths, found.parts, applied, asked.used_bound, stated))
     written = _files(found.title, body, output)
+    answers = Answers(tuple(answer for part in found.parts for answer in part.answers()))
+    written["results.csv"] = safe_csv(answers.frame())
     for part in found.parts:
         written |= part.exports()
     if applied:
@@ -284,10 +292,10 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
     checked = checking(root, executor=executor)  # in the executor, while this process analyses
     refused: list[InputError] = []
     parts: list[Part] = []
-    for task in map(task_named, task_names()):
-        if any(root.glob(f"sub-*/**/*_task-{task.name}_beh.tsv")):
+    for name in task_names():
+        if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
-                parts.append(task.reported(root, asked))
+                parts.append(task_named(name).reported(root, asked))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)
@@ -328,7 +336,6 @@ def _files(title: str, blocks: list[Block], output: Output) -> dict[str, bytes]:
     files = dict(output.figures)
     files["report.html"] = as_html(title, blocks).encode()
     files["report.md"] = as_markdown(title, blocks).encode()
-    files["results.csv"] = safe_csv(tidy_results(output.sheets))
     for sheet in output.sheets:
         files[sheet.file] = safe_csv(sheet.digits)
     return files

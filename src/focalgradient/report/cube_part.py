@@ -13,14 +13,14 @@ from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import place_effects_of_cube, place_sheet, screens, screens_sheet
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.dominance import dominance_sheet
-from focalgradient.report.exclusions import with_and_without
+from focalgradient.report.exclusions import answers_of, with_and_without
 from focalgradient.report.export import report_files
-from focalgradient.report.observed import Observed, observed_percepts
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.tables import necker_sheets, quality_sheets
 from focalgradient.report.words import counts, methods_necker, necker_findings
 from focalgradient.statistics import NotComputed, Quality
 from focalgradient.statistics.criteria import OF_CUBE
+from focalgradient.statistics.questions import Answer
 
 __all__ = ["CubePart"]
 
@@ -96,12 +96,12 @@ class CubePart(Part):
         yield from output.tables([*necker_sheets(part.result), *own])
         yield from map(Paragraph, part.result.remarks)
 
+    def answers(self) -> Iterator[Answer]:
+        yield from answers_of(self.reports.result, self.reports.everyone, self.quality)
+
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_necker(self.reports))
         yield from output.tables(self.design_table())
-
-    def observed(self) -> Observed | NotComputed:
-        return observed_percepts(self.reports.kept)
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -110,4 +110,4 @@ class CubePart(Part):
     def exports(self) -> Mapping[str, bytes]:
         part = self.reports
         computed = None if isinstance(part.result, NotComputed) else part.result
-        return report_files(part.table, part.kept, computed)
+        return report_files(part.table, part.kept, computed, self.data)

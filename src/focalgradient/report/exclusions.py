@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 import pandas as pd
@@ -18,18 +16,17 @@ from focalgradient.statistics import (
     Effect,
     NeckerResult,
     NotComputed,
-    OrdinalResult,
     Quality,
     Rules,
     as_table,
 )
-from focalgradient.statistics.comparisons import slope_unit
+from focalgradient.statistics.questions import Answer
 
 __all__ = [
     "CUBE_CATCH",
     "EFFECT",
     "TRIALS",
-    "Headline",
+    "answers_of",
     "catch_answers",
     "changed",
     "criteria",
@@ -148,73 +145,22 @@ def excluded(found: Quality, catch: str) -> str:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Headline:
-    """Main test of an experiment.
-
-    Parameters
-    ----------
-    what
-        Description of the test.
-    effect
-        Result, or the reason why there is none.
-    shown
-        Function that converts the effect for display: the exponential of a logarithm, or multiplication by a factor.
-    """
-
-    what: str
-    effect: Effect | NotComputed
-    shown: Callable[[float], float]
-
-
-def _ratio(value: float) -> float:
-    return math.exp(value)
-
-
-def _as_it_is(value: float) -> float:
-    return value
-
-
 Analysed = DepthRatingResult | ComparisonResult | NeckerResult
 
 
-def headlines(result: Analysed | NotComputed) -> list[Headline]:
-    """List the main tests of an analysis, which its sentences report."""
-    if isinstance(result, NotComputed):
-        return []
-    if isinstance(result, NeckerResult):
-        return [
-            Headline(
-                f"odds ratio of the nonrigid reading's time, {each.gradient} gradient, {each.strength:g} mm",
-                each.odds_of_time,
-                _ratio,
-            )
-            for each in result.effects
-        ]
-    if isinstance(result, ComparisonResult):
-        unit = f"{slope_unit(result.analysis)} per millimetre"
-        found = [
-            Headline(f"slope, {name} in focus ({unit})", test, _as_it_is)
-            for name, test in zip(result.fixations, result.slopes, strict=True)
-        ]
-        pairs = result.differences or ({("nearest", "farthest"): result.interaction} if len(found) == 2 else {})
-        return found + [
-            Headline(f"difference of the slopes, {one} less {other}", test, _as_it_is)
-            for (one, other), test in pairs.items()
-        ]
-    if isinstance(result.ordinal, OrdinalResult):
-        what, parts, whole = "odds ratio of a higher answer at the largest aperture", result.ordinal, "odds ratios"
-        tests = list(zip(parts.fixations, parts.rises, strict=True))
-        apart, differences = parts.interaction, dict(parts.differences)
-    else:
-        what, whole = "depth effect at the largest aperture (ratio to the pinhole)", "depth effects"
-        tests = [(each.fixation, each.rise) for each in result.fixations]
-        apart, differences = result.interaction, {pair: test for pair, (test, _) in result.differences.items()}
-    found = [Headline(f"{what}, {name} in focus", test, _ratio) for name, test in tests]
-    pairs = differences or ({("nearest", "farthest"): apart} if len(found) == 2 else {})
-    return found + [
-        Headline(f"ratio of the {whole}, {one} to {other}", test, _ratio) for (one, other), test in pairs.items()
-    ]
+def headlines(result: Analysed | NotComputed) -> tuple[Answer, ...]:
+    """List the main results of an analysis, which its sentences report."""
+    return () if isinstance(result, NotComputed) else result.answers.headlines
+
+
+def answers_of(
+    kept: Analysed | NotComputed, everyone: Analysed | NotComputed | None, found: Quality
+) -> Iterator[Answer]:
+    """Yield the answers of an analysis, and its main results without exclusions if there are any."""
+    if not isinstance(kept, NotComputed):
+        yield from kept.answers
+    if found.exclusions and everyone is not None and not isinstance(everyone, NotComputed):
+        yield from everyone.answers.variant(WITHOUT)
 
 
 EFFECT = "_exclusions_effect.csv"
@@ -251,12 +197,12 @@ def sensitivity(
     """
     both = [(WITH, headlines(kept)), (WITHOUT, headlines(everyone))]
     digits = [
-        {"exclusions": which, "what": one.what, **_as_shown(one)} | as_table([one.effect]).iloc[0].to_dict()
+        {"exclusions": which, "what": one.headline, **_as_shown(one)} | as_table([one.outcome]).iloc[0].to_dict()
         for which, listed in both
         for one in listed
     ]
-    rows = [[one.what, which, *_cells(one)] for which, listed in both for one in listed]
-    rows.sort(key=lambda row: [one.what for one in both[1][1]].index(row[0]) if both[1][1] else 0)
+    rows = [[one.headline, which, *_cells(one)] for which, listed in both for one in listed]
+    rows.sort(key=lambda row: [one.headline for one in both[1][1]].index(row[0]) if both[1][1] else 0)
     header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (Holm where corrected)"]
     caption = "Main results with and without exclusions"
     file = f"{name}{EFFECT}"
@@ -265,51 +211,52 @@ def sensitivity(
     sheet = Sheet(file, table, pd.DataFrame(digits, columns=columns))
     if not found.exclusions:
         return sheet, ["The rules left out nobody and no trial."], []
-    results = "; ".join(f"{one.what}: {_in_words(one)}" for one in both[1][1])
+    results = "; ".join(f"{one.headline}: {_in_words(one)}" for one in both[1][1])
     counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
     sentences = [f"Without exclusions ({counted}): {results}."] if results else []
     return sheet, sentences, list(changed(*(listed for _, listed in both)))
 
 
-def _as_shown(one: Headline) -> dict[str, float]:
+def _as_shown(one: Answer) -> dict[str, float]:
     """Return estimate and interval in the unit that `what` names."""
-    if isinstance(one.effect, NotComputed):
+    if not isinstance(one.outcome, Effect):
         return {}
-    ends = {"value": one.effect.estimate, "value_low": one.effect.low, "value_high": one.effect.high}
-    return {name: one.shown(end) for name, end in ends.items()}
+    ends = {"value": one.outcome.estimate, "value_low": one.outcome.low, "value_high": one.outcome.high}
+    return {name: one.displayed(end) for name, end in ends.items()}
 
 
-def _cells(one: Headline) -> list[str]:
+def _cells(one: Answer) -> list[str]:
     """Return subjects, estimate, interval, Student's t and p."""
-    if isinstance(one.effect, NotComputed):
-        return ["–", "–", "–", one.effect.reason, "–"]
-    found = one.effect
-    ends = interval(one.shown(found.low), one.shown(found.high))
+    found = one.outcome
+    if isinstance(found, NotComputed):
+        return ["–", "–", "–", found.reason, "–"]
+    assert isinstance(found, Effect)
+    ends = interval(one.displayed(found.low), one.displayed(found.high))
     test = f"t({freedom(found.df)}){SPACE}={SPACE}{decimals(found.statistic)}"
     p = probability(found.corrected_p)
-    return [str(found.subjects), number(one.shown(found.estimate)), ends, test, p]
+    return [str(found.subjects), number(one.displayed(found.estimate)), ends, test, p]
 
 
-def _in_words(one: Headline) -> str:
-    if isinstance(one.effect, NotComputed):
-        return f"not tested ({one.effect.reason.rstrip('.')})"
+def _in_words(one: Answer) -> str:
+    if isinstance(one.outcome, NotComputed):
+        return f"not tested ({one.outcome.reason.rstrip('.')})"
     _, estimate, ends, test, p = _cells(one)
     return f"{estimate}, 95{SPACE}% CI {ends}, {test}, p {p if p.startswith('<') else f'= {p}'}"
 
 
-def changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
+def changed(kept: Iterable[Answer], everyone: Iterable[Answer]) -> Iterator[str]:
     """Yield a notice for each conclusion that depends on exclusions."""
-    of = {one.what: one.effect for one in kept}
+    of = {one.headline: one.outcome for one in kept}
     for other in everyone:
-        effect = of.get(other.what)
-        tests = [test for test in (effect, other.effect) if isinstance(test, Effect)]
+        effect = of.get(other.headline)
+        tests = [test for test in (effect, other.outcome) if isinstance(test, Effect)]
         if len({test.significant for test in tests}) == 2 or (len(tests) == 1 and tests[0].significant):
             with_, without = (
                 f"p {p if p.startswith('<') else f'= {p}'}" if isinstance(test, Effect) else "not tested"
-                for test in (effect, other.effect)
+                for test in (effect, other.outcome)
                 for p in [probability(test.corrected_p) if isinstance(test, Effect) else ""]
             )
-            yield f"Exclusions decide: {other.what}, {with_} {WITH} and {without} {WITHOUT}."
+            yield f"Exclusions decide: {other.headline}, {with_} {WITH} and {without} {WITHOUT}."
 
 
 def with_and_without(

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import combinations
 
 import pandas as pd
 
+from focalgradient.dataset import DataSet
 from focalgradient.report.ordinal_script import ordinal_script
 from focalgradient.statistics import (
     ComparisonResult,
     DepthRatingResult,
     Effect,
     NeckerResult,
-    NotComputed,
     OrdinalResult,
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
+from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["reader", "report_files", "safe_csv", "trial_files"]
@@ -279,16 +280,21 @@ depth_effects <- function(d) {  # of each object in focus, and the difference of
 
 
 def trial_files(
-    table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResult | ComparisonResult | None
+    table: pd.DataFrame,
+    kept: pd.DataFrame,
+    result: DepthRatingResult | ComparisonResult | None,
+    data: DataSet | None = None,
 ) -> dict[str, bytes]:
     """Return all trials as a long CSV, a data dictionary, and scripts that repeat the main test.
 
     Parameters
     ----------
     table, kept
-        All trials, and those that the rules kept, with a common index.
+        All trials with every column, and those that the rules kept, with a common index.
     result
         Analysis; the scripts quote its results.
+    data
+        Data set whose sidecars describe the columns, if there is one.
     """
     import numpy as np
 
@@ -296,40 +302,33 @@ def trial_files(
         log_rating=np.log(table["rating"].where(table["rating"] > 0)),
         included=table.index.isin(kept.index) & ~table["catch"].astype(bool),
     )
-    names = [name for name in MEANING if name in out]
-    out = out[names]
+    out = _ordered(out, MEANING)
     files = {
         "depth_rating_trials.csv": safe_csv(out),
-        "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING),
+        "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING, data),
         "read_depth_rating_trials.R": reader("depth_rating_trials.csv", out),
     }
     if isinstance(result, ComparisonResult):
-        tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
-        tests += [(f"{one} less {other}", test) for (one, other), test in result.differences.items()]
         script = COMPARED if result.analysis.alike is not None else COMPARED.replace(LARGEST, "")
-        files["headline_comparisons.R"] = (script + _found(tests)).encode()
+        files["headline_comparisons.R"] = (script + _found(result.answers)).encode()
     if result is not None and not result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_answers(out))
-    if isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult):
-        tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
-        tests.append(("difference", result.ordinal.interaction))
-        tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
-        if found := _found(tests):
-            files["headline_ordinal.R"] = (ordinal_script(result.ordinal) + found).encode()
+    ordinal = result.ordinal if isinstance(result, DepthRatingResult) else None
+    if result is not None and isinstance(ordinal, OrdinalResult) and (found := _found(result.answers)):
+        files["headline_ordinal.R"] = (ordinal_script(ordinal) + found).encode()
     if isinstance(result, DepthRatingResult) and result.analysis.ratios:
         if len(wide := _depth_effects(out)):
             files["depth_rating_wide.csv"] = safe_csv(wide)
-        rises = [(each.fixation, each.rise) for each in result.fixations]
-        pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
-        found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
+        found = _found(result.answers)
         files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=PREPARE) + found).encode()
     return files
 
 
-def _found(tests: Sequence[tuple[str, Effect | NotComputed]]) -> str:
-    """Format the package's results as comments, for comparison."""
-    return "".join(f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect))
+def _found(answers: Answers) -> str:
+    """Format the package's main results as comments, for comparison."""
+    tested = ((one.level, one.outcome) for one in answers.headlines)
+    return "".join(f"# focalgradient: {name}: {test.summary()}\n" for name, test in tested if isinstance(test, Effect))
 
 
 def _answers(trials: pd.DataFrame) -> pd.DataFrame:
@@ -376,28 +375,28 @@ def _less(one: pd.Series[float], other: pd.Series[float]) -> pd.Series[float]:
     return pd.concat({ALL_SCENES: means}, names=["scene"]).swaplevel()
 
 
-def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult | None) -> dict[str, bytes]:
+def report_files(
+    table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult | None, data: DataSet | None = None
+) -> dict[str, bytes]:
     """Return all reports on the cube as a long CSV, a data dictionary, and a script that repeats the main test.
 
     Parameters
     ----------
     table, kept
-        All reports, and those that the rules kept, with a common index.
+        All reports with every column, and those that the rules kept, with a common index.
     result
         Analysis; the script quotes its results.
+    data
+        Data set whose sidecars describe the columns, if there is one.
     """
     out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
-    out = out[[name for name in CUBE_MEANING if name in out]]
+    out = _ordered(out, CUBE_MEANING)
     files = {
         "necker_reports.csv": safe_csv(out),
-        "necker_reports_dictionary.csv": _dictionary(out, CUBE_MEANING),
+        "necker_reports_dictionary.csv": _dictionary(out, CUBE_MEANING, data),
         "read_necker_reports.R": reader("necker_reports.csv", out),
     }
-    found = "".join(
-        f"# focalgradient: {each.gradient} {each.strength:g}: {each.odds_of_time.summary()}\n"
-        for each in (result.effects if result is not None else ())
-        if isinstance(each.odds_of_time, Effect)
-    )
+    found = "" if result is None else _found(result.answers)
     if result is not None:
         odds = {
             (each.participant_id, f"{each.gradient} {each.strength:g}"): each.log_odds for each in result.subject_shares
@@ -422,10 +421,30 @@ def reader(file: str, table: pd.DataFrame) -> bytes:
     return f'{head}d <- read.csv("{file}", na.strings = "", colClasses = c({types}))\n'.encode()
 
 
-def _dictionary(table: pd.DataFrame, meaning: Mapping[str, str]) -> bytes:
+def _ordered(table: pd.DataFrame, first: Mapping[str, str]) -> pd.DataFrame:
+    """Return every column of a table, the usual ones first; `kind` says whether observers are simulated."""
+    usual = [name for name in first if name in table]
+    return table[[*usual, *(name for name in table if name not in {*usual, "simulated"})]]
+
+
+def _dictionary(table: pd.DataFrame, usual: Mapping[str, str], data: DataSet | None) -> bytes:
     """Describe each column: meaning, type, number of values and of missing values."""
+    sidecars = () if data is None else data.sidecars.values()
+    stated = {
+        name: entry["Description"]
+        for sidecar in sidecars
+        for name, entry in sidecar.items()
+        if isinstance(entry, dict) and "Description" in entry
+    }
+    meaning = {**stated, **usual}
     rows = [
-        (name, meaning[name], str(each.dtype), int(each.nunique(dropna=True)), int(each.isna().sum()))
+        (
+            name,
+            meaning.get(name, "as in the table"),
+            str(each.dtype),
+            int(each.nunique(dropna=True)),
+            int(each.isna().sum()),
+        )
         for name, each in ((str(column), table[column]) for column in table)
     ]
     return safe_csv(pd.DataFrame(rows, columns=["column", "meaning", "type", "values", "missing"]))

@@ -11,10 +11,14 @@ import pandas as pd
 
 from focalgradient.observers import ObserverComparison, compare_observers
 from focalgradient.progress import Progress
+from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, Table
-from focalgradient.report.observed import Observed
+from focalgradient.report.observed import Observed, observed_percepts, observed_ratings, observed_thresholds
+from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import Output, Part
+from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.tables import Sheet, decimals, number, probability
+from focalgradient.report.thresholds import Thresholds
 from focalgradient.statistics import NotComputed
 
 __all__ = ["FittedObservers", "fitted_observers"]
@@ -115,9 +119,23 @@ def _ahead(best: ObserverComparison, other: ObserverComparison) -> tuple[float, 
     return float(each.sum()), float(each.std(ddof=1) * math.sqrt(len(each)))
 
 
+def observed_in(part: Part) -> Observed | NotComputed:
+    """Return a section's answers and the observers that can be fitted to them, or the reason why there are none."""
+    match part:
+        case RatingPart():
+            return observed_ratings(part.ratings.kept, part.ratings.analysis)
+        case CubePart():
+            return observed_percepts(part.reports.kept)
+        case Thresholds():
+            return observed_thresholds(part.table)
+        case OwnThresholdPart():
+            return observed_thresholds(part.own.table, part.own.guess)
+    return NotComputed(f"No observer here predicts the answers to {part.title!r}: fit your own by fit_observer.")
+
+
 def fitted_observers(parts: Sequence[Part], progress: Progress | None = None) -> list[FittedObservers]:
     """Fit and compare the observers of each section's task."""
-    observed = [part.observed() for part in parts]
+    observed = [observed_in(part) for part in parts]
     found: list[FittedObservers] = []
     for number_, (part, one) in enumerate(zip(parts, observed, strict=True)):
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -12,13 +12,15 @@ from focalgradient.dataset import DataSet
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT, TRIALS, Headline, changed
+from focalgradient.report.exclusions import EFFECT, TRIALS, WITHOUT, changed
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.tables import Sheet, effect_sheet, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules, as_table
+from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
+from focalgradient.statistics.questions import Answer, Answers
 
 __all__ = ["ConditionPart"]
 
@@ -79,7 +81,7 @@ class ConditionPart(Part):
         left = many(len(everyone) - len(rows), "rating")
         out = f"{left} left out by the rules on trials" if len(rows) < len(everyone) else "nobody is left out"
         yield Paragraph(f"{many(people, who)} with {many(len(rows), 'rating')}{scenes}; {out}.")
-        yield from map(Notice, changed(_headlines(self.tests), _headlines(self.everyone)))
+        yield from map(Notice, changed(answers_of_tests(self.tests), answers_of_tests(self.everyone)))
         for factor in self.own.conditions:
             figure = condition_figure(rows, factor, [("rating", self.own.log)], units={}, simulated=self.simulated)
             alike = rows.groupby("participant_id")[factor].nunique().max() == 1
@@ -100,6 +102,11 @@ class ConditionPart(Part):
         caption = "Tests of the conditions; Holm’s correction is over those of ratings, and over those of effects"
         results = Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(digits))
         yield from output.tables([effect_sheet(f"{self.name}_tests.csv", caption, "effect", found), results])
+
+    def answers(self) -> Iterator[Answer]:
+        yield from answers_of_tests(self.tests)
+        if self.everyone != self.tests:
+            yield from Answers(tuple(answers_of_tests(self.everyone))).variant(WITHOUT)
 
     def methods(self, output: Output) -> Iterator[Block]:
         applied = [TRIALS[rule] for rule in self.rules if getattr(self.criteria, rule) is not None]
@@ -127,10 +134,6 @@ class ConditionPart(Part):
     def exports(self) -> Mapping[str, bytes]:
         file = f"{self.name}_trials.csv"
         return {file: safe_csv(self.own.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.own.table)}
-
-
-def _headlines(tests: Sequence[ConditionTest]) -> list[Headline]:
-    return [Headline(test.name, test.effect, float) for test in tests if test.effect is not None]
 
 
 def _sentence(test: ConditionTest, effect: Effect) -> str:

@@ -30,6 +30,7 @@ from focalgradient.statistics.detection import (
 )
 from focalgradient.statistics.means import family, t_interval
 from focalgradient.statistics.own_detection import OwnDetection
+from focalgradient.statistics.questions import Answer, stated
 
 __all__ = ["DetectionPart"]
 
@@ -189,14 +190,29 @@ class DetectionPart(Part):
             found["area under the type-2 curve"] = t_interval(type2)
         return found
 
+    def answers(self) -> Iterator[Answer]:
+        for condition in self.group.d_prime:
+            count = sum(at == condition for _, at in self.group.people)
+            for what, mean in self._all_means(condition).items():
+                yield stated(f"mean {what}", condition, mean, "main", n=count)
+        first = next(iter(self.group.d_prime))
+        for condition, test in zip(self.group.differences, family(self.group.differences.values()), strict=True):
+            yield stated("difference of d′", f"{condition} less {first}", test, "main")
+        for (person, condition), one in self.group.people.items():
+            level = ", ".join(filter(None, [person, condition]))
+            for what, outcome in (("d′", one.d_prime), ("criterion c", one.criterion)):
+                yield stated(what, level, outcome, "description", n=1)
+
+    def _all_means(self, condition: str) -> dict[str, Interval]:
+        found = {"d′": self.group.d_prime[condition], "criterion c": self.group.criterion[condition]}
+        return found | self._measures(condition)
+
     def _means(self) -> Sheet:
         """Return means over people as a file, for results.json."""
         rows = []
         for condition in self.group.d_prime:
-            found = {"d′": self.group.d_prime[condition], "criterion c": self.group.criterion[condition]}
-            found |= self._measures(condition)
             count = sum(at == condition for _, at in self.group.people)
-            for what, mean in found.items():
+            for what, mean in self._all_means(condition).items():
                 name = f"mean {what}" + (f", {condition}" if condition else "")
                 about = {"exclusions": "without exclusions", "what": name, "subjects": count}
                 rows.append(about | as_table([mean]).iloc[0].to_dict())

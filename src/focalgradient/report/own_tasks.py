@@ -26,7 +26,9 @@ from focalgradient.report.preregistered import Planned, Preregistered, enough, p
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, effect_sheet, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
+from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.means import t_interval
+from focalgradient.statistics.questions import Answer
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
 
@@ -130,6 +132,9 @@ class OwnTask(Part):
         if self.tests:
             sheets = [*_tests(self), *sheets]
         yield from output.tables(sheets)
+
+    def answers(self) -> Iterator[Answer]:
+        yield from answers_of_tests(self.tests)
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, _methods(self.task, self.settings, self.tests))

@@ -15,11 +15,10 @@ from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
-from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, decimals, freedom, many, number
-from focalgradient.report.thresholds import averaged, fitted_values
+from focalgradient.report.thresholds import averaged, fitted_values, threshold_answers
 from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     Interval,
@@ -31,6 +30,7 @@ from focalgradient.statistics import (
     fit_psychometric_groups,
 )
 from focalgradient.statistics.own_thresholds import OwnThresholds
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING
 
 __all__ = ["OwnThresholdPart"]
@@ -175,6 +175,18 @@ class OwnThresholdPart(Part):
         unit = f" ({self.own.unit})" if self.own.unit else ""
         return listed("thresholds.csv", f"Each person’s threshold{unit} with its 95 % interval", head, rows)
 
+    def answers(self) -> Iterator[Answer]:
+        for name, result in self.results.items():
+            yield from threshold_answers(result, name, "main")
+        if isinstance(self.groups, NotComputed):
+            return
+        for one in self.groups.groups:
+            for what, outcome, unit in (("threshold", one.threshold, self.own.unit), ("slope", one.slope, "")):
+                yield stated(f"{what} of the mean person", one.condition, outcome, "main", unit, one.subjects)
+        name = "log ratio of the mean person’s thresholds"
+        for pair in self.groups.differences:
+            yield stated(name, f"{pair.condition} over {pair.other}", pair.effect, "main", "log ratio")
+
     def methods(self, output: Output) -> Iterator[Block]:
         guess = self.own.guess
         yield Paragraph(
@@ -188,9 +200,6 @@ class OwnThresholdPart(Part):
         if isinstance(self.groups, PsychometricGroups):
             method = self.groups.method.replace(" - ", " − ")
             yield Paragraph(f"All people and conditions were also fitted together: {method}.")
-
-    def observed(self) -> Observed | NotComputed:
-        return observed_thresholds(self.own.table, self.own.guess)
 
     @property
     def choices(self) -> tuple[str, ...]:

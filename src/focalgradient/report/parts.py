@@ -11,11 +11,11 @@ from focalgradient.dataset import DataSet
 from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
 from focalgradient.report.document import Block, Figure
-from focalgradient.report.observed import Observed
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet
 from focalgradient.scales import Analysis
-from focalgradient.statistics import NotComputed, Rules
+from focalgradient.statistics import Rules
+from focalgradient.statistics.questions import Answer
 
 __all__ = ["BOUND", "Asked", "Output", "Part"]
 
@@ -97,6 +97,10 @@ class Part(ABC):
         """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
 
     @abstractmethod
+    def answers(self) -> Iterable[Answer]:
+        """Yield all effects, the rows of results.csv."""
+
+    @abstractmethod
     def methods(self, output: Output) -> Iterator[Block]:
         """Yield the methods for a paper."""
 
@@ -113,10 +117,6 @@ class Part(ABC):
     @abstractmethod
     def exports(self) -> Mapping[str, bytes]:
         """Return the files for other software by name: all trials as a table, and scripts."""
-
-    def observed(self) -> Observed | NotComputed:
-        """Return the answers and the observers that can be fitted to them, or the reason why there are none."""
-        return NotComputed(f"No observer here predicts the answers to {self.title!r}: fit your own by fit_observer.")
 
     def design_table(self) -> list[Sheet]:
         """Return every setting of the design as a table, with all values if sessions differ."""

@@ -14,20 +14,21 @@ from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, place_sheet, screens, screens_sheet
 from focalgradient.report.document import Block, Details, Notice, Paragraph
-from focalgradient.report.exclusions import with_and_without
+from focalgradient.report.exclusions import answers_of, with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import findings, gaze_part
-from focalgradient.report.observed import Observed, observed_ratings
 from focalgradient.report.parts import Asked, Output, Part
-from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part
+from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part, variant_answers
 from focalgradient.report.scales import comparison_sheets, factor_sheet
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
 from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_cautions, rating_checks
-from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Quality
+from focalgradient.statistics import DepthRatingResult, FactorEffect, Interval, NotComputed, OrdinalResult, Quality
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.residuals import rating_residuals
+from focalgradient.statistics.robustness import Variant, robustness
 
 __all__ = ["RatingPart"]
 
@@ -67,6 +68,8 @@ class RatingPart(Part):
         Settings of the report.
     posterior
         Bayesian analysis, if requested and possible.
+    variants
+        Main effects with each exclusion rule left out.
     data, simulated
         As in `ratings`.
     """
@@ -74,6 +77,7 @@ class RatingPart(Part):
     ratings: Ratings
     asked: Asked
     posterior: BayesResult | None
+    variants: tuple[Variant, ...]
     data: DataSet | None
     simulated: bool
 
@@ -83,7 +87,8 @@ class RatingPart(Part):
         posterior = None
         if asked.bayes and isinstance(ratings.result, DepthRatingResult):
             posterior = bayes_analysis(ratings, ratings.result.analysis, asked.bound, asked.used_bound, asked.progress)
-        return cls(ratings, asked, posterior, ratings.data, ratings.simulated)
+        variants = () if ratings.kept.empty else robustness(ratings.table, ratings.quality.rules, ratings.analysis)
+        return cls(ratings, asked, posterior, variants, ratings.data, ratings.simulated)
 
     @classmethod
     def of_dataset(cls, root: str | os.PathLike[str], asked: Asked) -> RatingPart:
@@ -120,7 +125,7 @@ class RatingPart(Part):
         yield Paragraph(counts(part.quality))
         own = quality_sheets(part.quality, "depth_rating")
         seen = [] if part.data is None else screens(part.data)
-        if places := place_effects(seen, part.kept, ratios=part.analysis.ratios):
+        if places := self._places():
             unit = "logarithm of the ratings" if part.analysis.ratios else "units of the scale"
             own = [place_sheet(places, "depth_rating", unit), *own]
         own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
@@ -140,7 +145,7 @@ class RatingPart(Part):
         if not part.kept.empty and checked:
             drawn = residual_figure(checked, simulated=part.simulated)
             folded.append(output.figure("depth_rating_residuals", drawn, RESIDUALS))
-        folded += robustness_part(part, output)
+        folded += robustness_part(self.variants, part.analysis, output)
         folded += tables
         if result is not None:
             yield from map(Paragraph, result.remarks)
@@ -148,6 +153,26 @@ class RatingPart(Part):
         if self.posterior is not None:
             yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
         yield Details("Checks and further tables", folded)
+
+    def answers(self) -> Iterator[Answer]:
+        part = self.ratings
+        yield from answers_of(part.main, part.everyone, part.quality)
+        if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
+            yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
+        unit = "log ratio" if part.analysis.ratios else "units of the scale"
+        for one in (*part.factors, *self._places()):
+            level = f"{one.level} less {one.against}"
+            yield stated(f"{one.measure} by {one.factor}", level, one.effect, "secondary", unit)
+        yield from variant_answers(self.variants, part.main)
+        for name, found in ({} if self.posterior is None else self.posterior.posteriors).items():
+            outcome = found if isinstance(found, NotComputed) else Interval(found.median, found.low, found.high)
+            yield stated("posterior of the depth effect", name, outcome, "check", unit)
+
+    def _places(self) -> tuple[FactorEffect, ...]:
+        """Compare participants in a browser with those in the laboratory."""
+        part = self.ratings
+        seen = [] if part.data is None else screens(part.data)
+        return place_effects(seen, part.kept, ratios=part.analysis.ratios)
 
     def _figures(self, result: DepthRatingResult, output: Output) -> Iterator[Block]:
         simulated, data = self.simulated, self.ratings.data
@@ -174,9 +199,6 @@ class RatingPart(Part):
             used = self.asked.used_bound
             yield Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance.")
 
-    def observed(self) -> Observed | NotComputed:
-        return observed_ratings(self.ratings.kept, self.ratings.analysis)
-
     @property
     def choices(self) -> tuple[str, ...]:
         return of_analysis(self.ratings.analysis)
@@ -184,5 +206,5 @@ class RatingPart(Part):
     def exports(self) -> Mapping[str, bytes]:
         part = self.ratings
         result = None if isinstance(part.result, NotComputed) else part.result
-        found = trial_files(part.table, part.kept, part.compared or result)
+        found = trial_files(part.table, part.kept, part.compared or result, self.data)
         return {**found, SCENE_EFFECTS: scene_effects_file(part)}

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
-from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Paragraph
 from focalgradient.report.exclusions import NAMES
 from focalgradient.report.parts import Output
@@ -13,10 +12,11 @@ from focalgradient.report.plans import in_focus
 from focalgradient.report.tables import Sheet, number
 from focalgradient.report.words import p_is
 from focalgradient.scales import Analysis, Choices, Slopes
-from focalgradient.statistics import as_table
-from focalgradient.statistics.robustness import ALL_RULES, Variant, robustness
+from focalgradient.statistics import ComparisonResult, DepthRatingResult, NotComputed, as_table
+from focalgradient.statistics.questions import Answer
+from focalgradient.statistics.robustness import ALL_RULES, Variant
 
-__all__ = ["ROBUSTNESS_PLAN", "robustness_part"]
+__all__ = ["ROBUSTNESS_PLAN", "robustness_part", "variant_answers"]
 
 ROBUSTNESS_PLAN = (
     "Robustness. The analysis is repeated with each exclusion rule left out. These variants share their data; each has "
@@ -24,19 +24,31 @@ ROBUSTNESS_PLAN = (
 )
 
 
-def robustness_part(part: Ratings, output: Output) -> Iterator[Block]:
+def robustness_part(variants: Sequence[Variant], analysis: Analysis, output: Output) -> Iterator[Block]:
     """Yield a sentence for each rule that changes the data; all variants are in robustness.csv."""
-    if part.kept.empty:
+    if not variants:
         return
-    variants = robustness(part.table, part.quality.rules, part.analysis)
     output.tables([Sheet("robustness.csv", None, as_table(variants))])
     sentences = [
         sentence
         for fixation in dict.fromkeys(variant.fixation for variant in variants)
-        if (sentence := _sentence([variant for variant in variants if variant.fixation == fixation], part.analysis))
+        if (sentence := _sentence([variant for variant in variants if variant.fixation == fixation], analysis))
     ]
     if sentences:
         yield Paragraph(" ".join(["Robustness.", *sentences]))
+
+
+def variant_answers(
+    variants: Iterable[Variant], main: DepthRatingResult | ComparisonResult | NotComputed
+) -> Iterator[Answer]:
+    """Yield the primary question's answer without each exclusion rule."""
+    if isinstance(main, NotComputed):
+        return
+    question = main.answers.headlines[0].question
+    for one in variants:
+        if one.rules != ALL_RULES:
+            outcome = NotComputed(one.reason) if one.estimate is None else one
+            yield Answer(question, one.fixation, outcome, f"without the rule {one.rules}", one.subjects)
 
 
 def _sentence(variants: Sequence[Variant], analysis: Analysis) -> str:

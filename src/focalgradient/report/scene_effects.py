@@ -17,6 +17,7 @@ from focalgradient.report.exclusions import headlines
 from focalgradient.statistics import ComparisonResult, DepthRatingResult, Effect, NotComputed, OrdinalResult
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.comparisons import own_slopes
+from focalgradient.statistics.questions import HERE
 
 __all__ = ["SCENE_EFFECTS", "scene_effects", "scene_effects_file"]
 
@@ -39,11 +40,12 @@ def scene_effects(part: Ratings) -> pd.DataFrame:
     result = part.main
     if isinstance(result, NotComputed):
         return pd.DataFrame(columns=COLUMNS)
-    names = [each.what for each in headlines(result)]
+    names = [each.headline for each in headlines(result)]
     rows: list[tuple[object, ...]] = []
-    for what, test in zip(names, _these_scenes(result), strict=False):
+    for each in headlines(result):
+        test = result.answers.to(each.name + HERE).get(each.level)
         if isinstance(test, Effect):
-            rows.append((what, "", "", test.estimate, test.standard_error))
+            rows.append((each.headline, "", "", test.estimate, test.standard_error))
     digests = {} if part.data is None else _digests(part.data)
     for what, effects in zip(names, _by_scene(part, result), strict=False):
         rows += [(what, scene, digests.get(str(scene), ""), effect, None) for scene, effect in effects.items()]
@@ -53,18 +55,6 @@ def scene_effects(part: Ratings) -> pd.DataFrame:
 def scene_effects_file(part: Ratings) -> bytes:
     """Return the content of `SCENE_EFFECTS`."""
     return json.dumps({"effects": json.loads(scene_effects(part).to_json(orient="records"))}).encode()
-
-
-def _these_scenes(result: DepthRatingResult | ComparisonResult) -> list[Effect | NotComputed]:
-    """Return the tests over subjects, for these scenes, in the order of `headlines`."""
-    if isinstance(result, ComparisonResult):
-        here = result.these_scenes
-        return [*here.slopes, *(here.differences.values() or [here.interaction])]
-    if isinstance(result.ordinal, OrdinalResult):
-        ordinal = result.ordinal
-        return [*(ordinal.these_scenes or [*ordinal.rises, *(ordinal.differences.values() or [ordinal.interaction])])]
-    pairs = [test for _, test in result.differences.values()] or [result.interaction_these_scenes]
-    return [*(each.rise_these_scenes for each in result.fixations), *pairs]
 
 
 def _by_scene(part: Ratings, result: DepthRatingResult | ComparisonResult) -> list[pd.Series[float]]:

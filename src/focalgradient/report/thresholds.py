@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
@@ -14,9 +14,8 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT
+from focalgradient.report.exclusions import EFFECT, WITHOUT
 from focalgradient.report.export import reader, safe_csv
-from focalgradient.report.observed import Observed, observed_thresholds
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -28,9 +27,10 @@ from focalgradient.statistics import (
     as_table,
     blur_thresholds,
 )
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING, SubjectThreshold
 
-__all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "unit_of"]
+__all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "threshold_answers", "unit_of"]
 
 CAPTION = (
     "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
@@ -97,12 +97,15 @@ class Thresholds(Part):
             yield output.figure("blur_thresholds", threshold_figure(result, simulated=self.simulated), CAPTION)
         yield from output.tables([_sheet(result)])
 
+    def answers(self) -> Iterator[Answer]:
+        result = self.result
+        kept = [one for one in result.subjects if one.kept]
+        yield from threshold_answers(result, "", WITHOUT)
+        yield stated(MEAN, "", result.mean_attending, "main", result.unit, averaged(kept))
+
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_thresholds(self.design))
         yield from output.tables(self.design_table())
-
-    def observed(self) -> Observed | NotComputed:
-        return observed_thresholds(self.table)
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -184,6 +187,20 @@ def _both_means(result: ThresholdResult) -> Sheet:
         ]
     )
     return Sheet(f"blur_threshold{EFFECT}", None, digits)
+
+
+MEAN = "geometric mean threshold"
+
+
+def threshold_answers(result: ThresholdResult, condition: str, role: str) -> Iterator[Answer]:
+    """Yield the mean over all participants, with a role, and the threshold of each session."""
+    mean = stated(MEAN, condition, result.mean, "main", result.unit, averaged(result.subjects))
+    yield replace(mean, role=role)
+    for one in result.subjects:
+        fit = one.fit
+        level = ", ".join(filter(None, [one.participant, one.session, condition]))
+        outcome = fit if isinstance(fit, NotComputed) else Interval(fit.threshold, fit.low, fit.high)
+        yield stated("threshold", level, outcome, "description", result.unit, 1)
 
 
 def averaged(subjects: Sequence[SubjectThreshold]) -> int:

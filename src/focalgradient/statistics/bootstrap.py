@@ -33,8 +33,9 @@ def _counts(subjects: int, draws: int) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class BootstrapT:
-    """Bootstrap-t of a mean over subjects: ends of the 95 % interval, and two-sided p value of a mean of zero."""
+    """Bootstrap-t of a mean over subjects: mean, ends of the 95 % interval, two-sided p value of a mean of zero."""
 
+    estimate: float
     low: float
     high: float
     p: float
@@ -82,4 +83,4 @@ def bootstrap_t(values: ArrayLike, draws: int = DRAWS) -> BootstrapT | NotComput
     low, high = np.quantile(drawn, [ALPHA / 2, 1 - ALPHA / 2], method="inverted_cdf")
     mean = float(subject_means.mean())
     p = min(1.0, 2 * float(min(tails)))
-    return BootstrapT(mean - float(high) * error, mean - float(low) * error, p, subjects)
+    return BootstrapT(mean, mean - float(high) * error, mean - float(low) * error, p, subjects)

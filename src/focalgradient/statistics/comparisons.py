@@ -7,9 +7,10 @@ Wald test of a marginal logistic slope, whose standard error grows with the slop
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,7 +20,9 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
-from focalgradient.statistics.means import by_role, only_difference, share_interval, t_interval
+from focalgradient.statistics.means import only_difference, share_interval, t_interval
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, Question, stated
+from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
@@ -76,6 +79,8 @@ class ComparisonResult:
         With more than two fixations: difference of the slopes of each pair, by their names.
     these_scenes
         The same four tests over subjects only, for these scenes.
+    answers
+        All effects, by question and level.
 
     Notes
     -----
@@ -94,6 +99,7 @@ class ComparisonResult:
     interaction: Effect | NotComputed
     differences: Mapping[tuple[str, str], Effect | NotComputed]
     these_scenes: ComparisonTests
+    answers: Answers = NO_ANSWERS
 
     @property
     def scale(self) -> str:
@@ -167,68 +173,119 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     present = fixations_of(table)
     answers = table.rename(columns={"rating": "answer"})
     of = {name: cells(answers[answers["fixation"] == name]) for name in present}
-    pairs = list(combinations(present, 2)) if analysis.compares_slopes else []
-    slopes = [_both(own_slopes(of[name])) for name in present]
-    slopes += [_difference(of[one], of[other]) for one, other in pairs]
-    largest = [_largest(own, analysis) for own in of.values()]
-    size = len(present)
-    tests, here_tests = ([test[k] for test in slopes] for k in (0, 1))
-    both = _tests(*by_role(tests[:size], tests[size:], [test for test, _ in largest]), pairs, analysis)
-    here = _tests(here_tests[:size], here_tests[size:], [test for _, test in largest], pairs, analysis)
+    found = slope_questions(present, analysis).answers(of)
+    means = _means(table, analysis)
+    described = [
+        stated("mean answer", f"{one.fixation}, {one.aperture}", one.mean, "description", n=one.subjects)
+        for one in means
+    ]
+    both, here = (_collected(found, end, analysis) for end in ("", HERE))
     return ComparisonResult(
         analysis,
         tuple(sorted(set(table["participant_id"]))),
         len(table),
-        _means(table, analysis),
+        means,
         present,
         both.slopes,
         both.against_reference,
         both.interaction,
         both.differences,
         here,
+        Answers((*found, *described)),
     )
 
 
 CHOICES = NotComputed("Slopes of choices are not compared between fixations.")
 UNLIKE = NotComputed("No answer of the scale means that two pictures are alike.")
 
-Test = Effect | NotComputed
+SLOPE, DIFFERENCE = "slope on aperture", "difference of the slopes"
+LARGEST = "largest aperture against identical pictures"
+"""Names of the questions."""
+
+Tests = dict[str, Effect | NotComputed]
+Values = FloatArray | NotComputed
+Test = Callable[[FloatArray], Effect | NotComputed]
 
 
-def _tests(
-    slopes: list[Test], apart: list[Test], largest: list[Test], pairs: list[tuple[str, str]], analysis: Analysis
-) -> ComparisonTests:
-    """Name the differences by their pairs."""
-    differences = dict(zip(pairs, apart, strict=True))
+def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Questions:
+    """Return the questions about comparisons, asked of the cells of each fixation.
+
+    Parameters
+    ----------
+    fixations
+        Objects in focus; the slope with the first is the primary outcome.
+    analysis
+        Analysis of the answers.
+
+    Examples
+    --------
+    >>> [question.name for question in slope_questions(["nearest"], Choices()).questions][:2]
+    ['slope on aperture', 'largest aperture against identical pictures']
+    """
+    pairs = list(combinations(fixations, 2))
+
+    def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
+        return {name: own_slopes(of[name]) for name in fixations}
+
+    def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
+        compared = analysis.compares_slopes
+        return {f"{one} less {other}": _difference(of[one], of[other]) if compared else CHOICES for one, other in pairs}
+
+    def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
+        alike = analysis.alike
+        return {name: UNLIKE if alike is None else of[name].values[:, :, -1] - alike for name in fixations}
+
+    def tested(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
+        return lambda of: {
+            name: found if isinstance(found, NotComputed) else test(found) for name, found in values(of).items()
+        }
+
+    unit = f"{slope_unit(analysis)} per millimetre"
+    apart = "differences" if len(pairs) > 1 else ""
+    head = f"slope, {{level}} in focus ({unit})"
+    asked = [Question(SLOPE, tested(slopes, crossed_effect), "primary", unit, SECOND, head)]
+    checks = [Question(SLOPE + HERE, tested(slopes, over_subjects), "check", unit)]
+    if pairs and (analysis.compares_slopes or len(pairs) == 1):
+        head = "difference of the slopes, {level}"
+        asked.append(Question(DIFFERENCE, tested(differences, crossed_effect), "secondary", unit, apart, head))
+        checks.append(Question(DIFFERENCE + HERE, tested(differences, over_subjects), "check", unit))
+    unit = slope_unit(analysis)
+    asked.append(Question(LARGEST, tested(largest, crossed_effect), "secondary", unit, SECOND))
+    checks.append(Question(LARGEST + HERE, tested(largest, over_subjects), "check", unit))
+    return Questions([*asked, *checks])
+
+
+SECOND = "secondary comparisons"
+"""Family of the other slopes and the comparisons at the largest aperture."""
+
+
+def _collected(answers: Answers, end: str, analysis: Slopes | Choices) -> ComparisonTests:
+    """Return the tests whose names have an ending."""
+    slopes, largest, apart = (answers.to(name + end) for name in (SLOPE, LARGEST, DIFFERENCE))
+    compared: Tests = apart if analysis.compares_slopes else {}
+    pairs = {pair: compared[" less ".join(pair)] for pair in combinations(slopes, 2) if compared}
     return ComparisonTests(
-        tuple(slopes),
-        tuple(largest),
-        only_difference(differences) if analysis.compares_slopes else CHOICES,
-        differences if len(pairs) > 1 else {},
+        tuple(slopes.values()),
+        tuple(largest.values()),
+        only_difference(pairs) if analysis.compares_slopes else CHOICES,
+        pairs if len(pairs) > 1 else {},
     )
 
 
-def _both(values: FloatArray | NotComputed) -> tuple[Test, Test]:
-    """Test the mean over subjects and scenes, and over subjects only, for bounded values."""
-    if isinstance(values, NotComputed):
-        return values, values
-    return crossed_effect(values), over_subjects(values)
-
-
-def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
-    """Test the difference between two slopes within subject and scene; of the means over scenes if none has both."""
+def _difference(one: Cells, other: Cells) -> FloatArray | NotComputed:
+    """Return differences of two slopes within subject and scene; of the means over scenes if none has both."""
     lines = []
     for own in (one, other):
         slopes = own_slopes(own)
         if isinstance(slopes, NotComputed):
-            return slopes, slopes
+            return slopes
         names = list(own.scenes) if slopes.shape[1] == len(own.scenes) else [""]
         lines.append(pd.DataFrame(slopes, index=list(own.subjects), columns=names))
     first, second = lines
     difference = (first - second).to_numpy(dtype=float)
     if not np.isfinite(difference).any():
         difference = (first.mean(axis=1) - second.mean(axis=1)).to_frame().to_numpy(dtype=float)
-    return _both(difference)
+    return difference
 
 
 def own_slopes(own: Cells) -> FloatArray | NotComputed:
@@ -243,13 +300,6 @@ def own_slopes(own: Cells) -> FloatArray | NotComputed:
     with np.errstate(invalid="ignore"):
         means = np.where(seen, own.values, 0).sum(axis=1, keepdims=True) / seen.sum(axis=1, keepdims=True)
     return replace(own, values=means).contrast(weights)
-
-
-def _largest(own: Cells, analysis: Slopes | Choices) -> tuple[Test, Test]:
-    """Test the answers at the largest aperture against the answer for identical pictures."""
-    if analysis.alike is None:
-        return UNLIKE, UNLIKE
-    return _both(own.values[:, :, -1] - analysis.alike)
 
 
 def _means(table: pd.DataFrame, analysis: Slopes | Choices) -> tuple[ComparisonMean, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +12,10 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect
 from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["ConditionTest", "condition_tests", "level_text", "planned_tests", "subject_effects"]
+__all__ = ["ConditionTest", "answers_of_tests", "condition_tests", "level_text", "planned_tests", "subject_effects"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +134,18 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
         ConditionTest(test.answer, test.factor, test.level, test.against, test.log, effect)
         for test, effect in zip(planned, effects, strict=True)
     )
+
+
+def answers_of_tests(tests: Iterable[ConditionTest]) -> Iterator[Answer]:
+    """Yield the effects of tests; tests without an effect are left out.
+
+    >>> [answer.name for answer in answers_of_tests([ConditionTest("blur", "sigma", effect=NotComputed("no answers"))])]
+    ['slope of blur on sigma']
+    """
+    for test in tests:
+        if test.effect is not None:
+            unit = f"log {test.answer}" if test.log else test.answer
+            yield stated(test.name, "", test.effect, "main", unit, headline=test.name)
 
 
 def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effect | NotComputed:

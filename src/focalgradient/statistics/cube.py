@@ -6,6 +6,7 @@ the odds of *time*. Proportions of time and of reports, and percept durations, d
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,8 @@ from focalgradient.statistics.durations import (
     fit_durations,
     fit_durations_of_people,
 )
-from focalgradient.statistics.means import family, paired_effect, share_interval
+from focalgradient.statistics.means import paired_effect, share_interval
+from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
@@ -175,6 +177,8 @@ class NeckerResult:
     over_people
         Log-normal model of the same durations for both readings together, in which median, spread and preference vary
         over people; None if durations were not requested.
+    answers
+        All effects, by question and condition.
     """
 
     participants: tuple[str, ...]
@@ -187,6 +191,7 @@ class NeckerResult:
     remarks: tuple[str, ...]
     people: tuple[PeopleDominance, ...]
     over_people: DominanceModel | NotComputed | None = None
+    answers: Answers = NO_ANSWERS
 
     def __repr__(self) -> str:
         """Return a one-line description; `summary` gives the results."""
@@ -256,6 +261,9 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     weight = half_report(reported["duration"])
     own = {condition: _own(trials, condition, weight) for condition in conditions}
     remarks: list[str] = []
+    odds = Question(ODDS, lambda own: _effects(own, remarks), "main", "log odds ratio", ODDS, HEADLINE, True)
+    tests = Analysis([odds]).answers(own)
+    shares = tuple(share for condition, rows in own.items() for share in _shares(condition, rows))
     return NeckerResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(trials),
@@ -272,15 +280,50 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
             for (gradient, strength), rows in own.items()
             for participant, row in rows.iterrows()
         ),
-        shares=tuple(share for condition, rows in own.items() for share in _shares(condition, rows)),
+        shares=shares,
         dominance=tuple(
             _dominance(condition, percept, reported) for condition in conditions for percept in READINGS if durations
         ),
-        effects=_effects(own, remarks),
+        effects=tuple(
+            GradientEffect(*condition, tests.to(ODDS)[condition_name(condition)])
+            for condition in own
+            if condition != PLAIN
+        ),
         remarks=tuple(remarks),
         people=tuple(_people(conditions[0], percept, reported) for percept in READINGS if durations),
         over_people=_over_people(conditions[0], reported) if durations else None,
+        answers=Answers((*tests, *_described(shares, {condition: len(rows) for condition, rows in own.items()}))),
     )
+
+
+ODDS = "log odds of the nonrigid reading"
+HEADLINE = "odds ratio of the nonrigid reading's time, {level}"
+PLAIN = ("none", 0.0)
+"""Condition without a gradient."""
+
+SHARES = {
+    "of_readings": "share of both readings’ time",
+    "time": "share of the time",
+    "reports": "share of the reports",
+}
+
+
+def condition_name(condition: tuple[str, float]) -> str:
+    """Name a gradient with its strength.
+
+    >>> condition_name(("rigid", 4.0))
+    'rigid gradient, 4 mm'
+    """
+    return f"{condition[0]} gradient, {condition[1]:g} mm"
+
+
+def _described(shares: tuple[PerceptShare, ...], subjects: Mapping[tuple[str, float], int]) -> Iterator[Answer]:
+    """Yield the mean shares of each condition and percept."""
+    for share in shares:
+        condition = (share.gradient, share.strength)
+        for field, name in SHARES.items():
+            level = f"{condition_name(condition)}, {share.percept}"
+            yield stated(name, level, getattr(share, field), "description", n=subjects[condition])
 
 
 def _trials(table: pd.DataFrame) -> pd.DataFrame:
@@ -371,25 +414,26 @@ def _over_people(condition: tuple[str, float], reported: pd.DataFrame) -> Domina
     )
 
 
-def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> tuple[GradientEffect, ...]:
+def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> dict[str, Effect | NotComputed]:
     """Test each gradient against none."""
-    plain = ("none", 0.0)
-    tests: list[Effect | NotComputed] = []
-    tested = [condition for condition in own if condition != plain]
-    for gradient, strength in tested:
-        if plain not in own:
-            tests.append(NotComputed("There are no trials without a gradient to compare with."))
+    tests: dict[str, Effect | NotComputed] = {}
+    for gradient, strength in own:
+        if (gradient, strength) == PLAIN:
+            continue
+        level = condition_name((gradient, strength))
+        if PLAIN not in own:
+            tests[level] = NotComputed("There are no trials without a gradient to compare with.")
             continue
         what = f"The odds of {gradient} ({strength:g} mm)"
-        change = own[gradient, strength]["log_odds"] - own[plain]["log_odds"]
+        change = own[gradient, strength]["log_odds"] - own[PLAIN]["log_odds"]
         if change.isna().any():
             remarks.append(
                 f"{what} leave out {', '.join(map(str, change.index[change.isna()]))}: neither reading was reported "
                 "with it, or with none."
             )
-        never = [_never(own[condition]) for condition in ((gradient, strength), plain)]
+        never = [_never(own[condition]) for condition in ((gradient, strength), PLAIN)]
         if never[0] and never[0] == never[1]:
-            tests.append(NotComputed(f"The {never[0]} reading was never reported: there are no odds to compare."))
+            tests[level] = NotComputed(f"The {never[0]} reading was never reported: there are no odds to compare.")
             continue
         for reading, when in zip(never, ("with it", "without a gradient"), strict=True):
             if reading:
@@ -397,8 +441,9 @@ def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> 
                     f"{what} rest on the half report that is added, as nobody reported the {reading} reading {when}: "
                     "the true ratio is further from 1."
                 )
-        tests.append(paired_effect(change.dropna(), "the subjects' own bias-reduced log odds of time, paired t-test"))
-    return tuple(GradientEffect(*condition, test) for condition, test in zip(tested, family(tests), strict=True))
+        method = "the subjects' own bias-reduced log odds of time, paired t-test"
+        tests[level] = paired_effect(change.dropna(), method)
+    return tests
 
 
 def _never(own: pd.DataFrame) -> str | None:

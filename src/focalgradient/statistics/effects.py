@@ -7,7 +7,6 @@ import pandas as pd
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
-from focalgradient.statistics.ordinal import OrdinalResult
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
 from focalgradient.statistics.records import Effect, NotComputed
 
@@ -52,10 +51,6 @@ def analyse(
 
 def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:
     """Return the effects of aperture at each fixation (positive: more depth with blur), and their differences."""
-    if isinstance(result, ComparisonResult):
-        return result.slopes, (*(result.differences.values() or [result.interaction]),)
-    if isinstance(result.ordinal, OrdinalResult):
-        ordinal = result.ordinal
-        return ordinal.rises, (*(ordinal.differences.values() or [ordinal.interaction]),)
-    pairs = [test for test, _ in result.differences.values()] or [result.interaction]
-    return tuple(each.rise for each in result.fixations), (*pairs,)
+    first, *pair = dict.fromkeys(answer.name for answer in result.answers.headlines)
+    differences = (test for name in pair for test in result.answers.to(name).values())
+    return tuple(result.answers.to(first).values()), tuple(differences)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,6 @@ from scipy import stats
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
 __all__ = [
-    "by_role",
     "family",
     "holm",
     "only_difference",
@@ -205,34 +204,3 @@ def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
         replace(test, p_holm=float(p)) if isinstance(test, Effect) else test
         for test, p in zip(tests, corrected, strict=True)
     ]
-
-
-Tests = list[Effect | NotComputed]
-
-
-def by_role(
-    effects: Sequence[Effect | NotComputed],
-    differences: Sequence[Effect | NotComputed],
-    others: Iterable[Effect | NotComputed] = (),
-) -> tuple[Tests, Tests, Tests]:
-    """Correct tests by their role: the first effect is primary and not corrected, nor is a single difference.
-
-    Parameters
-    ----------
-    effects
-        Effects, the primary one first; the others are secondary.
-    differences
-        Differences of pairs of effects; several are a family by Holm.
-    others
-        Further secondary comparisons, one family by Holm with the secondary effects.
-
-    Examples
-    --------
-    >>> tests = [student_effect(t, 1.0, 10, "an example") for t in (2.0, 4.0, 3.0)]
-    >>> [[test.p_holm and round(test.p_holm, 4) for test in group] for group in by_role(tests[:2], [], tests[2:])]
-    [[None, 0.0062], [], [0.015]]
-    """
-    secondary = family([*effects[1:], *others])
-    size = max(len(effects) - 1, 0)
-    apart = family(differences) if len(differences) > 1 else list(differences)
-    return [*effects[:1], *secondary[:size]], apart, secondary[size:]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,8 +16,9 @@ from scipy import stats
 from focalgradient.progress import Progress
 from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
-from focalgradient.statistics.means import by_role, only_difference, paired_effect, student_effect
+from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Analysis, Answer, Answers, Outcome, Question
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
 
@@ -89,6 +91,8 @@ class OrdinalResult:
     by_people
         True if within-subject effects were tested because the mixed model's standard errors are unreliable; all tests
         are then over subjects, for these scenes.
+    answers
+        All effects, by question and level.
 
     Notes
     -----
@@ -109,6 +113,7 @@ class OrdinalResult:
     differences: Mapping[tuple[str, str], Effect | NotComputed] = field(default_factory=dict)
     these_scenes: tuple[Effect | NotComputed, ...] = ()
     by_people: bool = False
+    answers: Answers = NO_ANSWERS
 
     def __repr__(self) -> str:
         """Return a one-line description; `summary` gives the results."""
@@ -177,7 +182,9 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     def missing(reason: str) -> OrdinalResult:
         none = NotComputed(reason)
         each = (none,) * len(fixations)
-        return OrdinalResult(formula, fixations, each, each, none, (), shares, (), None)
+        tests = [none] * (len(fixations) + math.comb(len(fixations), 2))
+        answers = _answers(fixations, tests, tests, 0)
+        return OrdinalResult(formula, fixations, each, each, none, (), shares, (), None, answers=answers)
 
     if len(names) < 2 or width == 0:
         return missing("An ordinal slope over subjects needs two or more subjects, and two or more apertures.")
@@ -201,14 +208,14 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         _over_scenes(test, deviations, contrast[: len(fixations)])
         for test, contrast in zip(fixed, contrasts, strict=True)
     ]
-    rises, apart, _ = by_role(tests[: len(fixations)], tests[len(fixations) :])
+    answers = _answers(fixations, tests, fixed, width)
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1))
-    differences = {(fixations[one], fixations[other]): test for (one, other), test in zip(pairs, apart, strict=True)}
+    differences = _differences(answers, fixations)
     return OrdinalResult(
         formula,
         fixations,
-        tuple(_scaled(rise, width) for rise in rises),
-        tuple(rises),
+        tuple(answers.to(SLOPE).values()),
+        tuple(answers.to(EFFECT).values()),
         only_difference(differences),
         tuple(
             Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
@@ -219,7 +226,50 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         fit.log_likelihood,
         differences if len(fixations) > 2 else {},
         tuple(fixed),
+        answers=answers,
     )
+
+
+EFFECT, DIFFERENCE, SLOPE = "log odds of a higher answer", "difference of the log odds", "slope of the log odds"
+"""Names of the questions."""
+
+
+def _answers(
+    fixations: Sequence[str],
+    tests: Sequence[Effect | NotComputed],
+    fixed: Sequence[Effect | NotComputed],
+    width: float,
+) -> Answers:
+    """Return the answers from tests of each fixation, then of each pair; `fixed` are those for these scenes."""
+    size, pairs = len(fixations), list(combinations(fixations, 2))
+    levels = [*fixations, *(f"{one} less {other}" for one, other in pairs)]
+    unit, second = "log odds", "secondary comparisons"
+
+    def some(tested: Sequence[Effect | NotComputed], part: slice) -> Callable[[Any], Mapping[str, Outcome]]:
+        return lambda _: dict(zip(levels[part], tested[part], strict=True))
+
+    each, apart = slice(size), slice(size, None)
+    head = "odds ratio of a higher answer at the largest aperture, {level} in focus"
+    of_pair = "ratio of the odds ratios, {pair}"
+    asked = [
+        Question(EFFECT, some(tests, each), "primary", unit, second, head, True),
+        Question(DIFFERENCE, some(tests, apart), "secondary", unit, "differences" * (len(pairs) > 1), of_pair, True),
+        Question(EFFECT + HERE, some(fixed, each), "check", unit),
+        Question(DIFFERENCE + HERE, some(fixed, apart), "check", unit),
+    ]
+    found = Analysis(asked).answers(pd.DataFrame())
+    slope = Question(SLOPE, some(tests, each), "secondary", f"{unit} per mm")
+    slopes = [
+        Answer(slope, name, _scaled(test, width) if width else test, "secondary")
+        for name, test in found.to(EFFECT).items()
+    ]
+    return Answers((*found, *slopes))
+
+
+def _differences(answers: Answers, fixations: Sequence[str]) -> dict[tuple[str, str], Effect | NotComputed]:
+    """Return the differences of the effects by their pair of fixations."""
+    apart = answers.to(DIFFERENCE)
+    return {(one, other): apart[f"{one} less {other}"] for one, other in combinations(fixations, 2)}
 
 
 def _formula(fixations: Sequence[str]) -> str:
@@ -285,8 +335,8 @@ def _by_people(
     for each in values:
         test = paired_effect(each, PEOPLE_METHOD)
         tests.append(replace(test, remarks=remarks) if isinstance(test, Effect) else test)
-    rises, apart, _ = by_role(tests[:size], tests[size:])
-    differences = {(fixations[one], fixations[other]): test for (one, other), test in zip(pairs, apart, strict=True)}
+    answers = _answers(fixations, tests, tests, width)
+    differences = _differences(answers, fixations)
     thresholds: tuple[Threshold, ...] = ()
     if fit is not None:
         thresholds = tuple(
@@ -296,8 +346,8 @@ def _by_people(
     return OrdinalResult(
         _formula(fixations),
         tuple(fixations),
-        tuple(_scaled(rise, width) for rise in rises),
-        tuple(rises),
+        tuple(answers.to(SLOPE).values()),
+        tuple(answers.to(EFFECT).values()),
         only_difference(differences),
         thresholds,
         shares,
@@ -306,6 +356,7 @@ def _by_people(
         differences if size > 2 else {},
         (*tests,),
         by_people=True,
+        answers=answers,
     )
 
 

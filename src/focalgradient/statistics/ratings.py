@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Literal
 
@@ -19,12 +19,24 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
-from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
-from focalgradient.statistics.cells import Cells, cells, slope_weights
-from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects, own_means
-from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence
-from focalgradient.statistics.means import by_role, t_interval, within_half_widths
+from focalgradient.statistics.bootstrap import BootstrapT
+from focalgradient.statistics.cells import Cells
+from focalgradient.statistics.crossed import Components, components
+from focalgradient.statistics.hypotheses import Equivalence, check_bound
+from focalgradient.statistics.means import t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, stated
+from focalgradient.statistics.rating_questions import (
+    BOOTSTRAP,
+    DIFFERENCE,
+    EFFECT,
+    EQUIVALENT,
+    PINHOLE,
+    SLOPE,
+    LogRatios,
+    no_ratio,
+    rating_questions,
+)
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import FIXATIONS, check_steps, fixations_of, rating_table
 
@@ -167,6 +179,8 @@ class DepthRatingResult:
     differences
         With other fixations: difference of the depth effects of each pair, by their names, over subjects and scenes,
         and for these scenes only.
+    answers
+        All effects, by question and level.
     ordinal
         Analysis of ordinal answers, on an ordinal scale.
     remarks
@@ -196,6 +210,7 @@ class DepthRatingResult:
     differences: Mapping[tuple[str, str], tuple[Effect | NotComputed, Effect | NotComputed]] = field(
         default_factory=dict
     )
+    answers: Answers = NO_ANSWERS
 
     @property
     def scale(self) -> str:
@@ -277,22 +292,23 @@ def depth_rating(
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
     present = fixations_of(table)
-    of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
-    found = [_fixation(name, of[name], equivalence_bound, analysis, remarks, name == present[0]) for name in present]
-    pairs = [FIXATIONS] if set(present) <= {*FIXATIONS} else list(combinations(present, 2))
-    against = [_difference(of, one, other, analysis) for one, other in pairs]
-    means = _means(table, of, found, remarks) if analysis.ratios else ()
-    between = [mean for mean in means if mean.aperture_mm < of[mean.fixation].amounts[-1]]
-    rises, apart, secondary = by_role(
-        [each.rise for each in found],
-        [test for test, _ in against],
-        [*(mean.against_pinhole for mean in between), *(each.slope for each in found)],
-    )
-    slopes = secondary[len(between) :]
-    tests = {(mean.fixation, mean.aperture_mm): test for mean, test in zip(between, secondary, strict=False)}
-    tests |= {(name, float(of[name].amounts[-1])): rise for name, rise in zip(present, rises, strict=True)}
-    differences = {pair: (test, here) for pair, test, (_, here) in zip(pairs, apart, against, strict=True)}
-    interaction = differences.get(FIXATIONS, (MORE, MORE)) if len(pairs) == 1 else (MORE, MORE)
+    ordinal = RATIO if analysis.ratios else ordinal_rating(table, remarks, progress)
+    data = LogRatios.of(table)
+    answers = rating_questions(present, equivalence_bound).answers(data) if analysis.ratios else Answers()
+    fixations = [_fixation(name, data.cells[name], answers, remarks) for name in present] if analysis.ratios else []
+    means = _means(table, data, answers, remarks) if analysis.ratios else ()
+    usual = set(present) <= {*FIXATIONS}
+    apart, here = (answers.to(f"{DIFFERENCE}{end}") for end in ("", HERE))
+    missing = NO_PAIR if usual else MORE
+    if not analysis.ratios:
+        missing = ORDINAL
+    elif usual and len(present) == 1:
+        missing = _not_fixated(next(name for name in FIXATIONS if name not in present))
+    pair = " less ".join(FIXATIONS)
+    described = [
+        stated("mean rating", data.level(mean.fixation, mean.aperture_mm), mean.rating, "description", n=mean.subjects)
+        for mean in means
+    ]
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
@@ -300,87 +316,50 @@ def depth_rating(
         scenes=tuple(sorted(set(table["scene"].astype(str)))),
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
-        scene_means=_scene_means(table, of) if analysis.ratios else (),
-        means=tuple(replace(mean, against_pinhole=tests[mean.fixation, mean.aperture_mm]) for mean in means),
-        fixations=tuple(
-            replace(each, rise=rise, slope=slope) for each, rise, slope in zip(found, rises, slopes, strict=True)
-        ),
-        interaction=interaction[0],
-        interaction_these_scenes=interaction[1],
-        ordinal=RATIO if analysis.ratios else ordinal_rating(table, remarks, progress),
+        scene_means=_scene_means(table, data.cells) if analysis.ratios else (),
+        means=means,
+        fixations=tuple(fixations) or tuple(FixationResult(name, *[ORDINAL] * 6) for name in present),
+        interaction=apart.get(pair, missing),
+        interaction_these_scenes=here.get(pair, missing),
+        ordinal=ordinal,
         remarks=tuple(dict.fromkeys(remarks)),
-        differences={} if set(present) <= {*FIXATIONS} else differences,
+        differences={}
+        if usual or not analysis.ratios
+        else {
+            (one, other): (apart[f"{one} less {other}"], here[f"{one} less {other}"])
+            for one, other in combinations(present, 2)
+        },
+        answers=Answers((*answers, *described)) if isinstance(ordinal, NotComputed) else ordinal.answers,
     )
 
 
 MORE = NotComputed("There are other fixations than the nearest and the farthest: each pair is compared.")
-
-
+NO_PAIR = NotComputed("There is only one fixation: nothing can be compared.")
 ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
 SECONDARY = NotComputed("Only the primary depth effect has a sensitivity analysis.")
 RATIO = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
 
 
-def _fixation(
-    fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str], primary: bool
-) -> FixationResult:
-    if not analysis.ratios:
-        return FixationResult(fixation, *[ORDINAL] * 6)
+def _not_fixated(fixation: str) -> NotComputed:
+    return NotComputed(f"The {fixation} object is fixated in no trial: nothing can be compared.")
+
+
+def _fixation(fixation: str, own: Cells, answers: Answers, remarks: list[str]) -> FixationResult:
+    """Collect the answers on one fixation."""
     if not own.scenes:
         remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
-    missing = _no_ratio(own, fixation)
-    rise: Effect | NotComputed = missing
-    fixed: Effect | NotComputed = missing
-    equal: Equivalence | NotComputed = missing
-    parts: Components | NotComputed = missing
-    bootstrap: BootstrapT | NotComputed = missing if primary else SECONDARY
-    if not missing.reason:
-        rises = own.against_smallest(-1)
-        rise = crossed_effect(rises)
-        fixed, parts = over_subjects(rises), components(rises, "log_ratio")
-        if primary:
-            bootstrap = fixed if isinstance(fixed, NotComputed) else bootstrap_t(own_means(rises))
-        equal = equivalence(rise, math.log(bound)) if isinstance(rise, Effect) else rise
-        if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
-            left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
-            remarks.append(
-                f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
-            )
-    weights = slope_weights(own.amounts)
-    slope = weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
+    names = (EFFECT, EFFECT + HERE, SLOPE, EQUIVALENT)
+    rise, fixed, slope, equal = (answers.to(name)[fixation] for name in names)
+    missing = no_ratio(own, fixation)
+    rises = own.against_smallest(-1)
+    parts = missing if missing.reason else components(rises, "log_ratio")
+    if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
+        left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
+        remarks.append(
+            f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
+        )
+    bootstrap = missing if missing.reason else answers.to(BOOTSTRAP).get(fixation, SECONDARY)
     return FixationResult(fixation, rise, fixed, slope, equal, parts, bootstrap)
-
-
-def _no_ratio(own: Cells, fixation: str) -> NotComputed:
-    """Return the reason why there is no ratio to the pinhole; an empty reason if there is one."""
-    if own.amounts[0] != 0:
-        return NotComputed(f"The {fixation} object is fixated in no pinhole trial: there is no ratio to the pinhole.")
-    return NotComputed("The pinhole is the only aperture." if len(own.amounts) < 2 else "")
-
-
-def _difference(
-    of: Mapping[str, Cells], one: str, other: str, analysis: Analysis
-) -> tuple[Effect | NotComputed, Effect | NotComputed]:
-    """Test the difference of two depth effects within subject and scene: over both, and for these scenes."""
-    if not analysis.ratios:
-        return ORDINAL, ORDINAL
-    rises = []
-    for fixation in (one, other):
-        if fixation not in of:
-            missing = NotComputed(f"The {fixation} object is fixated in no trial: nothing can be compared.")
-            return missing, missing
-        if (missing := _no_ratio(of[fixation], fixation)).reason:
-            return missing, missing
-        own = of[fixation]
-        names = list(own.scenes) or [""]
-        rises.append(pd.DataFrame(own.against_smallest(-1), index=list(own.subjects), columns=names))
-    near, far = rises
-    if near.columns[0] == "" or far.columns[0] == "":
-        near, far = near.mean(axis=1).to_frame(), far.mean(axis=1).to_frame()
-    difference = (near - far).to_numpy()
-    if not np.isfinite(difference).any():
-        difference = (near.mean(axis=1) - far.mean(axis=1)).to_frame().to_numpy()
-    return crossed_effect(difference), over_subjects(difference)
 
 
 def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
@@ -416,16 +395,12 @@ def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMea
     return tuple(means)
 
 
-def _means(
-    table: pd.DataFrame, of: Mapping[str, Cells], found: Iterable[FixationResult], remarks: list[str]
-) -> tuple[RatingMean, ...]:
-    """Return the means of all conditions, with uncorrected tests; at the largest aperture that of the depth effect."""
-    largest = {each.fixation: each for each in found}
+def _means(table: pd.DataFrame, data: LogRatios, answers: Answers, remarks: list[str]) -> tuple[RatingMean, ...]:
+    """Return the means of all conditions, each with its test against the pinhole."""
     logs = table.pivot_table(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
-    aperture = table.drop_duplicates("aperture_mm").set_index("aperture_mm")["aperture"].sort_index()
-    keys = [(fixation, float(mm)) for fixation in of for mm in aperture.index if (fixation, mm) in logs]
+    keys = [(name, mm) for name in data.cells for mm in sorted(data.apertures) if (name, mm) in logs]
     whole = logs.dropna()
     if len(whole) < len(logs):
         left = _names(logs.index.difference(whole.index))
@@ -433,7 +408,7 @@ def _means(
     widths = within_half_widths(whole[keys]) if len(whole) else np.full(len(keys), np.nan)
     means = []
     for (fixation, mm), width in zip(keys, widths, strict=True):
-        level, own = float(logs[fixation, mm].mean()), of[fixation]
+        level, own = float(logs[fixation, mm].mean()), data.cells[fixation]
         ends = (level - width, level + width) if math.isfinite(width) else (None, None)
         test: Effect | NotComputed
         fixed: Effect | NotComputed
@@ -441,18 +416,16 @@ def _means(
         if mm == 0:
             test = fixed = NotComputed("The pinhole is the reference of the comparisons.")
             ratio = Interval(1.0, 1.0, 1.0)
-        elif (missing := _no_ratio(own, fixation)).reason:
+        elif (missing := no_ratio(own, fixation)).reason:
             ratio = test = fixed = missing
         else:
+            name, place = (EFFECT, fixation) if mm == own.amounts[-1] else (PINHOLE, data.level(fixation, mm))
+            test, fixed = (answers.to(name + end)[place] for end in ("", HERE))
             rises = own.against_smallest(int(np.searchsorted(own.amounts, mm)))
-            if mm == own.amounts[-1]:
-                test, fixed = largest[fixation].rise, largest[fixation].rise_these_scenes
-            else:
-                test, fixed = crossed_effect(rises), over_subjects(rises)
-            ratio = test.ratio if isinstance(test, Effect) else _untested(rises, str(aperture[mm]))
+            ratio = test.ratio if isinstance(test, Effect) else _untested(rises, data.apertures[mm])
         rating = Interval(level, *ends).ratio
         subjects = int(logs[fixation, mm].notna().sum())
-        means.append(RatingMean(fixation, str(aperture[mm]), mm, subjects, rating, ratio, test, fixed))
+        means.append(RatingMean(fixation, data.apertures[mm], mm, subjects, rating, ratio, test, fixed))
     return tuple(means)
 
 

@@ -1,0 +1,212 @@
+"""Questions of an analysis, and their answers as one table: a row for each effect."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Protocol
+
+import pandas as pd
+
+from focalgradient.statistics.bootstrap import BootstrapT
+from focalgradient.statistics.hypotheses import Equivalence
+from focalgradient.statistics.means import family
+from focalgradient.statistics.records import Effect, NotComputed
+
+__all__ = ["COLUMNS", "HERE", "NO_ANSWERS", "Analysis", "Answer", "Answers", "Outcome", "Question", "stated"]
+
+COLUMNS = (
+    *("name", "level", "role", "estimate", "standard_error", "low", "high", "unit", "statistic", "df", "p"),
+    *("p_corrected", "effect_size", "effect_low", "effect_high", "n", "method", "reason"),
+)
+"""Columns of `Answers.frame`."""
+
+HERE = ", these scenes"
+"""End of the name of a question that is asked for the scenes shown only."""
+
+
+class Estimate(Protocol):
+    """Estimate with an interval, as `Interval`, `Equivalence` or `BootstrapT`."""
+
+    @property
+    def estimate(self) -> float | None: ...
+    @property
+    def low(self) -> float | None: ...
+    @property
+    def high(self) -> float | None: ...
+
+
+Outcome = Effect | NotComputed | Estimate
+Role = Literal["primary", "main", "secondary", "check", "description"]
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Question that an analysis asks of its data.
+
+    Parameters
+    ----------
+    name
+        Quantity in question.
+    fit
+        Function of the data that returns uncorrected outcomes by level: a condition, a pair of conditions, or "" if
+        there is one.
+    role
+        "primary" (of which the first level is the primary outcome, the others are secondary), "main" (tests of equal
+        rank), "secondary", "check" or "description".
+    unit
+        Unit of the estimates.
+    family
+        Family of tests for Holm's correction; empty for tests that are not corrected. The primary outcome never is.
+    headline
+        Description of a main result in the unit displayed, with {level} or, for pairs, {pair}; empty for other results.
+    ratio
+        True if the effect is a logarithm, displayed as a ratio.
+    """
+
+    name: str
+    fit: Callable[[Any], Mapping[str, Outcome]] = field(compare=False)
+    role: Role = "secondary"
+    unit: str = ""
+    family: str = ""
+    headline: str = ""
+    ratio: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Outcome of a question at one level.
+
+    Parameters
+    ----------
+    question, level, outcome
+        Question, level, and outcome with the corrected p value.
+    role
+        Role of the question, or the name of the variant of the analysis, as "without exclusions".
+    n
+        Number of subjects, if the outcome does not state it.
+    """
+
+    question: Question
+    level: str
+    outcome: Outcome
+    role: str
+    n: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the question."""
+        return self.question.name
+
+    @property
+    def headline(self) -> str:
+        """Description of the result in the unit displayed; empty if it is no main result."""
+        pair = self.level.replace(" less ", " to ")
+        return self.question.headline.replace("{level}", self.level).replace("{pair}", pair)
+
+    def displayed(self, value: float) -> float:
+        """Convert a value to the unit of `headline`."""
+        return math.exp(value) if self.question.ratio else value
+
+    def row(self) -> dict[str, Any]:
+        """Return the values of `COLUMNS`."""
+        found = self.outcome
+        row: dict[str, Any] = {"name": self.name, "level": self.level, "role": self.role, "unit": self.question.unit}
+        row["n"] = self.n if self.n is not None else getattr(found, "subjects", None)
+        if isinstance(found, NotComputed):
+            return row | {"reason": found.reason}
+        for name in ("estimate", "standard_error", "low", "high", "statistic", "df", "p"):
+            row[name] = getattr(found, name, None)
+        match found:
+            case Effect():
+                size = found.d or found.dz_interval
+                row |= {"p_corrected": found.p_holm, "method": "; ".join([found.method, *found.remarks])}
+                if size is not None:
+                    row |= {"effect_size": size.estimate, "effect_low": size.low, "effect_high": size.high}
+            case Equivalence():
+                row["method"] = f"two one-sided tests, bound {found.bound:.6g}, 90 % interval"
+            case BootstrapT():
+                row["method"] = "bootstrap-t over subjects"
+        return row
+
+
+def stated(
+    name: str, level: str, outcome: Outcome, role: Role, unit: str = "", n: int | None = None, headline: str = ""
+) -> Answer:
+    """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
+
+    >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
+    'no answers'
+    """
+    return Answer(Question(name, lambda data: {}, role, unit, headline=headline), level, outcome, role, n)
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """Answers of an analysis, in its order."""
+
+    rows: tuple[Answer, ...] = ()
+
+    def __iter__(self) -> Iterator[Answer]:
+        return iter(self.rows)
+
+    def to(self, name: str) -> dict[str, Any]:
+        """Return the outcomes of a question by level; empty if it was not asked."""
+        return {row.level: row.outcome for row in self.rows if row.name == name}
+
+    @property
+    def headlines(self) -> tuple[Answer, ...]:
+        """Main results."""
+        return tuple(row for row in self.rows if row.headline)
+
+    def variant(self, role: str) -> Answers:
+        """Return the main results under the name of a variant of the analysis."""
+        return Answers(tuple(replace(row, role=role) for row in self.headlines))
+
+    def frame(self) -> pd.DataFrame:
+        """Return a row for each effect, with the columns `COLUMNS`; empty cells where a value does not apply."""
+        return pd.DataFrame([row.row() for row in self.rows], columns=list(COLUMNS))
+
+
+NO_ANSWERS = Answers()
+"""Answers of an analysis that asks nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """List of questions, asked of the same data.
+
+    Parameters
+    ----------
+    questions
+        Questions.
+
+    Examples
+    --------
+    >>> from focalgradient.statistics.means import paired_effect
+    >>> analysis = Analysis([
+    ...     Question("rise", lambda table: {"a": paired_effect(table["a"], "paired t")}, "primary"),
+    ...     Question("fall", lambda table: {name: paired_effect(table[name], "paired t") for name in "ab"}, family="x"),
+    ... ])
+    >>> found = analysis.answers(pd.DataFrame({"a": [0.1, 0.4, 0.2, 0.3], "b": [0.2, 0.1, -0.1, 0.3]}))
+    >>> found.frame()[["level", "role", "estimate", "p_corrected"]].round(3).values.tolist()
+    [['a', 'primary', 0.25, nan], ['a', 'secondary', 0.25, 0.061], ['b', 'secondary', 0.125, 0.239]]
+    """
+
+    questions: Iterable[Question]
+
+    def answers(self, data: Any) -> Answers:
+        """Return the answers, corrected within families; `data` is a table, or what was computed from it for all."""
+        asked = list(self.questions)
+        rows = [
+            Answer(one, level, outcome, "secondary" if one.role == "primary" and place else one.role)
+            for one in asked
+            for place, (level, outcome) in enumerate(one.fit(data).items())
+        ]
+        for name in dict.fromkeys(one.family for one in asked if one.family):
+            places = [n for n, row in enumerate(rows) if row.question.family == name and row.role != "primary"]
+            corrected = family(rows[n].outcome for n in places)  # type: ignore[misc]
+            for n, outcome in zip(places, corrected, strict=True):
+                rows[n] = replace(rows[n], outcome=outcome)
+        return Answers(tuple(rows))
