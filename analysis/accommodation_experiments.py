@@ -316,7 +316,7 @@ def make(
             "Each experiment is done with a simulated eye (`eye.accommodate`, pupil 4 mm) that estimates depth from "
             "two wavebands at several moments, and with one of the two mechanisms taken away: two wavebands without "
             "comparison of moments, and one waveband at several moments. Numbers are in the order of the conditions in "
-            "brackets; black agrees with what was published, orange does not. What counts as agreement stands in the "
+            "brackets; black agrees with what was published, orange does not. What counts as agreement is in the "
             f"script. Nothing was fitted to these outcomes. {_runs(count_seeds)}",
             f"The eye with both agrees in {count['both']} of {len(ROWS)}, by bands alone in {count['bands']}, by "
             f"moments alone in {count['moments']}. It disagrees in: {differ or 'none'}.",

@@ -214,7 +214,7 @@ def _covers(box: BboxBase, artist: Artist, points: NDArray[np.float64]) -> bool:
 
 
 def _look(handle: Artist | None) -> Any:
-    """Return what tells a line of a legend from another."""
+    """Return what distinguishes a line of a legend from another."""
     if not isinstance(handle, Line2D):
         return None
     return to_hex(handle.get_color()), str(handle.get_linestyle()), str(handle.get_marker()), handle.get_linewidth()

@@ -33,11 +33,11 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         report(len(found) / len(cases))
     groups = {"made_with": list(MADE_WITH), "held_back": list(HELD_BACK)}
     return Shown(
-        title="Depth about outlines",
+        title="Depth near occlusion boundaries",
         caption=(
             "Spheres, leaves, bars, a blob, steps and slanted surfaces, one before another, by rays; two apertures or "
             "two foci, blur of up to 12 pixels, noise of 0.2 to 3 % of the mean. Where one surface ends before "
-            "another, windows reach across, so that most pixels about outlines are rejected (above, middle). Each "
+            "another, windows reach across, so that most pixels near boundaries are rejected (above, middle). Each "
             "surface is continued up to the outline, whose place follows from which pixels either surface explains "
             "(right; black: the outlines found).",
             f"Below, within 10 pixels of the true outlines, each scene a line from windows alone (grey) to surfaces "

@@ -39,16 +39,17 @@ def make() -> Figure:
     lenses += [Lens(FOCAL_LENGTH, number, nearest) for number in JUDGED]
     drawn = render_series(scene, lenses, SHAPE, FIELD / SHAPE[1], samples=SAMPLES)
     depth = recover_depth([rendered.view for rendered in drawn[: len(VIEWS)]])
-    white = np.percentile(drawn[len(VIEWS)].colour, WHITE_PERCENT)
+    light = [np.asarray(rendered.colour) for rendered in drawn]
+    white = np.percentile(light[len(VIEWS)], WHITE_PERCENT)
     distance = np.where(depth.valid, depth.distance, np.nan)
     limits = tuple(np.percentile(depth.vergence[depth.valid], (1, 99)))
     titles = [f"f/{number:g}, focus {focus:g} m" for number, focus in VIEWS]
     titles += ["people judge: pinhole", f"f/{JUDGED[1]:g}", f"f/{JUDGED[2]:g}"]
     with style():
         figure = new_figure(*PAGE_MM)
-        for index, (rendered, title) in enumerate(zip(drawn, titles, strict=True)):
+        for index, (colour, title) in enumerate(zip(light, titles, strict=True)):
             row, column = divmod(index, 2) if index < 2 else (1, index - 2)
-            _draw_picture(_panel(figure, row, column), rendered.colour / white, title)
+            _draw_picture(_panel(figure, row, column), colour / white, title)
         draw_distance(_panel(figure, 0, 2), distance, limits=limits, title="distance by blur (hatched: rejected)")
         figure.draw_without_rendering()
     return figure

@@ -195,7 +195,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler, instead of processes")
     parser.add_argument("--out", type=Path, help="file for what each fitted set gave (JSON)")
     asked = parser.parse_args()
 

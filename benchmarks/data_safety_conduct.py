@@ -51,6 +51,7 @@ class _Script:
         told = {"onset": 11.0 * number, "presses": [], "trial_duration": seconds, "frames": FRAMES} | changed
         key = {"phase": trial["phase"], "trial": trial["trial"]}
         given = self.client.post("/api/next", json={**self.who, **key}).json()
+        self.client.post("/api/expose", json={**self.who, **key, "round": 1, "exposure": f"e-{number}"})
         key |= {"attempt": f"a-{number}", "trial_token": given.get("trial_tokens", ["none"])[0]}
         return self.client.post("/api/answer", json={**self.who, **key, "answer": told}).status_code
 

@@ -92,7 +92,7 @@ def show_drawn(found: dict[str, list[dict[str, float]]]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="depth about outlines, with and without their treatment")
+    parser = argparse.ArgumentParser(description="depth near occlusion boundaries, with and without their treatment")
     parser.add_argument("--held-back", action="store_true", help="the scenes not looked at while the method was made")
     parser.add_argument("--uncertainty", action="store_true", help="compare the stated SD with errors")
     parser.add_argument("--controls", action="store_true", help="scenes without outlines")

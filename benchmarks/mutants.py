@@ -110,7 +110,7 @@ Site = tuple[ast.AST, Sequence[str], Callable[[], None]]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change: where, what stood there and what stands there now, around the change alone."""
+    """One change: where, the old text and the new one, around the change alone."""
 
     room: str
     file: str
@@ -254,7 +254,7 @@ def files(root: Path, room: str) -> list[Path]:
 
 
 def draw(root: Path, room: str, number: int, seed: int) -> Iterator[tuple[Mutant, str]]:
-    """Mutants of a room, as many as asked for, with the new source of each; a larger number begins with the same."""
+    """The number of mutants of a room asked for, with the new source of each; a larger number begins with the same."""
     places = [
         (file, index) for file in files(root, room) for index in range(len(sites(file.read_text(encoding="utf-8"))[1]))
     ]

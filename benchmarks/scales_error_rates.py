@@ -293,7 +293,7 @@ def main() -> None:
     parser.add_argument("--subjects", type=int, nargs="+", default=SUBJECTS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler, instead of processes")
     options = parser.parse_args()
     compare(options.seed)
     means, levels, scenes = (

@@ -321,7 +321,7 @@ def main() -> None:
     parser.add_argument("--cube", type=int, default=0, help="experiments on the cube with each N, slow")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler, instead of processes")
     parser.add_argument("--markdown", type=Path, help="file for the table")
     parser.add_argument("--out", type=Path, help="file for all rates (JSON)")
     asked = parser.parse_args()

@@ -57,6 +57,7 @@ async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -
         }
         key = {"phase": trial["phase"], "trial": trial["trial"]}
         given = (await client.post("/api/next", json={**who, **key})).json()
+        await client.post("/api/expose", json={**who, **key, "round": 1, "exposure": f"e{index}"})
         key |= {"attempt": f"a{index}", "trial_token": given["trial_tokens"][0]}
         start = time.perf_counter()
         reply = await client.post("/api/answer", json={**who, **key, "answer": answer})

@@ -86,7 +86,7 @@ ROOMS = {
     },
     "lab": {
         *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
-        *("scenes", "stimuli", "tasks"),
+        *("scenes", "stimuli", "tasks", "termination"),
     },
     "web": {
         *("dataset", "design", "display", "errors", "files", "live", "psf", "render", "scales", "stimuli", "tasks"),
@@ -113,8 +113,9 @@ ROOMS = {
         *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "luminance", "progress", "quantities", "tasks", "video", "view", "web"),
+        *("display", "luminance", "progress", "quantities", "tasks", "termination", "video", "view", "web"),
     },
+    "termination": set(),
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 ROOMS["__main__"] = {"cli"}
@@ -136,7 +137,7 @@ HOMES = {
     "click": {"cli"},
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
-    "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
+    "PIL": {"photographs", "stimuli", "lab"},
     "pydantic": {
         "design",
         "photographs",

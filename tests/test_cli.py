@@ -18,8 +18,7 @@ from PIL import Image
 from two_views import DISTANCE, TOML, run, sentence, write
 
 import focalgradient
-from focalgradient import DepthMap, FocalGradientWarning, InputError, memory
-from focalgradient.cli import program
+from focalgradient import DepthMap, FocalGradientWarning, InputError, memory, termination
 from focalgradient.cli.program import write_set
 from focalgradient.photographs import depths
 
@@ -130,7 +129,7 @@ def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, program.Terminated)]
+    ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, termination.Terminated)]
 )
 @interruptible()
 def test_a_signal_in_a_destructor_is_not_lost(number, raised):
@@ -143,7 +142,7 @@ def test_a_signal_in_a_destructor_is_not_lost(number, raised):
         time.sleep(20)
 
     start = time.monotonic()
-    with program._terminable(), pytest.raises(raised):
+    with termination.terminable(), pytest.raises(raised):
         work()
     assert time.monotonic() - start < 15  # the sleep is cut short
 

@@ -255,7 +255,10 @@ DAMAGES = {
         "most_rating differ from those of sub-02",
     ),
     "all: other pictures": (forged(head(stimuli=None)), "it names pictures, but not their manifest"),
-    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json states"),
+    "all: simulated": (
+        forged(head(kind="simulated")),
+        "its kind is simulated, but dataset_description.json says human",
+    ),
     "all: other keys": (
         forged(head(keys={"rigid": "j", "nonrigid": "f"}), "necker"),
         "the keys are .*, but the design gives this participant",
@@ -288,7 +291,7 @@ DAMAGES = {
     "kind unknown": (people("human", "robot"), "row 2: kind is 'robot', but must be one of human, simulated"),
     "kind changed": (
         people("human", "simulated"),
-        r"sub-01 is simulated, but dataset_description\.json states the other",
+        r"sub-01 is simulated, but dataset_description\.json says human",
     ),
     "one number twice": (renamed, "sub-01 and sub-1 are the same number, and had the same trial order"),
     "people not UTF-8": (

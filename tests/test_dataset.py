@@ -401,7 +401,7 @@ WRONG = {
     "manifest changed": (spoil_manifest, "has changed since the session: restore it"),
     "simulated or not": (
         lambda root: edit(root / "participants.tsv", 2, "kind", "simulated"),
-        r"sub-01 is simulated, but dataset_description\.json states the other",
+        r"sub-01 is simulated, but dataset_description\.json says human",
     ),
 }
 

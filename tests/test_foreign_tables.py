@@ -7,8 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from focalgradient import InputError
+from focalgradient.cli import main
 from focalgradient.eye import read_zernike
 from focalgradient.files.tables import parse_table
 from focalgradient.luminance import parse_luminance
@@ -165,3 +167,55 @@ def test_a_photometers_comment_states_its_unit() -> None:
     rows = "".join(f"{level},{level / 2.55}\n" for level in range(0, 256, 51))
     with pytest.raises(InputError, match="must be in cd/m2: convert it, not fl"):
         parse_luminance("# luminance in fL\nlevel,grey\n" + rows, "table")
+
+
+def test_numbers_that_may_be_codes_are_noticed_and_can_be_levels(tmp_path: Path) -> None:
+    """As products of a tasting are coded 1 to 4."""
+    rows = [f"p{who},{code},{1 + 0.1 * who + 0.3 * (code == 2):.2f}" for who in range(5) for code in (1, 2, 3)]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(["subject,product,rating", *rows]))
+    own = read_conditions(path, by=["product"])
+    assert dict(own.conditions) == {"product": [1.0, 2.0, 3.0]}
+    assert 'taken for amounts: if they are codes, give by=["product=factor"]' in " ".join(own.notices)
+    own = read_conditions(path, by=["product=factor"])
+    assert dict(own.conditions) == {"product": ["1", "2", "3"]}
+    assert not own.notices
+
+
+@pytest.mark.parametrize("rows", ["2,108,4.5052,1\n3,116,2.2411,0\n", "1;2;1;-1;5,05\n2;3;1;2;4,17\n"])
+def test_tables_of_numbers_alone_have_no_header(tmp_path: Path, rows: str) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text(rows)
+    with pytest.raises(InputError, match="has no header: give each column a name of its own"):
+        read_ratings(path)
+
+
+def test_one_file_of_bids_names_its_participant(tmp_path: Path) -> None:
+    path = tmp_path / "sub-07_task-mine_events.tsv"
+    path.write_text("onset\tduration\tblur_D\trating\n1\t1\t0\t1.1\n3\t1\t1\t1.4\n")
+    assert set(read_conditions(path, by=["blur_D"]).table["participant_id"]) == {"sub-07"}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_listings_of_zemax_are_named(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "eye.txt"
+    path.write_bytes("Listing of Zernike Standard Coefficient Data\n\nZ 1 0.0123\n".encode(encoding))
+    with pytest.raises(InputError, match="Zemax's listing of Zernike coefficients, in waves"):
+        read_zernike(path)
+
+
+def test_headings_of_several_lines_are_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text(written().replace("rating", '"rating\n(%)"', 1))
+    assert read_ratings(path).table["rating"].iloc[1] == pytest.approx(float(ROWS[1][-1]) / 100)
+
+
+def test_notices_of_the_command_name_its_options(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    rows = [",".join((*row, "practice" if number % 8 == 0 else "main")) for number, row in enumerate(ROWS)]
+    path.write_text("\n".join([",".join((*HEAD, "phase")), *rows]))
+    shown = CliRunner().invoke(main, ["report", str(path), "--explain"])
+    assert "leave them out with --where phase=main" in shown.output
+    path.write_text("subject,group,rating\nA,x,1\nA,y,2\n")
+    shown = CliRunner().invoke(main, ["report", str(path), "--explain"])
+    assert "or say what was varied with --by NAME" in shown.output

@@ -75,7 +75,7 @@ def test_a_linear_display_has_gamma_one_and_shares_are_read(tmp_path):
         ("level,grey\n,1\n", "row 2: level is '', but must be a number of 0 or more"),
         ("level,grey\n0,1\n300,2\n", "levels must span 0 to 255, or 0 to 1, with both ends included"),
         ("level,grey\n0,1\n100,2\n255,3\n", "grey has 3 levels, but must have 5 or more"),
-        ("level,grey\n0,9\n50,5\n100,4\n200,3\n255,2\n", "grey is no brighter at the maximum level than at 0"),
+        ("level,grey\n0,9\n50,5\n100,4\n200,3\n255,2\n", "grey is not brighter at the maximum level than at 0"),
     ],
 )
 def test_wrong_tables_are_refused_in_one_sentence(text, sentence, tmp_path):

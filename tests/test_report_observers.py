@@ -69,7 +69,7 @@ def test_a_task_without_an_observer_is_stated_in_one_sentence(tmp_path):
     table = pd.DataFrame(rows).assign(response=lambda one: (rng.random(120) < 0.2 + 0.6 * one["signal"]).astype(int))
     table.to_csv(tmp_path / "own.csv", index=False)
     report = make_report(tmp_path / "own.csv", observers=True)
-    assert b"No observer here predicts the answers to" in report.files["report.md"]
+    assert b"No built-in observer models" in report.files["report.md"]
     assert not [name for name in report.files if "observer" in name]
     json.loads(report.files["results.json"])
 

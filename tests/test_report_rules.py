@@ -111,7 +111,7 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
     made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
     text = made.files["report.html"].decode()
     assert "5 subjects rated 12 scenes" in text
-    assert "Trials are numbered as they stand in the file" in text
+    assert "Trials are numbered in the order of the file" in text
     trials = pd.read_csv(io.BytesIO(made.files["depth_rating_trials.csv"]))
     meaning = pd.read_csv(io.BytesIO(made.files["depth_rating_trials_dictionary.csv"]))
     assert list(trials) == list(meaning["column"])
@@ -151,7 +151,7 @@ def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) ->
     found = stats.ttest_1samp(changes, 0)
     text = made.files["report.md"].decode()
     assert f"t(4)\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{found.statistic:.2f}" in text
-    assert "There is no column of strengths" in text
+    assert "No strength column" in text
     assert b"wilcox.test" not in made.files["necker_headline.R"]
     assert len(pd.read_csv(io.BytesIO(made.files["necker_reports.csv"]))) == 20
     with pytest.raises(InputError, match=r"scale is for depth ratings, but cube\.csv contains reports on the cube"):

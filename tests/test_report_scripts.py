@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from test_scales import design_of, record
+from recorded import APPARATUS
+from test_scales import design_of, honest, record
 
-from focalgradient.dataset import Noted
+from focalgradient.dataset import Noted, Rated, Session
 from focalgradient.report import make_report
 from focalgradient.report.export import report_files, trial_files
 from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
@@ -423,3 +424,22 @@ def test_exported_trials_have_every_column_of_the_data_set_with_its_description(
     about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
     assert list(about.index) == list(table)
     assert about["effort"] == "How hard it was."
+
+
+def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path) -> None:
+    chance = np.random.default_rng(1)
+    for who in range(1, 5):
+        with Session.begin(tmp_path / "data", design_of(confidence=True), f"{who:02}", apparatus=APPARATUS) as session:
+            for at, trial in enumerate(session.remaining()):
+                confidence = 0.3 + 0.04 * trial.aperture_mm + chance.uniform(0, 0.05)
+                rating = honest(session.design, trial, chance)
+                session.record(trial, Rated(onset=20.0 * at, rating=rating, response_time=1.2, confidence=confidence))
+    files = make_report(tmp_path / "data").files
+    results = pd.read_csv(io.BytesIO(files["results.csv"]))
+    slopes = results[results["name"] == "slope of confidence on aperture"]
+    assert slopes["level"].tolist() == ["nearest", "farthest"]
+    assert slopes["estimate"].to_numpy() == pytest.approx(0.04, abs=0.004)
+    assert slopes["p_corrected"].isna().all()
+    said = files["report.md"].decode()
+    assert "Confidence was asked after each answer." in said
+    assert said.count("slope of confidence on the aperture: 0.04") == 2

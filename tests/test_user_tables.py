@@ -186,7 +186,7 @@ def test_start_and_end_of_each_trial_are_not_two_ratings(tmp_path: Path) -> None
     text = "\n".join([f"{HEAD},event", *rows])
     assert 'choose with where={"event": "end"}' in " ".join(read_ratings(saved(tmp_path, text)).notices)
     numbered = "\n".join([f"trial,{HEAD},event", *(f"{number // 2 + 1},{row}" for number, row in enumerate(rows))])
-    with pytest.raises(InputError, match=r"stands in a row above with another answer.*where={.event.: .end.}"):
+    with pytest.raises(InputError, match=r"occurs in a row above with another answer.*where={.event.: .end.}"):
         read_ratings(saved(tmp_path, numbered))
 
 
@@ -225,7 +225,7 @@ def test_files_of_one_participant_each_are_one_data_set(tmp_path: Path) -> None:
     ]
     own = read_ratings(bare)
     assert sorted(own.table["participant_id"].unique()) == ["bareS1", "bareS2", "bareS3", "bareS4"]
-    assert "each file is taken for one person's" in own.notices[0]
+    assert "each file is treated as one participant" in own.notices[0]
     with pytest.raises(InputError, match="all 2 files are of the participant S1"):
         of_one_data_set([paths[0], saved(tmp_path, paths[0].read_text(), "again.csv")])
 
@@ -394,7 +394,7 @@ def test_names_in_two_rows_are_joined(tmp_path: Path) -> None:
         ["A", "farthest", "pinhole", 0.9],
         ["A", "farthest", "f/5.6", 1.2],
     ]
-    assert any("stand in two rows, of which 2 is the second: id, near pinhole" in note for note in own.notes)
+    assert any("are in two rows, of which 2 is the second: id, near pinhole" in note for note in own.notes)
     units = f"{HEAD},rt\n,,,,,[ms]\n" + "".join(f"{line},{800 + number}\n" for number, line in enumerate(BODY))
     assert read_ratings(saved(tmp_path, units)).table["response_time"].iloc[0] == pytest.approx(0.8)
     rows = "id,sex,aperture,fixation,rating\nA,m,pinhole,near,1\nB,f,f/4,near,1.2\n"

@@ -237,7 +237,7 @@ def _curve(gun: str, shares: NDArray[np.float64], values: NDArray[np.float64]) -
         )
     black, white = float(values[shares == 0].mean()), float(values[shares == 1].mean())
     if white <= black:
-        raise InputError(f"{gun} is no brighter at the maximum level than at 0: check the columns.")
+        raise InputError(f"{gun} is not brighter at the maximum level than at 0: check the columns.")
     from scipy.optimize import least_squares
 
     def off(found: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -65,6 +65,22 @@ def test_apertures(stated, named):
         assert "(f_number, focus_distance)" in text
 
 
+@pytest.mark.parametrize(("factor", "named"), [(1.0, None), (2**0.5, r"0\.71"), (2**-0.5, r"1\.4")])
+def test_a_common_factor_of_all_f_numbers_shows_with_two_foci(factor, named):
+    foci = [lens(5.6, 0.85), lens(5.6, 1.5)]
+    text = said(slant(foci, 0.5, 1.1), [lens(5.6 * factor, 0.85), lens(5.6 * factor, 1.5)], near=0.85)
+    assert "not quite a disc" not in text
+    assert bool(re.search(f"fit better with {named} times all f-numbers", text)) == (named is not None)
+
+
+def test_more_blur_than_at_infinity_names_the_focus_distance():
+    feet = [lens(n, 0.85 / 0.3048) for n in (16, 4)]
+    text = said(slant(STOPS, 0.5, 1.1), feet, near=0.85)
+    assert "more blur than infinity would have" in text
+    assert "focus_distance, and that it is in metres" in text
+    assert "infinity" not in said(slant(STOPS, 0.0, 0.1), STOPS, near=0.85)  # a scene that is there
+
+
 @pytest.mark.parametrize("psf", ["gaussian", "blend"])
 def test_another_shape_of_blur_is_not_taken_for_other_optics(psf):
     text = said(slant(STOPS, 0.5, 1.1, psf, 0.5 if psf == "gaussian" else 0.35), STOPS, near=0.85)
@@ -111,3 +127,15 @@ def test_the_order_of_foci_is_that_of_the_magnifications():
         views = [View(p, o, 8e-6 / o.sensor_distance) for p, o in zip((first, second), order, strict=True)]
         warned = " ".join(RegisteredViews.of(views, align=True).warnings)
         assert ("opposite order (focus_distance)" in warned) == reversed_order
+
+
+def test_the_magnification_of_foci_in_feet_names_the_unit():
+    lenses = [lens(5.6, 0.6), lens(5.6, 1.5)]
+    scale = lenses[1].sensor_distance / lenses[0].sensor_distance
+    pictures = [wall([lens(64, 0.9)], 0.9, cameras=[camera])[0].image for camera in (Camera(), Camera(scale=scale))]
+    for unit, named in ((1.0, False), (1 / 0.3048, True), (2.0, False)):
+        stated = [lens(5.6, unit * one) for one in (0.6, 1.5)]
+        views = [View(p, o, 8e-6 / o.sensor_distance) for p, o in zip(pictures, stated, strict=True)]
+        warned = " ".join(RegisteredViews.of(views, align=False).warnings)
+        assert ("in feet: give them in metres (focus_distance)" in warned) == named
+        assert ("displaced" in warned) == (unit == 2.0)

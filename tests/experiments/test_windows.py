@@ -193,7 +193,8 @@ def test_experiment_1_from_form_to_data_set_through_two_kills(screen, tmp_path):
     again = ("--participant", "a7", "--resume")
     second = rater.take_part(*again, stop=("picture", 2))
     second.process.send_signal(signal.SIGTERM)
-    assert second.end() == -signal.SIGTERM
+    assert second.end() == 143
+    assert "Interrupted: 2 answers are saved in " in second.errors
     assert len(read_journal(journal).of("trial")) == rater.recorded == 2
 
     third = rater.take_part(*again)

@@ -170,7 +170,7 @@ def test_catch_trials_are_left_out() -> None:
         ({"percept": "wobbly"}, "Row 5 .*percept is wobbly, but must be one of rigid, nonrigid, none, both"),
         ({"gradient": "left"}, "Row 5 .*gradient is left"),
         ({"strength": 4.0}, 'Row 5 .*strength is 4.0, but the gradient "none"'),
-        ({"onset": 0.5}, "Row 5 .*trial is none0, but that trial stands in a row above"),
+        ({"onset": 0.5}, "Row 5 .*trial is none0, but that trial occurs in a row above"),
         ({"trial_duration": 41.0}, "Row 5 .*trial_duration is 41.0, but must not change within a trial"),
         ({"censored": "n/a"}, "Row 5 .*censored is n/a, but must be true or false"),
         ({"kind": "simulated"}, "Row 5 .*analyse people and simulated observers apart"),

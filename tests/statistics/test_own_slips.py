@@ -146,14 +146,14 @@ def test_a_header_in_the_middle_is_left_out(tmp_path: Path) -> None:
     own.insert(32, [name.upper() for name in HEAD])
     found = read(tmp_path, own)
     assert len(found.table) == 64
-    assert found.notices == ("The header stands again in row 34: left out.",)
+    assert found.notices == ("Repeated header skipped: row 34.",)
 
 
 def test_a_block_pasted_twice_counts_once(tmp_path: Path) -> None:
     own = rows()
     found = read(tmp_path, [*own, *own[16:32]])
     assert len(found.table) == 64
-    assert "P02 stands twice" in found.notices[0]
+    assert "P02 appears twice" in found.notices[0]
     assert "rows 66 to 81" in found.notices[0]
 
 
@@ -300,7 +300,7 @@ def test_one_trial_with_two_answers_is_refused(tmp_path: Path) -> None:
     read(tmp_path, own, [*HEAD, "trial"])
     own.append([*own[5][:4], "3.21", own[5][5]])
     with pytest.raises(
-        InputError, match="row 66: trial 6 of participant P01 stands in a row above with another answer"
+        InputError, match="row 66: trial 6 of participant P01 occurs in a row above with another answer"
     ):
         read(tmp_path, own, [*HEAD, "trial"])
 

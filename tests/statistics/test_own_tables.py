@@ -29,7 +29,7 @@ def test_long_with_names_of_its_own(tmp_path: Path) -> None:
     assert own.table["trial"].tolist() == [1, 2, 1, 2]
     assert not own.table["catch"].any()
     said = " ".join(own.notes)
-    for part in ("Spaces at the ends", "no column of catch trials", "Trials are numbered", "no column of scenes"):
+    for part in ("Spaces at the ends", "No catch-trial column", "Trials are numbered", "No scene column"):
         assert part in said
 
 
@@ -161,7 +161,7 @@ def test_reports_on_the_cube(tmp_path: Path) -> None:
         ["A", "nonrigid", 4.0, "rigid", 0.0, 3.0, False, 10.0],
         ["A", "nonrigid", 4.0, "nonrigid", 3.0, 7.0, True, 10.0],
     ]
-    assert any("all trials count as of 10 s" in note for note in own.notes)
+    assert any("all trials are treated as of 10 s" in note for note in own.notes)
 
 
 @pytest.mark.parametrize("left_out", ["trial", "start", "mm", "end"])

@@ -339,7 +339,7 @@ BAD = [
     ({"aperture": "pinhole"}, "Row 5 .*aperture_mm is 2.0, but a pinhole, and only a pinhole, has 0"),
     ({"aperture_mm": 3.0}, "Row 5 .*aperture_mm is 3.0, but must be the same"),
     ({"fixation": ""}, "Row 5 .*fixation is , but every row must name the object in focus"),
-    ({"trial": 4}, "Row 5 .*trial is 4, but that trial stands in a row above"),
+    ({"trial": 4}, "Row 5 .*trial is 4, but that trial occurs in a row above"),
     ({"catch": "yes"}, "Row 5 .*catch is yes, but must be true or false"),
     ({"kind": "simulated"}, "Row 5 .*kind is simulated, .*analyse people and simulated observers apart"),
     ({"participant_id": None}, "Row 5 .*participant_id is (None|nan)"),

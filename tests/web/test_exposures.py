@@ -60,6 +60,20 @@ def test_an_exposure_out_of_its_turn_is_refused(tmp_path: Path) -> None:
         assert not exposures(log_of(tmp_path).events)
 
 
+def test_an_answer_whose_exposure_was_not_reported_is_refused(tmp_path: Path) -> None:
+    with client_of(study(tmp_path)) as client:
+        someone = Participant(client)
+        someone.begin()
+        message = someone.message(someone.trials[0], 0)
+        tokens = someone.ask("next", phase=message["phase"], trial=message["trial"]).json()["trial_tokens"]
+        who = {"token": someone.token, "tab": someone.tab}
+        refused = client.post("/api/answer", json={**who, **message, "trial_token": tokens[0]})
+        assert refused.status_code == 403
+        assert "report its exposure before the response" in refused.json()["error"]
+        assert not log_of(tmp_path).of("trial")
+        assert someone.answer(0).json() == {"recorded": True, "done": 1}
+
+
 def test_repeated_practice_is_a_round_of_its_own(tmp_path: Path) -> None:
     with client_of(study(tmp_path)) as client:
         someone = Participant(client)

@@ -57,6 +57,7 @@ def test_no_address_answers_with_an_error_of_the_servers(tmp_path: Path, monkeyp
     with client_of(study(tmp_path)) as client:
         someone = Participant(client)
         someone.begin()
+        someone.show(someone.trials[0])
         new = Participant(client)
         with monkeypatch.context() as disk:
             limit_disk(disk, 0)

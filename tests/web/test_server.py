@@ -388,6 +388,7 @@ def test_answers_that_are_none_leave_the_journal_alone(
 ) -> None:
     someone = Participant(client)
     someone.begin()
+    someone.show(someone.trials[0])
     before = journal(tmp_path).read_bytes()
     assert someone.answer(0, **changed).status_code == status
     assert journal(tmp_path).read_bytes() == before
@@ -397,6 +398,7 @@ def test_answers_that_are_none_leave_the_journal_alone(
 def test_what_was_shown_before_the_session_began_is_refused(client: TestClient, tmp_path: Path) -> None:
     someone = Participant(client)
     someone.begin()
+    someone.show(someone.trials[0])
     before = journal(tmp_path).read_bytes()
     message = someone.message(someone.trials[0], 0)
     message["answer"]["frames"]["shown"].insert(0, {"event": "mark", "stamps": [0.0, 16.7]})
@@ -460,6 +462,7 @@ def test_one_participant_costs_no_more_than_a_page_sends(client: TestClient, tmp
     assert [someone.begin().status_code for _ in range(40)].count(200) <= 21
     assert someone.begin().headers["retry-after"]
     message = someone.message(someone.trials[0], 0)
+    someone.show(someone.trials[0])
     before = journal(tmp_path).read_bytes()
     message["answer"]["frames"]["shown"][0]["stamps"] = [100.0 + 2 * n for n in range(1100)]  # of a cube shown for 2 s
     refused = someone.ask("answer", **message)
@@ -483,6 +486,7 @@ def test_an_answer_needs_the_token_of_its_trial(tmp_path: Path) -> None:
         other.begin()
         message = someone.message(someone.trials[0], 0)
         first = {key: message[key] for key in ("phase", "trial")}
+        someone.show(someone.trials[0])
         before = journal(tmp_path).read_bytes()
         tokens = someone.ask("next", **first).json()["trial_tokens"]
         assert len(tokens) == len(set(tokens)) == min(len(someone.trials), studies.AHEAD)

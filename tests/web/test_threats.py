@@ -145,7 +145,10 @@ def going_on(actor: Actor, cell: str) -> None:
 def answering(actor: Actor, cell: str) -> None:
     message = actor.victim.message(actor.victim.trials[1], 1)
     token = actor.victim.trial_token(message)  # known to all: it opens no session
+    key = {name: message[name] for name in ("phase", "trial")}
+    shown = actor.act("expose", **key, round=1, exposure="exposure")
     replies = actor.act("answer", **message, trial_token=token)
+    assert any(reply.status_code == 200 for reply in shown) == (cell == "yes")
     assert any(reply.status_code == 200 for reply in replies) == (cell == "yes")
     assert actor.victim.ask("state").json()["done"] == (2 if cell == "yes" else 1)
 

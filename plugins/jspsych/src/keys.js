@@ -17,7 +17,7 @@ export function pressed(jsPsych, choices) {
       const first = found.find(({ time }) => time >= onset);
       return first ? { key: first.key, rt: first.time - onset } : null;
     },
-    // The same, waited for so many milliseconds; `early`: no longer than until there is one.
+    // The same, waited for this many milliseconds; `early`: no longer than until there is one.
     async wait(onset, milliseconds, early) {
       if (!(early && this.since(onset)) && milliseconds > 0) {
         await new Promise((resolve) => {

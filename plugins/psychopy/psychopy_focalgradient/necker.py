@@ -25,7 +25,7 @@ __all__ = ["NeckerStim"]
 
 
 LINE_DEG, LINE_PX = 0.05, 2.0
-"""Width of a line where none is given: that of `NeckerCube`, in degrees, but so many pixels at least."""
+"""Width of a line where none is given: that of `NeckerCube`, in degrees, but at least this number of pixels."""
 
 
 class NeckerStim(MinimalStim):  # type: ignore[misc]

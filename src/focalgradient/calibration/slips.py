@@ -126,9 +126,9 @@ def likeliest_slips(
         return []
     found = []
     for candidates, cost in ((_candidates(stated), 0.0), (_single_values(stated), SINGLE_VALUE_PENALTY)):
-        for text, mended in candidates:
-            if min(reading.distance for reading in mended.readings) > NEAREST * mended.focal_length:
-                found.append(Slip(text, before - mended.improbability() - cost))
+        for text, corrected in candidates:
+            if min(reading.distance for reading in corrected.readings) > NEAREST * corrected.focal_length:
+                found.append(Slip(text, before - corrected.improbability() - cost))
     found = [slip for slip in found if slip.gain > MIN_GAIN]
     if found:  # any of these may also imitate one distance that was measured wrongly
         found += (Slip(text, before - others.improbability() - cost) for text, others, cost in _without_each(stated))
@@ -288,15 +288,15 @@ def _single_values(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
             yield text, replace(stated, readings=[change(reading) for reading in readings])
         for one, other in combinations(stops, 2):
             change = _exchanged("f_number", {one: other, other: one})
-            mended = [change(r) if r.distance == distance else r for r in readings]
+            corrected = [change(r) if r.distance == distance else r for r in readings]
             text = f"f/{one:g} and f/{other:g} exchanged at {distance:g} m: check f_number of these photographs"
-            yield text, replace(stated, readings=mended)
+            yield text, replace(stated, readings=corrected)
     for stop in stops if len(stops) > 1 else ():
         for one, other in combinations(distances, 2):
             change = _exchanged("distance", {one: other, other: one})
-            mended = [change(r) if r.f_number == stop else r for r in readings]
+            corrected = [change(r) if r.f_number == stop else r for r in readings]
             text = f"{one:g} m and {other:g} m exchanged at f/{stop:g}: check distance_m of these photographs"
-            yield text, replace(stated, readings=mended)
+            yield text, replace(stated, readings=corrected)
 
 
 def _without_each(stated: _Stated) -> Iterator[tuple[str, _Stated, float]]:

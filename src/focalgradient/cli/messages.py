@@ -31,20 +31,29 @@ OPTIONS = {
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
 
-_ENTRY = re.compile(r'\b(\w+)=\{"([^"]*)": "([^"]*)"\}')
-"""Pattern of an entry of a mapping parameter in the library's messages: columns={"rating": "NAME"}."""
+_ENTRY = re.compile(r'\b(\w+)=(?:\{"([^"]*)": "([^"]*)"\}|\["([^"]*)"\])')
+"""Pattern of an entry of a mapping or a list in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
+
+
+def entries_as_options(sentence: str) -> str:
+    """Return a message of the library with options instead of entries of mappings and lists.
+
+    >>> entries_as_options('choose with where={"phase": "main"}, or give by=["light level"].')
+    "choose with --where phase=main, or give --by 'light level'."
+    """
+    return _ENTRY.sub(lambda found: f"--{found[1]} {shlex.quote(found[4] or f'{found[2]}={found[3]}')}", sentence)
 
 
 @contextmanager
 def options_named(names: Mapping[str, str]) -> Iterator[None]:
     """Replace the library's parameters in `InputError` messages by the options in `names`.
 
-    An entry of a mapping, columns={"rating": "NAME"}, becomes --columns rating=NAME.
+    Entries of mappings and lists become options: see `entries_as_options`.
     """
     try:
         yield
     except InputError as error:
-        words = _ENTRY.sub(lambda found: f"--{found[1]} {shlex.quote(f'{found[2]}={found[3]}')}", str(error))
+        words = entries_as_options(str(error))
         if names:
             words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
         raise InputError(words) from error

@@ -160,7 +160,7 @@ def power(
         lines.append(f"  {meaning}: {_shares({one.subjects: one.found[name] for one in found}, experiments)}")
     if len(study.tests) > 1:
         lines.append(f"  all of them: {_shares({one.subjects: one.joint for one in found}, experiments)}")
-    lines.append("In brackets 95 % intervals (Wilson), as only so many experiments were simulated.")
+    lines.append("In brackets: 95 % intervals (Wilson) for this number of simulated experiments.")
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")

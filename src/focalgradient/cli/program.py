@@ -6,10 +6,8 @@ import json
 import math
 import os
 import platform
-import signal
 import sys
 import tempfile
-import threading
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,13 +32,13 @@ from focalgradient.files import (
     replacing,
 )
 from focalgradient.progress import Progress
+from focalgradient.termination import exit_code, terminable
 
 __all__ = [
     "FORCE_OPTION",
     "JSON_OPTION",
     "KEPT",
     "Program",
-    "Terminated",
     "announce",
     "fail",
     "nothing_valid",
@@ -60,9 +58,6 @@ __all__ = [
 NOTHING_VALID = 1
 """Exit code if results were written but no depth is valid."""
 
-INTERRUPTED, TERMINATED = 130, 143
-"""Exit codes after Ctrl-C and after SIGTERM: 128 plus the signal's number, as in shells."""
-
 KEPT = "finished files are valid, and the same command continues from them."
 """Message after Ctrl-C."""
 
@@ -79,14 +74,7 @@ JSON = "focalgradient.json"
 FORCE, WRITTEN = "focalgradient.force", "focalgradient.written"
 """Keys in a command's context: whether foreign files may be replaced, and which outputs have been written."""
 
-RESEND_S = 0.05
-"""Delay in s after which a signal that was lost in a destructor is sent again."""
-
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM: handled as Ctrl-C, with a different exit code."""
 
 
 class Program(click.Group):
@@ -98,7 +86,7 @@ class Program(click.Group):
         with suppress(AttributeError, ValueError):  # a name that the terminal cannot show must not cause a failure
             sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
         try:
-            with _terminable():
+            with terminable():
                 code = super().main(*args, **{**kwargs, "standalone_mode": False})
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
@@ -116,7 +104,7 @@ class Program(click.Group):
             fail(NESTED)
         except (KeyboardInterrupt, click.Abort) as stop:  # before or after the command
             click.echo("Interrupted.", err=True)
-            sys.exit(TERMINATED if isinstance(stop.__cause__ or stop, Terminated) else INTERRUPTED)
+            sys.exit(exit_code(stop.__cause__ or stop))
         except Exception as error:
             if not _of_compiled_code(error):
                 raise
@@ -136,7 +124,7 @@ class Program(click.Group):
             written = ", ".join(ctx.meta.get(WRITTEN, ()))
             before = f"{written} was written before that." if written else "nothing was written."
             click.echo(f"Interrupted: {str(stop) or before}", err=True)
-            ctx.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+            ctx.exit(exit_code(stop))
 
 
 def _open_standard_streams() -> None:
@@ -169,40 +157,6 @@ def _forget_compiled_code() -> int:
         with suppress(OSError):
             path.unlink()
     return len(kept)
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """Handle SIGTERM as Ctrl-C within the context."""
-
-    def stop(*_: object) -> NoReturn:
-        raise Terminated
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def again(ignored: Any) -> None:
-        if issubclass(ignored.exc_type, KeyboardInterrupt):  # raised in a destructor, where Python ignores it
-            number = signal.SIGTERM if issubclass(ignored.exc_type, Terminated) else signal.SIGINT
-            threading.Timer(RESEND_S, _signal_main_thread, (number,)).start()
-        else:
-            otherwise(ignored)
-
-    before = signal.signal(signal.SIGTERM, stop)
-    otherwise, sys.unraisablehook = sys.unraisablehook, again
-    try:
-        yield
-    finally:
-        sys.unraisablehook = otherwise
-        signal.signal(signal.SIGTERM, before)
-
-
-def _signal_main_thread(number: signal.Signals) -> None:
-    if sys.platform == "win32":
-        signal.raise_signal(number)
-    else:
-        signal.pthread_kill(threading.main_thread().ident or 0, number)
 
 
 def fail(sentence: str) -> NoReturn:

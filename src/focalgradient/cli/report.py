@@ -11,6 +11,7 @@ import click
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import SESSION_S, Workers
+from focalgradient.cli.messages import entries_as_options
 from focalgradient.cli.program import resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -133,7 +134,7 @@ def report(
     rules
         Exclusion criteria, set in advance (TOML).
     columns
-        Your names of the columns of a table, one to each of ours; --explain prints how each column is read.
+        Your names of the columns of a table, one to each of ours; --explain prints how each column is interpreted.
 
         \b
         participant=subject   all tables
@@ -154,10 +155,10 @@ def report(
         column add rows, several columns narrow them down.
     by
         Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
-        blur_D, or the contrasts of a factor; those that vary between participants are adjusted for one another.
-        Repeatable.  [default: the apertures of a table without fixations]
+        blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers). Those that vary between
+        participants are adjusted for one another. Repeatable.  [default: the apertures of a table without fixations]
     explain
-        Print how each column of a table is read, and compute nothing.
+        Print how each column of a table is interpreted, and compute nothing.
     conditions
         Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.
     guess_rate
@@ -220,7 +221,7 @@ def report(
         with options_named({}):
             for group in _data_sets(folders, pairs):
                 for line in explained_table(group, pairs, meanings, chosen, by):
-                    click.echo(line)
+                    click.echo(entries_as_options(line))
         return
     if effect is not None or far_effect is not None:
         raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
@@ -274,7 +275,7 @@ def report(
     write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
         for sentence in sentences:
-            click.echo(f"{kind}: {' '.join(sentence.split())}", err=True)
+            click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}
     show(summary | {"written": written}, f"Done: open {printable(out / 'report.html')}")

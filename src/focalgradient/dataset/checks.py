@@ -170,6 +170,7 @@ class _Checked:
     def __init__(self, root: Path, simulated: bool):
         self.root = root
         self.simulated = simulated
+        self.kind = "simulated" if simulated else "human"
         self.problems: list[str] = []
         self.notes: list[str] = []
         self.trials = 0
@@ -261,7 +262,8 @@ class _Checked:
             )
             return None
         if (head["kind"] == "simulated") != self.simulated:
-            self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json states the other.")
+            kind = head["kind"]
+            self.problems.append(f"{path}: its kind is {kind}, but dataset_description.json says {self.kind}.")
         self.notes += [f"{path}: {sentence}" for sentence in conduct(log)]
         if asked_for_removal(log.events):
             self.problems.append(
@@ -378,7 +380,7 @@ class _Checked:
                 self.problems.append(f"{path}, row {row}: kind is {kind!r}, but must be one of human, simulated.")
             elif (kind == "simulated") != self.simulated:
                 self.problems.append(
-                    f"participants.tsv: {name} is {kind}, but dataset_description.json states the other."
+                    f"participants.tsv: {name} is {kind}, but dataset_description.json says {self.kind}."
                 )
         if "age" in table:
             for row, age in enumerate(table["age"].tolist(), start=2):

@@ -71,9 +71,9 @@ def repair(root: Path) -> list[Repair]:
         *((path, _repaired) for path in journals(root)),
         *((path, _repaired_focus) for path in focus_journals(root)),
     ]
-    for path, mended in ways:
+    for path, repaired in ways:
         try:
-            found = mended(path)
+            found = repaired(path)
         except InputError as error:
             found = Repair(path, problem=str(error))
         if found.done or found.problem:

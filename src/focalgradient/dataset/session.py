@@ -292,6 +292,10 @@ class Session:
         self._exposures[trial.phase, trial.trial, round] += 1
         self._exposed |= {*named.values()}
 
+    def was_shown(self, trial: Trial) -> bool:
+        """Return whether an exposure of a trial is recorded, in any round of practice."""
+        return any((phase, number) == (trial.phase, trial.trial) for phase, number, _ in self._exposures)
+
     def record(
         self, trial: Trial, answer: Answer, *, notes: Sequence[tuple[str, Mapping[str, Any]]] = (), **noted: Any
     ) -> None:

@@ -24,7 +24,7 @@ class Manifest:
     Parameters
     ----------
     Content of its file.
-        As it stands in its file.
+        As it is in its file.
     SHA-256 of the content, in hexadecimal.
         Of that, in hexadecimal.
     SHA-256 of each file, by its path relative to the manifest.

@@ -6,7 +6,7 @@ picture. The other is what departs from it, on a fine grid: neighbours differ by
 an edge between them (a membrane). Given the map's valid pixels, the mean is the solution of one sparse linear system,
 and the standard deviation is that of samples of it. Values that contradict their surroundings count less (Student's t).
 
-A surface without texture shows no depth, so that no measured pixel tells where another surface ends. The standard
+A surface without texture shows no depth, so that no measured pixel shows where another surface ends. The standard
 deviation is therefore that of a mixture: with a probability that falls with the distance to measured depth, and across
 edges of the picture, a pixel belongs to the surface that it is completed from; else to any other of the scene.
 """

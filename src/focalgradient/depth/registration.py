@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +27,12 @@ SHIFT_WARNING = 0.25
 SCALE_ALIKE = 0.3
 """Maximum relative difference between the remaining scale and that of reversed foci for the order to be named as
 reversed. Chosen by hand."""
+
+FOOT_M = 0.3048
+"""Length of a foot in m."""
+
+FEET_ALIKE = 0.05
+"""`SCALE_ALIKE` for foci in feet, whose scale is measured to 0.01 where it is named."""
 
 CLEARLY_LESS = 0.9
 """Residual at the shift of highest correlation, relative to that without a shift, below which views are displaced: 0.02
@@ -280,15 +286,14 @@ class RegisteredViews:
         """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
         first, shown = _image_and_mask(views[0])
         usable = shown
-        images, placements, warnings = [first], [Placement()], []
+        images, placements = [first], [Placement()]
+        warnings: list[str] = []
         for number, view in enumerate(views[1:], 2):
             image, mask = _image_and_mask(view)
             placement = Placement(views[0].pixel_angle / view.pixel_angle)
             moved, covered = resample(image, placement)
             shift, error = measure_placement(first, moved, shown & _shown(mask, placement))
-            warnings.append(_displacement_warning(number, shift, error, view.shape, align))
-            warnings.append(_order_warning(number, shift, error, view.shape, placement.scale))
-            warnings.append(_telecentric_warning(number, shift, error, views[0], view))
+            warnings += _placement_warnings(number, shift, error, views[0], view, align)
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
@@ -309,7 +314,7 @@ class RegisteredViews:
                 f"{usable.shape}: give shares at the views' pixels."
             )
         shares = None if mixture is None else mixture.shares
-        return cls(scaled, usable, gains, placements, tuple(filter(None, warnings)), shares)
+        return cls(scaled, usable, gains, placements, tuple(warnings), shares)
 
     def most_textured_crop(self, side: int) -> RegisteredViews:
         """Return the part, at most `side` pixels in each direction, that shows most texture."""
@@ -337,66 +342,60 @@ class RegisteredViews:
         return RegisteredViews(images, self.usable[rows, columns], self.gains, self.placements, shares=shares)
 
 
-def _displacement_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], align: bool) -> str:
-    """Return the warning for a displaced view, or an empty text; raise `InputError` if a view to align fits nowhere.
+def _placement_warnings(
+    number: int, shift: Placement, error: float, first: View, view: View, align: bool
+) -> Iterator[str]:
+    """Yield warnings for a view that is displaced, or magnified otherwise than by the optics stated.
 
-    `error` is the displacement's standard deviation in pixels.
+    `shift` is the placement left once the magnification of the optics stated was removed; `error` its standard
+    deviation in pixels, at the corner. Raise `InputError` if a view to align fits nowhere.
     """
-    displacement = shift.displacement(shape)
-    if not (0.8 < shift.scale < 1.25 and displacement < max(shape) / 3):
+    displacement = shift.displacement(view.shape)
+    if not (0.8 < shift.scale < 1.25 and displacement < max(view.shape) / 3):
         trouble = f"view {number} does not seem to show what view 1 shows, wherever it is laid"
         if align:
             raise InputError(f"{trouble}, but views can be aligned only if they show one scene: check the files.")
-        return f"{trouble}: check that they show one scene."
+        yield f"{trouble}: check that they show one scene."
+        return
+    magnified = f"view {number} is magnified against view 1"
+    left, corner = math.log(shift.scale), math.hypot(*view.shape) / 2
+    for scale, tolerance, text in _other_scales(first, view, shift.scale):
+        other = math.log(scale)
+        if abs(other) * corner >= max(1.0, 6 * error) and abs(left / other - 1) <= tolerance:
+            yield f"{magnified} {text}"
+            shift = replace(shift, scale=math.exp(left - other))  # explained
+            displacement = shift.displacement(view.shape)
+            break
     if not align and displacement > max(SHIFT_WARNING, 3 * error):
         angle = math.degrees(shift.turn)
         turned = f"turned by {abs(angle):.2f} degrees {'counter' * (angle < 0)}clockwise and "
-        return (
-            f"view {number} is {turned * (abs(shift.turn) * math.hypot(*shape) / 2 > SHIFT_WARNING)}displaced against "
-            f"view 1 by up to {displacement:.2f} pixels ({shift.right:+.2f} right, {shift.down:+.2f} down, scale "
-            f"{shift.scale:.5f}), which biases depth: align the views (align=True)."
+        yield (
+            f"view {number} is {turned * (abs(shift.turn) * math.hypot(*view.shape) / 2 > SHIFT_WARNING)}displaced "
+            f"against view 1 by up to {displacement:.2f} pixels ({shift.right:+.2f} right, {shift.down:+.2f} down, "
+            f"scale {shift.scale:.5f}), which biases depth: align the views (align=True)."
         )
-    return ""
 
 
-def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], expected: float) -> str:
-    """Return the warning for a view whose magnification is that of the opposite order of focus.
+def _other_scales(first: View, view: View, left: float) -> Iterator[tuple[float, float, str]]:
+    """Yield the scale that remains if the optics are misstated in a likely way, its relative tolerance, and the text.
 
-    `expected` is the scale that the optics stated make, and was removed; `shift` what was left; `error` its standard
-    deviation, in pixels at the corner.
-    """
-    corner = float(np.hypot(*shape)) / 2
-    left, reversed_order = np.log(shift.scale), -2 * np.log(expected)
-    if abs(reversed_order) * corner < max(1.0, 6 * error) or abs(left / reversed_order - 1) > SCALE_ALIKE:
-        return ""
-    return (
-        f"view {number} is magnified against view 1 by {1 / (expected * shift.scale):.4f}, where its focus makes it "
-        f"{1 / expected:.4f}: the focus distances seem to be in the opposite order (focus_distance)."
-    )
-
-
-def _telecentric_warning(number: int, shift: Placement, error: float, first: View, view: View) -> str:
-    """Return the warning for a view whose magnification is that of a lens telecentric where stated not to be, or not.
-
-    Arguments are those of `_order_warning`. The sensor's distance sets the magnification of a lens that is not
+    `left` is the scale that was measured. The sensor's distance sets the magnification of a lens that is not
     telecentric.
     """
+    stated = first.pixel_angle / view.pixel_angle
+    by = f"by {1 / (stated * left):.4f}, where its focus makes it {1 / stated:.4f}: the focus distances seem to be in"
+    yield stated**-2, SCALE_ALIKE, f"{by} the opposite order (focus_distance)."
+    yield stated ** (1 / FOOT_M - 1), FEET_ALIKE, f"{by} feet: give them in metres (focus_distance)."
     if not (isinstance(first.optics, Lens) and isinstance(view.optics, Lens)):
-        return ""
-    stated, lens = (
-        first.pixel_angle / view.pixel_angle,
-        view.optics.sensor_distance / first.optics.sensor_distance,
-    )
+        return
+    lens = view.optics.sensor_distance / first.optics.sensor_distance
     is_telecentric = abs(math.log(stated)) < abs(math.log(lens)) / 2
-    other = lens if is_telecentric else 1.0
-    corner = math.hypot(*view.shape) / 2
-    left, expected = math.log(shift.scale), math.log(other / stated)
-    if abs(expected) * corner < max(1.0, 6 * error) or abs(left / expected - 1) > SCALE_ALIKE:
-        return ""
     seems, flag = ("not telecentric", "false") if is_telecentric else ("telecentric", "true")
-    return (
-        f"view {number} is magnified against view 1 as by a lens that is {seems} on the image side, but the optics "
-        f"state otherwise, which changes the angle of a pixel and all depths: check telecentric ({flag})."
+    yield (
+        (lens if is_telecentric else 1.0) / stated,
+        SCALE_ALIKE,
+        f"as by a lens that is {seems} on the image side, but the optics state otherwise, which changes the angle of a "
+        f"pixel and all depths: check telecentric ({flag}).",
     )
 
 

@@ -64,7 +64,7 @@ class RatingPages:
 
 
 def instructions(design: DepthRatingDesign, words: Words, escape: str) -> tuple[str, str]:
-    """Return the two pages of instructions; `escape` tells how to stop."""
+    """Return the two pages of instructions; `escape` states how to stop."""
     scale = design.response_scale
     mark = words("depth.mark_stays" if design.mark == "kept" else "depth.mark_goes")
     answer = words(f"depth.answer_{scale.control(words).how}")

@@ -21,6 +21,7 @@ from focalgradient.eye.ranges import check_pupil, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import as_number
+from focalgradient.files.containers import refuse_other_container
 from focalgradient.files.tables import parse_table, read_cells
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
@@ -175,6 +176,7 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     if str(path).lower().endswith(".mat"):
         return _of_matlab(path)
     data = read_bytes(path, "a table of Zernike coefficients", LARGEST_LIST)
+    refuse_other_container(data, printable(path), "a table of Zernike coefficients")
     rows, factor = _named_terms(data, printable(path)) or _rows(data, printable(path))
     found: dict[int, float] = {}
     for place, row in enumerate(rows):
@@ -358,7 +360,7 @@ class ZernikePopulation:
         cells = read_cells(covariance, "a table of covariances", largest=LARGEST_LIST, header=False, spaces=True)
         rows = [[as_number(cell) for cell in row if cell.strip()] for row in cells.with_points().rows]
         if cells.header or not rows or any(len(row) != len(rows) or None in row for row in rows):
-            raise InputError(f"{printable(covariance)} is no square of numbers.")
+            raise InputError(f"{printable(covariance)} is not a square matrix of numbers.")
         table = np.array(rows, dtype=float)
         return cls(read_zernike(mean), table, measured_diameter, measured_nm)
 
@@ -371,7 +373,7 @@ class ZernikePopulation:
             )
         values, vectors = np.linalg.eigh((table + table.T) / 2)
         if values[0] < -1e-3 * max(values[-1], 1e-12):
-            raise InputError("covariance_um2 is no covariance: a sum of coefficients would vary less than not at all.")
+            raise InputError("covariance_um2 is not a covariance: a sum of coefficients has negative variance.")
         return vectors * np.sqrt(np.clip(values, 0, None))
 
     def drawn(self, random: np.random.Generator) -> NDArray[np.float64]:

@@ -138,7 +138,7 @@ def recover_eye_depth(views: Sequence[View], prior: EyePrior | None = None, **se
     maps: list[tuple[float, DepthMap]] = []
     for number, (scale, light, weight) in enumerate(prior.eyes()):
         with warnings.catch_warnings():
-            if number:  # the first is warned of, others are only less likely
+            if number:  # a warning is issued for the first; others are only less likely
                 warnings.simplefilter("ignore", FocalGradientWarning)
             maps.append((weight, recover_depth([_seen_by(view, scale, light) for view in views], **settings)))
     first = maps[0][1]

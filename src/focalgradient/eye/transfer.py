@@ -129,7 +129,7 @@ def point_spread(
     Raises
     ------
     InputError
-        If the optics are no eye and no lens, or a pinhole, or a number is not finite.
+        If the optics are neither an eye nor a lens, or a pinhole, or a number is not finite.
 
     Examples
     --------

@@ -65,7 +65,7 @@ def is_date(cell: str) -> bool:
 
 
 def name_and_unit(header: str) -> tuple[str, str]:
-    """Split a heading into name and unit, both in lower case: the unit stands in brackets or at the end.
+    """Split a heading into name and unit, both in lower case: the unit is in brackets or at the end.
 
     >>> name_and_unit("Level (dB)"), name_and_unit("rt_ms"), name_and_unit("distance [m]"), name_and_unit("rating")
     (('level', 'db'), ('rt', 'ms'), ('distance', 'm'), ('rating', ''))

@@ -73,6 +73,8 @@ def refuse_other_container(data: bytes, name: str, what: str = "a table") -> Non
         kinds.append("a web page")
     elif b"*** header start ***" in data[:1000].replace(b"\0", b"").lower():
         kinds.append("E-Prime's log of one session, which E-DataAid and E-Merge export as a table")
+    elif data[:2000].replace(b"\0", b"").lstrip(b"\xff\xfe\xef\xbb\xbf").startswith(b"Listing of Zernike"):
+        kinds.append("Zemax's listing of Zernike coefficients, in waves and in another order than the OSA's")
     elif text.startswith(b"<?xml"):
         kinds.append("an XML document")
     if is_workbook(data) and (kind := _archive(data)):

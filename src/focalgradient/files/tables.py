@@ -59,7 +59,7 @@ class TextTable:
     header
         Names of the columns; empty if the table has none.
     rows
-        Cells of the non-empty rows below the header, as many as the header has (without a header as they stand).
+        Cells of the non-empty rows below the header, as many as the header has (without a header as they are).
     places
         Number of each row in the file, from 1; of several files with the file's name, as in "3 of a.csv".
     delimiter
@@ -282,11 +282,11 @@ def parse_table(
         ]
         kept = kept[titles:]
     if kept and (header or not any(map(_like_number, kept[0][1]))):
-        names = [_unwrapped(cell).strip() for cell in kept.pop(0)[1]]
+        names = [" ".join(_unwrapped(cell).split()) for cell in kept.pop(0)[1]]  # headings of several lines
     if names and kept and header and (second := _second_header(names, [cells for _, cells in kept[:SAMPLE]])):
         names = second
         place, _ = kept.pop(0)
-        notes.append(f"The names of the columns stand in two rows, of which {place} is the second: {', '.join(names)}.")
+        notes.append(f"The column names are in two rows, of which {place} is the second: {', '.join(names)}.")
     if names and kept and header and data.lstrip(b"\xef\xbb\xbf").startswith(b'"'):
         first = [cells[0] for _, cells in kept]
         if all(len(cells) == len(names) + 1 for _, cells in kept) and len(set(first)) == len(first):

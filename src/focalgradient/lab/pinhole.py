@@ -1,6 +1,6 @@
 """Demonstration of the pinhole effect: monocular depth through a pinhole, without it, and through a tube.
 
-The tube has the same field as the pinhole. In the real world the participant is told which eye to use, what to hold
+The tube has the same field as the pinhole. In the real world the program names the eye to use, what to hold
 before it, and for how long. On the screen, pinhole and tube conditions show the same circular field, which contains the
 object that was marked before; the one shows the pinhole picture, the other the natural one. Each block begins with a
 page and the standard, the view through the pinhole; a tone ends each look at the real world.

@@ -35,6 +35,7 @@ from focalgradient.lab.stereoscope import align
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
+from focalgradient.termination import exit_code, terminable
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -70,19 +71,21 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
     Returns
     -------
     int
-        Exit code: 0 if completed, 1 if stopped earlier, 2 with one sentence on standard error if it cannot run.
+        Exit code: 0 if completed, 1 if stopped earlier, 2 with one sentence on standard error if it cannot run, 130
+        after Ctrl-C and 143 after SIGTERM.
     """
     try:
-        ready = prepare(experiment, given, program)
-        for warning in ready.warnings:
-            _warn(warning)
-        with closing(ready.triggers):
-            return _in_window(experiment, ready)
+        with terminable():
+            ready = prepare(experiment, given, program)
+            for warning in ready.warnings:
+                _warn(warning)
+            with closing(ready.triggers):
+                return _in_window(experiment, ready)
     except KeyboardInterrupt as stop:
         if program is not None:
             raise  # the command states the exit code of its signal
         print(f"Interrupted: {str(stop) or NOTHING}", file=sys.stderr)
-        return 130
+        return exit_code(stop)
     except InputError as error:
         print(f"Error: {one_line(error)}", file=sys.stderr)
         return 2

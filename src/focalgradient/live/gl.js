@@ -57,7 +57,7 @@ export function sample(gl, target, how = gl.NEAREST) {
   for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(target, name, gl.CLAMP_TO_EDGE);
 }
 
-/* A texture of so many pixels that can be drawn into. */
+/* A texture of this size that can be drawn into. */
 export function target(gl, format, width, height) {
   const texture = gl.createTexture(), frame = gl.createFramebuffer();
   gl.bindTexture(gl.TEXTURE_2D, texture);

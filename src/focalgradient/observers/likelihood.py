@@ -210,7 +210,7 @@ class Durations:
         if "censored" not in answers.conditions:
             raise InputError("Durations need the condition censored: 1 where the end of the trial cut one off, else 0.")
         if (answers.answer <= 0).any():
-            raise InputError("A duration is not a positive number of seconds: leave out what has none.")
+            raise InputError("A duration is not positive; remove that row.")
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         log_median, spread = self.law(columns, values, np.atleast_2d(own))
         logs = np.log(answers.answer)[:, None]

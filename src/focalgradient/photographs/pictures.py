@@ -386,7 +386,7 @@ def _depth_of_exr(path: Path) -> NDArray[Any]:
     found: dict[str, NDArray[Any]] = {}
     for layer, own in layers.items():
         for last, pixels in own.items():
-            named = last.lower() in DEPTHS and not {"X", "Y"} & {*own}  # the Z of a vector is no depth
+            named = last.lower() in DEPTHS and not {"X", "Y"} & {*own}  # the Z of a vector is not a depth
             if named or (_last(layer) in DEPTHS and (len(own) == 1 or last == "R")):
                 found[f"{layer}.{last}".lstrip(".")] = pixels
     best = [name for name in found if "." not in name or _last(name.rpartition(".")[0]) in DEPTHS] or [*found]

@@ -59,7 +59,7 @@ class TaskStudy(AnyStudy):
             raise InputError(f"the task {self.task.name!r} has no simulated observer: define simulated.")
         if not self.task.planned(self.design):
             raise InputError(
-                f"the task {self.task.name!r} tests nothing: give its design two conditions, or define planned and "
+                f"the task {self.task.name!r} has no test: give its design two conditions, or define planned and "
                 "tested."
             )
 

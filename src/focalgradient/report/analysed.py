@@ -175,7 +175,7 @@ def analyse_table(
     if data is not None and "gaze_left" in table:
         stayed = table[~table["gaze_left"]].drop(columns="gaze_left")
         if stayed["catch"].all():
-            fixated = NotComputed("In all trials gaze left the fixated object, or is not known.")
+            fixated = NotComputed("No trial has gaze on the fixated object.")
         else:
             fixated = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
     compared = main if isinstance(main, ComparisonResult) else None

@@ -141,7 +141,7 @@ def excluded(found: Quality, catch: str) -> str:
     return (
         f"{' '.join(criteria(found.rules, unjudged, catch))} This left out "
         f"{many(found.subjects_before - found.subjects_after, 'subject')} and {many(trials, 'single trial')}; the "
-        "recorded data stay as they were. Results without exclusions stand beside those with them."
+        "recorded data stay as they were. Results are shown with and without exclusions."
     )
 
 

@@ -130,7 +130,7 @@ def observed_in(part: Part) -> Observed | NotComputed:
             return observed_thresholds(part.table)
         case OwnThresholdPart():
             return observed_thresholds(part.own.table, part.own.guess)
-    return NotComputed(f"No observer here predicts the answers to {part.title!r}: fit your own by fit_observer.")
+    return NotComputed(f"No built-in observer models {part.title!r}; use fit_observer.")
 
 
 def fitted_observers(parts: Sequence[Part], progress: Progress | None = None) -> list[FittedObservers]:

@@ -38,8 +38,8 @@ SUBJECTS = (6, 10, 16, 24, 40)
 """Sample sizes of the power analysis."""
 
 TRACE = (
-    "Levels that the procedure set, trial by trial, of each participant (open: wrong answers). They are no answers, so "
-    "that no test is made of them."
+    "Levels that the procedure set, trial by trial, of each participant (open: wrong answers). They are not answers "
+    "and are not tested."
 )
 
 EXPERIMENTS = 200

@@ -17,7 +17,7 @@ from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.tables import FIXATIONS
 
-__all__ = ["ENOUGH_SUBJECTS", "PLANS", "Plan", "in_focus", "plan_of"]
+__all__ = ["CONFIDENCE_PLAN", "ENOUGH_SUBJECTS", "PLANS", "Plan", "in_focus", "plan_of"]
 
 
 def in_focus(fixation: str) -> str:
@@ -112,6 +112,13 @@ ENOUGH_SUBJECTS = 60
 """Number of subjects from which Student's t rejects at most .06 at a level of .05 where 20 % of subjects have an effect
 and the others none (benchmarks/robust_tests.py --enough).
 """
+
+CONFIDENCE_PLAN = (
+    "Confidence was asked after each answer. Whether it changes with the aperture is tested by its least-squares slope "
+    "on aperture diameter within subject and scene, over subjects and scenes; its p is not corrected, and it decides "
+    "nothing."
+)
+"""Analysis of confidence, for a paper."""
 
 BOOTSTRAP = (
     "As a sensitivity analysis, which decides nothing, the primary effect is also tested by the bootstrap-t over "

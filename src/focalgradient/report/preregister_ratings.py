@@ -6,7 +6,7 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.power import LatentModel, LatentStudy, Model, latent_power, rise_power
 from focalgradient.report.exclusions import catch_answers, criteria
-from focalgradient.report.plans import Plan, in_focus, plan_of
+from focalgradient.report.plans import CONFIDENCE_PLAN, Plan, in_focus, plan_of
 from focalgradient.report.preregistered import (
     AFTERWARDS,
     EXPERIMENTS,
@@ -83,7 +83,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         shown,
         [*sentences, *AFTERWARDS],
         table,
-        [plan.outcome, plan.analysis, ROBUSTNESS_PLAN],
+        [plan.outcome, plan.analysis, ROBUSTNESS_PLAN, *([CONFIDENCE_PLAN] if design.confidence else [])],
         enough(powers, assumed),
         power_table(powers, _named(plan)),
         neutral=_neutral(design, analysis),

@@ -31,7 +31,7 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Prere
         f"{many(len(design.scenes), 'scene')}, {many(design.repetitions, 'repetition')}, "
         f"{many(design.catch_trials, 'catch trial')}, levels from {design.least_level:g} to {design.most_level:g} "
         f"{unit_of(settings)}.",
-        ["Nobody is left out of the mean; the mean without those who miss catch trials stands beside it."],
+        ["The mean includes everyone; a second mean omits participants who failed catch trials."],
         None,
         [*methods_thresholds(settings)],
         "State the number of participants and its reason: no test is made, but focalgradient power blur-threshold "

@@ -129,7 +129,7 @@ class Preregistered:
         ]
 
 
-AFTERWARDS = ("Results without exclusions stand beside those with them; the file rules.toml holds the rules.",)
+AFTERWARDS = ("Results are shown with and without exclusions; the file rules.toml holds the rules.",)
 
 
 def rules_table(stated: Stated, names: list[str]) -> Table:

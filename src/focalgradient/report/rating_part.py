@@ -18,12 +18,22 @@ from focalgradient.report.exclusions import answers_of, with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import findings, gaze_part
 from focalgradient.report.parts import Asked, Output, Part
+from focalgradient.report.plans import CONFIDENCE_PLAN, in_focus
 from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part, variant_answers
 from focalgradient.report.scales import comparison_sheets, factor_sheet
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
 from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_cautions, rating_checks
-from focalgradient.statistics import DepthRatingResult, FactorEffect, Interval, NotComputed, OrdinalResult, Quality
+from focalgradient.statistics import (
+    DepthRatingResult,
+    Effect,
+    FactorEffect,
+    Interval,
+    NotComputed,
+    OrdinalResult,
+    Quality,
+)
+from focalgradient.statistics.comparisons import confidence_answers
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
 from focalgradient.statistics.questions import Answer, stated
@@ -149,6 +159,10 @@ class RatingPart(Part):
         folded += tables
         if result is not None:
             yield from map(Paragraph, result.remarks)
+        for answer in confidence_answers(part.kept):
+            found = answer.outcome
+            said = found.summary() if isinstance(found, Effect) else getattr(found, "reason", "")
+            yield Paragraph(f"With {in_focus(answer.level)}, slope of confidence on the aperture: {said}")
         yield from gaze_part(part, output.sheets)
         if self.posterior is not None:
             yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
@@ -159,6 +173,7 @@ class RatingPart(Part):
         yield from answers_of(part.main, part.everyone, part.quality)
         if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
             yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
+        yield from confidence_answers(part.kept)
         unit = "log ratio" if part.analysis.ratios else "units of the scale"
         for one in (*part.factors, *self._places()):
             level = f"{one.level} less {one.against}"
@@ -192,6 +207,8 @@ class RatingPart(Part):
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, [*methods_ratings(self.ratings, self.asked.used_bound), ROBUSTNESS_PLAN])
+        if confidence_answers(self.ratings.kept).rows:
+            yield Paragraph(CONFIDENCE_PLAN)
         if self.posterior is not None:
             yield Paragraph(bayes_methods(self.posterior))
         yield from output.tables(self.design_table())

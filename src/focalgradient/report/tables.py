@@ -428,7 +428,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
         rows.append([*first, *fits, {"lognormal": "log-normal"}.get(str(each.better), each.better or NONE)])
     header = ["blur agrees with", "mm", "percept", "reports (cut off)"]
     header += [f"{family}: {what}" for family in ("gamma", "log-normal") for what in ("mean (s)", "CV", "log L")]
-    caption = "Durations of each percept: fits with what the end of a trial cut off as lower limits"
+    caption = "Percept durations (right-censored at trial end)"
     sheets.append(sheet("necker_durations.csv", caption, [*header, "better"], rows, result.dominance, cells))
     sheets.append(_durations_of_people(result))
     return sheets

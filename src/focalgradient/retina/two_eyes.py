@@ -40,7 +40,7 @@ class TwoEyes:
     Raises
     ------
     InputError
-        If one is no eye, or the distance is out of range.
+        If one is not an eye, or the distance is out of range.
 
     Examples
     --------

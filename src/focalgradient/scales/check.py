@@ -91,9 +91,9 @@ class _Checked:
         for value in (least - away, most + away, math.nan, math.inf, -math.inf):
             self.need(not scale.is_answer(value), f"is_answer accepts {value:g}, which is outside the bounds")
         if scale.standard is not None:
-            self.need(scale.is_answer(scale.standard), f"standard is {scale.standard:g}, which is no answer")
+            self.need(scale.is_answer(scale.standard), f"standard is {scale.standard:g}, which is not an answer")
         if scale.example is not None:
-            self.need(scale.is_answer(scale.example), f"example is {scale.example:g}, which is no answer")
+            self.need(scale.is_answer(scale.example), f"example is {scale.example:g}, which is not an answer")
             self.need(scale.example > scale.middle, f"example is {scale.example:g}, not above the middle")
 
     def languages(self) -> Iterable[Texts]:

@@ -26,7 +26,15 @@ from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
-__all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures", "own_slopes", "slope_unit"]
+__all__ = [
+    "ComparisonMean",
+    "ComparisonResult",
+    "ComparisonTests",
+    "compare_pictures",
+    "confidence_answers",
+    "own_slopes",
+    "slope_unit",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -253,6 +261,37 @@ def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Que
     asked.append(Question(LARGEST, tested(largest, crossed_effect), "secondary", unit, SECOND))
     checks.append(Question(LARGEST + HERE, tested(largest, over_subjects), "check", unit))
     return Questions([*asked, *checks])
+
+
+def confidence_answers(table: pd.DataFrame) -> Answers:
+    """Test whether confidence changes with the aperture at each fixation; no answers if it was not asked.
+
+    Parameters
+    ----------
+    table
+        Trials of `focalgradient.statistics.tables.rating_table`, with `confidence` from 0 to 1. Catch trials are
+        excluded.
+
+    Examples
+    --------
+    >>> rows = [{"participant_id": who, "scene": "room", "fixation": "nearest", "aperture_mm": mm, "catch": False,
+    ...          "confidence": 0.2 + (0.05 + 0.01 * who) * mm} for who in range(4) for mm in (0.0, 4.0, 8.0)]
+    >>> [answer] = confidence_answers(pd.DataFrame(rows))
+    >>> round(answer.outcome.estimate, 3)
+    0.065
+    """
+    if "confidence" not in table:
+        return NO_ANSWERS
+    rows = table[~table["catch"] & table["confidence"].notna()]
+    rows = rows.assign(answer=rows["confidence"].astype(float))
+    of = {name: cells(rows[rows["fixation"] == name]) for name in fixations_of(rows)}
+
+    def slopes(of: Mapping[str, Cells]) -> Tests:
+        lines = {name: own_slopes(own) for name, own in of.items()}
+        return {name: one if isinstance(one, NotComputed) else crossed_effect(one) for name, one in lines.items()}
+
+    asked = Question("slope of confidence on aperture", slopes, "check", "confidence per millimetre")
+    return Questions([asked] if len(rows) else []).answers(of)
 
 
 SECOND = "secondary comparisons"

@@ -360,7 +360,7 @@ def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShar
     for percept in PERCEPTS:
         reports: Interval | NotComputed
         if percept == "none":
-            reports = NotComputed("No key held is no report.")
+            reports = NotComputed("Holding no key is not a report.")
         elif not counted.any():
             reports = NotComputed("There are no reports.")
         else:

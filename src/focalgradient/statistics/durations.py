@@ -201,7 +201,7 @@ def fit_durations_of_people(
     if not (durations.ndim == 1 and durations.shape == censored.shape == who.shape):
         raise InputError("durations, censored and participant differ in length: give one entry a percept in each.")
     if not (np.isfinite(durations) & (durations > 0)).all():
-        raise InputError("A duration is not a positive number of seconds: leave out what has none.")
+        raise InputError("A duration is not positive; remove that row.")
     together = fit_durations(durations, censored, "gamma")
     if isinstance(together, NotComputed):
         return together

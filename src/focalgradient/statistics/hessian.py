@@ -84,7 +84,7 @@ def polished(
     Returns
     -------
     ndarray or None
-        None if the point is no minimum. Directions in which the curvature is below `MIN_CURVATURE` are not searched:
+        None if the point is not a minimum. Directions in which the curvature is below `MIN_CURVATURE` are not searched:
         there the parameters are not determined, and `covariance_at` returns None.
 
     Examples

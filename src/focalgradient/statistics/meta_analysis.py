@@ -81,7 +81,7 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     by_scene
         Effects of data sets with common scenes, which are not independent: one row per data set, one column per scene,
         NaN where a data set lacks it. With five or more scenes the mean is then that of `crossed_effect`, with data
-        sets in place of subjects, each counted once: a data set's people are within its row. The variance between data
+        sets instead of subjects, each counted once: a data set's people are within its row. The variance between data
         sets, Q and the prediction interval hold for these scenes.
 
     Raises
@@ -114,7 +114,7 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     with np.errstate(divide="ignore"):  # its I² of estimates that are all the same, not used here
         found = combine_effects(y / unit, (se / unit) ** 2, method_re="iterated", maxiter=ITERATIONS)
     mean, q = unit * float(found.mean_effect_re), float(found.q)
-    factor = float(found.scale_hksj_re)  # 0 where all estimates are the same, which tells nothing of their error
+    factor = float(found.scale_hksj_re)  # 0 where all estimates are the same, which is uninformative about their error
     error = unit * float(found.sd_eff_w_re) * math.sqrt(factor if factor > SMALLEST_FACTOR else 1.0)
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * error
     low = high = None

@@ -35,7 +35,7 @@ KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session", "trial"
 """Roles that are read besides the conditions."""
 
 MOST_LEVELS = 50
-"""Maximum number of levels of a condition that is no number."""
+"""Maximum number of levels of a condition that is not numeric."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +87,8 @@ def read_conditions(
     columns
         Name in the file of each column: participant and rating; optionally scene, catch and aperture_mm.
     by
-        Columns of the conditions; none: that of the apertures.
+        Columns of the conditions; none: that of the apertures. Numbers are amounts, whose slope is tested; those of
+        "NAME=factor" are names of levels.
     where
         Values by column: only rows that have one of them are read.
     steps
@@ -116,6 +117,8 @@ def read_conditions(
     if not by:
         by = [own.columns[role] for role in ("aperture_mm", "aperture") if role in own.columns][:1]
     by_name = {clean(str(name)).casefold(): str(name) for name in own.cells}
+    factors = {name.removesuffix("=factor") for name in by if name.endswith("=factor")}
+    by = [name.removesuffix("=factor") for name in by]
     theirs = [by_name.get(clean(name).casefold(), "") for name in by]
     if not by or not all(theirs):
         missing = f"no column {by[theirs.index('')]}" if by else "no column of conditions"
@@ -125,7 +128,9 @@ def read_conditions(
             raise InputError(f"by names {own.columns[role]}, which is the column of the {role}: give a condition.")
         del own.columns[role]
     own.columns.update({name: name for name in theirs})
-    numeric = [name for name in theirs if _is_numeric(own.cells[name])]
+    numeric = [
+        name for name, named in zip(theirs, by, strict=True) if named not in factors and _is_numeric(own.cells[name])
+    ]
     table = own.rows([*(role for role in NUMERIC if role not in theirs), *numeric], theirs)
     table = rated(own, table)
     levels: dict[str, Sequence[Any]] = {}
@@ -134,11 +139,19 @@ def read_conditions(
         if name in numeric:
             table[name] = own.numbers(table, name)
             levels[name] = sorted(table[name].unique().tolist())
+            if len(levels[name]) > 2 and levels[name] in (
+                [*range(len(levels[name]))],
+                [*range(1, len(levels[name]) + 1)],
+            ):
+                own.notices.append(
+                    f"The levels of {name} are {few([f'{level:g}' for level in levels[name]])}, which were taken for "
+                    f'amounts: if they are codes, give by=["{name}=factor"].'
+                )
         else:
             levels[name] = list(dict.fromkeys(table[name]))
             if len(levels[name]) > MOST_LEVELS:
                 raise InputError(
-                    f"{printable(name)} has {len(levels[name])} levels that are no numbers: give a condition."
+                    f"{printable(name)} has {len(levels[name])} levels that are not numbers: give a condition."
                 )
         if len(levels[name]) < 2:
             raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
@@ -255,7 +268,7 @@ def _least_squares(values: np.ndarray, model: np.ndarray) -> list[Effect | NotCo
     if subjects <= terms:
         why = f"{subjects} subjects are too few for {terms - 1} conditions between them: nothing can be tested."
     elif np.linalg.matrix_rank(model) < terms:
-        why = "The conditions between subjects cannot be told apart: they vary together."
+        why = "The conditions between subjects cannot be separated: they vary together."
     else:
         fit = OLS(values, model).fit()
         if fit.ssr <= 1e-20 * max(float(values @ values), 1e-300):

@@ -61,7 +61,7 @@ def clean(text: str) -> str:
     >>> clean("\u200bＰ０１\u00a0 "), clean("\u22121,5")
     ('P01', '-1,5')
     """
-    if text.isascii() and "  " not in text and text == text.strip():
+    if text.isascii() and text.isprintable() and "  " not in text and text == text.strip():
         return text
     plain = unicodedata.normalize("NFKC", text)
     visible = "".join(one for one in plain if unicodedata.category(one) not in ("Cf", "Cc") or one.isspace())
@@ -130,8 +130,8 @@ def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
 
 
 def few(names: list[str]) -> str:
-    """Join up to ten distinct names."""
-    several = list(dict.fromkeys(names))
+    """Join up to ten distinct names, in printable characters."""
+    several = list(dict.fromkeys(map(printable, names)))
     return ", ".join(several[:10]) + (f" and {len(several) - 10} more" if len(several) > 10 else "")
 
 

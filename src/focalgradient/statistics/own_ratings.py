@@ -117,7 +117,7 @@ def read_ratings(
     Parameters
     ----------
     path
-        CSV, TSV, XLSX or JSON file, or several of one data set (one per participant), told by their content.
+        CSV, TSV, XLSX or JSON file, or several of one data set (one per participant), recognised by content.
     columns
         Name in the file of each column: participant, aperture, fixation, rating; optionally scene, trial, catch,
         session, response_time, aperture_mm; and interval (1 or 2, in which the picture was shown) if the ratings are
@@ -174,7 +174,7 @@ def read_ratings(
         notices += whole_steps(table["rating"])
     if "scene" not in table:
         table["scene"] = "all"
-        notes.append("There is no column of scenes: all ratings count as of one scene, and results hold for it only.")
+        notes.append("No scene column: all ratings are treated as one scene, so results do not generalise.")
     table = numbered(own, catch_trials(table, notes), ("scene", "aperture", "fixation"))
     lens = FOCAL_LENGTH_MM if focal_length_mm is None else focal_length_mm
     if "aperture_mm" not in table:
@@ -248,7 +248,7 @@ def _long(own: Source, conditions: Mapping[str, str], measure: str | None) -> pd
         parts.append(part.set_index("column", append=True))
     own.notes.extend(unused([name for name in others if name not in wide]))
     if scenes:
-        own.notes.append(f"What else stands in the names of the columns is taken for scenes: {few(scenes)}.")
+        own.notes.append(f"The remaining parts of the column names are treated as scenes: {few(scenes)}.")
     whole = pd.concat(parts).drop(columns="trial", errors="ignore")
     again = own.cells[own.columns["participant_id"]].duplicated() if "participant_id" in own.columns else None
     if again is not None and again.any() and "session" not in own.columns:
@@ -316,8 +316,8 @@ def _without_aperture(names: Sequence[str], conditions: Mapping[str, str]) -> li
     if not lost:
         return []
     return [
-        f"Columns that were left out: {few(lost)}. They name a fixation, but no aperture that is understood: where "
-        "they hold ratings, give the words' meaning (conditions), as in blurred=f/5.6,clear=pinhole."
+        f"Columns that were skipped: {few(lost)}. They name a fixation but no known aperture: if they contain ratings, "
+        "map them with conditions, as in blurred=f/5.6,clear=pinhole."
     ]
 
 
@@ -350,7 +350,7 @@ def _checked_cells(own: Source, table: pd.DataFrame, words: Words, lens: float |
         own.notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
     for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
         if role not in table:
-            raise own.no_column(role, f", or add one that says {add} in each row")
+            raise own.no_column(role, f', add one that says {add} in each row, or say what was varied with by=["NAME"]')
     return table
 
 
@@ -415,8 +415,8 @@ def numbered(own: Source, table: pd.DataFrame, conditions: Sequence[str]) -> pd.
         if shown.any() and (again.mean() < MIN_REPEATED_NUMBERS or beside):
             raise InputError(
                 f"{place(table, shown)}: trial {printable(str(table['trial'][shown].iloc[0]))} of participant "
-                f"{table['participant_id'][shown].iloc[0]} stands in a row above with another answer: leave one of "
-                f"them out ({rows_named(table, shown)}){_told_apart(own, table, keys)}."
+                f"{table['participant_id'][shown].iloc[0]} occurs in a row above with another answer: leave one of "
+                f"them out ({rows_named(table, shown)}){_distinguished(own, table, keys)}."
             )
         own.notices.append(
             "The column of trials does not tell all trials apart and was not used: where each trial has several rows, "
@@ -424,17 +424,17 @@ def numbered(own: Source, table: pd.DataFrame, conditions: Sequence[str]) -> pd.
         )
     else:
         keys = table[[*by, *condition]]
-        if told := _told_apart(own, table, keys):
-            own.notices.append(f"Rows stand in groups of one condition, as several rows of one trial do{told}.")
+        if remedy := _distinguished(own, table, keys):
+            own.notices.append(f"Rows come in groups of one condition, as several rows of one trial do{remedy}.")
         elif start := _same_start(table["rating"], keys):
             own.notices.append(start)
     table["trial"] = table.groupby(by, sort=False).cumcount() + 1
-    own.notes.append("Trials are numbered as they stand in the file.")
+    own.notes.append("Trials are numbered in the order of the file.")
     return table
 
 
 def _same_start(ratings: pd.Series[float], keys: pd.DataFrame) -> str:
-    """Return a notice if rows stand in groups of one condition, of which one row always has the same rating."""
+    """Return a notice if rows come in groups of one condition, of which one row always has the same rating."""
     group = (keys != keys.shift()).any(axis=1).cumsum()
     sizes = group.value_counts()
     if len(sizes) < 4 or sizes.nunique() != 1 or sizes.iloc[0] < 2:
@@ -444,13 +444,13 @@ def _same_start(ratings: pd.Series[float], keys: pd.DataFrame) -> str:
     if not same.any() or same.all():
         return ""
     return (
-        f"Rows stand in groups of {sizes.iloc[0]} of one condition, and row {int(np.argmax(same)) + 1} of each group "
+        f"Rows come in groups of {sizes.iloc[0]} of one condition, and row {int(np.argmax(same)) + 1} of each group "
         f"always has the rating {values['first'][same].iloc[0]:g}, as the start of a slider has: leave such rows out."
     )
 
 
-def _told_apart(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
-    """Return the remedy that names a column which tells the rows of each trial apart; "" if none does.
+def _distinguished(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
+    """Return the remedy that names a column which distinguishes the rows of each trial; "" if none does.
 
     Such a column has a few words, each once in every group of consecutive rows of one condition.
     """
@@ -471,6 +471,6 @@ def _told_apart(own: Source, table: pd.DataFrame, keys: pd.DataFrame) -> str:
             words = [*dict.fromkeys(values)]
             likely = next((word for word in words if word.casefold() in MEASURES), values.iloc[-1])
             return (
-                f"; {printable(str(name))} ({few(words)}) tells them apart: choose with {where_like(str(name), likely)}"
+                f"; {printable(str(name))} ({few(words)}) separates them: choose with {where_like(str(name), likely)}"
             )
     return ""

@@ -167,8 +167,7 @@ def _strengths(own: Source, table: pd.DataFrame) -> pd.Series[float]:
     if "strength" not in table:
         if not plain.all():
             own.notes.append(
-                "There is no column of strengths: each gradient counts as of one strength, written as "
-                f"{ONE_STRENGTH:g} mm."
+                f"No strength column: each gradient is treated as of one strength, written as {ONE_STRENGTH:g} mm."
             )
         return plain.map({True: 0.0, False: ONE_STRENGTH}).astype(float)
     texts = table["strength"].str.strip()
@@ -208,7 +207,7 @@ def _timed(own: Source, table: pd.DataFrame) -> pd.DataFrame:
         table["onset"] = table.groupby([*people, "trial"], sort=False)["duration"].transform(
             lambda lasts: lasts.cumsum() - lasts
         )
-        notes.append("There is no column of onsets: the reports of a trial follow one another as in the file.")
+        notes.append("No onset column: the reports of a trial follow one another as in the file.")
     ordered = table.sort_values([*people, "trial", "onset"], kind="stable")
     ends = (ordered["onset"] + ordered["duration"]).groupby([ordered[name] for name in [*people, "trial"]])
     late = ordered["onset"] < ends.cummax().groupby([ordered[n] for n in [*people, "trial"]]).shift() - CLOCK
@@ -233,7 +232,7 @@ def _ended(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     if "trial_duration" not in table:
         table["trial_duration"] = float(np.max(ends))
         notes.append(
-            f"There is no column trial_duration: all trials count as of {float(np.max(ends)):g} s, the latest end of a "
+            f"No column trial_duration: all trials are treated as of {float(np.max(ends)):g} s, the latest end of a "
             "report."
         )
     if "censored" in table:

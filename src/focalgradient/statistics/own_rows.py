@@ -45,7 +45,7 @@ def without_headers(table: pd.DataFrame, theirs: Mapping[str, str], notices: lis
     for role in table:
         again &= table[role].str.strip().str.casefold() == clean(theirs.get(str(role), "")).casefold()
     if again.any():
-        notices.append(f"The header stands again in {rows_named(table, again)}: left out.")
+        notices.append(f"Repeated header skipped: {rows_named(table, again)}.")
     return table[~again]
 
 
@@ -132,7 +132,8 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
             left_out[rows[half:]] = True
             who = " ".join(str(one) for one in np.atleast_1d(np.array(key, dtype=object))).strip()
             again = pd.Series(np.isin(np.arange(len(table)), rows[half:]))
-            notices.append(f"{who} stands twice, with the same answers: {rows_named(table, again)} were left out.")
+            copy = rows_named(table, again)
+            notices.append(f"Participant {who} appears twice with identical answers; {copy} were dropped.")
     table = table[~left_out]
     return _without_other_names(table, shown, conditions, notices, notes)
 
@@ -187,6 +188,6 @@ def _without_other_names(
             else:
                 notes.append(
                     f"{', '.join(whose)} have the same answer in every row, as coarse answers may: check that nobody "
-                    "stands twice."
+                    "appears twice."
                 )
     return table

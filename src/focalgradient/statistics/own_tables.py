@@ -12,7 +12,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.cells import name_and_unit
+from focalgradient.files.cells import as_number, name_and_unit
 from focalgradient.files.tables import RaggedTableError, TextTable, read_cells, unique_names
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
 from focalgradient.statistics.own_numbers import numbers
@@ -58,6 +58,9 @@ EXCLUDED = re.compile(
     r"(?:is_?)?(?:exclu\w*|outliers?|reject\w*|(?:in)?valid|bad|keep|includ\w*)(?:_\w+)?", re.IGNORECASE
 )
 """Names of columns that mark rows to be left out or kept."""
+
+SUBJECT = re.compile(r"sub-[^_]+_")
+"""Begin of names of files in the Brain Imaging Data Structure (BIDS)."""
 
 LISTED = 12
 """Maximum number of columns listed in an error message."""
@@ -154,12 +157,11 @@ class Source:
         columns = columns or {}
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         own = cls(table.name, cells, found_columns(table.name, cells, roles, columns), given, notes)
-        several = cells.index.get_level_values(0).unique()
-        if "participant_id" not in own.columns and len(several) > 1:
+        if "participant_id" not in own.columns and (len(table.paths) > 1 or SUBJECT.match(table.paths[0].name)):
             people = [_person(str(file)) for file in cells.index.get_level_values(0)]
-            own = replace(own, cells=_like(cells, cells.assign(**{"participant (file)": people})))
+            own = replace(own, cells=cells.assign(**{"participant (file)": people}))
             own.columns["participant_id"] = "participant (file)"
-            own.notices.append("There is no column of participants: each file is taken for one person's.")
+            own.notices.append("No participant column: each file is treated as one participant.")
         return own.without_practice()
 
     def without_practice(self) -> Source:
@@ -181,11 +183,11 @@ class Source:
         if not practice.any() or practice.all():
             return self
         self.notices.append(f"{rows_of(practice)} left out, of a loop of practice.")
-        return replace(self, cells=_like(self.cells, self.cells[~practice].copy()))
+        return replace(self, cells=self.cells[~practice].copy())
 
     def no_column(self, role: str, otherwise: str = "") -> InputError:
         """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
-        there = ", ".join(str(name)[:40] for name in self.cells.columns[:LISTED])
+        there = ", ".join([str(name)[:40] for name in self.cells if name][:LISTED])
         return InputError(
             f"{self.name} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
         )
@@ -198,7 +200,7 @@ class Source:
         numeric
             Roles of numbers, whose decimal mark is decided together.
         shown
-            Roles that say what was shown; rows with none of them are no trials, and are left out.
+            Roles that say what was shown; rows without any of them are not trials, and are skipped.
         """
         self.notes.extend(unused([str(name) for name in self.cells if name not in self.columns.values()]))
         return self.cleaned(renamed(self.cells, self.columns), numeric, shown)
@@ -260,12 +262,6 @@ class Source:
             return table.drop(columns=role)
 
 
-def _like(cells: pd.DataFrame, changed: pd.DataFrame) -> pd.DataFrame:
-    """Return changed cells with the attributes of the table."""
-    changed.attrs |= cells.attrs
-    return changed
-
-
 def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     """Read the cells of a CSV, TSV, XLSX or JSON file, or of several, as text, without blank rows.
 
@@ -284,7 +280,8 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     parts = [table.cells.copy() for table in tables if len(table.cells)] or [tables[0].cells.copy()]
     for part in parts:
         part.attrs.clear()
-    cells = _like(tables[0].cells, pd.concat(parts).fillna(""))
+    cells = pd.concat(parts).fillna("")
+    cells.attrs |= tables[0].cells.attrs
     files = tuple(path for table in tables for path in table.paths)
     notes = tuple(note for table in tables for note in table.notes)
     return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes)
@@ -301,7 +298,7 @@ def _read_file(path: Path) -> UserTable:
             raise
         raise no_table from error
     header, rows, places = list(table.header), list(table.rows), list(table.places)
-    if not any(header):
+    if not any(header) or all(as_number(name.replace(",", ".")) is not None for name in header):
         raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
     if len(header) == 1 and is_named:
         raise InputError(
@@ -327,7 +324,7 @@ def _person(file: str) -> str:
     ('sub-01', 'anna')
     """
     stem = Path(file).stem
-    return stem.partition("_")[0] if re.match(r"sub-[^_]+_", stem) else stem
+    return stem.partition("_")[0] if SUBJECT.match(stem) else stem
 
 
 def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
@@ -374,7 +371,7 @@ def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) 
                 f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
             )
         notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
-        cells = _like(cells, cells[kept].copy())
+        cells = cells[kept].copy()
     return cells
 
 
@@ -475,7 +472,7 @@ def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Add the boolean column `catch`; without such a column no trial is a catch trial, which is noted."""
     if "catch" in table:
         return table.assign(catch=truths(table, "catch"))
-    notes.append("There is no column of catch trials: no trial counts as one.")
+    notes.append("No catch-trial column: no trial is treated as one.")
     return table.assign(catch=False)
 
 

@@ -32,7 +32,7 @@ MIN_F_NUMBER = 0.5
 """Minimum f-number of a lens in air, by Abbe's sine condition."""
 
 MAX_F_NUMBER = 1000
-"""Maximum f-number; a larger one is no lens's, but a spreadsheet's number of a day, such as 46178."""
+"""Maximum f-number; a larger one is not a lens's, but a spreadsheet's number of a day, such as 46178."""
 
 USER_FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Name of a user-defined fixation."""

@@ -170,7 +170,7 @@ def _checked(table: pd.DataFrame, columns: Sequence[str], kind: str, key: list[s
         _refuse(table, other, "kind", "but the rows above say otherwise: analyse people and simulated observers apart")
     table["catch"] = _truth(table, "catch")
     again = table.duplicated(_present(table, key))
-    _refuse(table, again, "trial", "but that trial stands in a row above: leave one of them out")
+    _refuse(table, again, "trial", "but that trial occurs in a row above: leave one of them out")
     return table
 
 

@@ -388,7 +388,7 @@ class Task(ABC):
     def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
         """Return the answers analysed in the report, with their units: by default the fields that the answer adds.
 
-        Not among them are the levels that a procedure sets, as they are no answers.
+        Not among them are the levels that a procedure sets, as they are not answers.
         """
         columns = [one for one in self.columns(settings) if one.form != "text"]
         names = {one.name for one in _own_columns(self.answer, "")} - {*self.adapted_fields}

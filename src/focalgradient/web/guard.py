@@ -142,7 +142,7 @@ def _network(address: str) -> str:
 
 
 def too_many(wait: float, sentence: str) -> Refused:
-    """Return a refusal with status 429 that tells when to retry."""
+    """Return a refusal with status 429 that states when to retry."""
     return Refused(429, sentence, headers={"Retry-After": str(max(1, math.ceil(wait)))})
 
 

@@ -22,7 +22,7 @@ SILENT_S = 20.0
 """Time in s without a heartbeat after which a tab no longer owns its session; pages send one every 5 s."""
 
 
-UNKNOWN = "This link is not known, or its answers were removed: follow the link that you were given."
+UNKNOWN = "This link is invalid or its data were deleted. Please use the link you received."
 
 
 class Refused(Exception):  # noqa: N818  a response to the page, not a fault of the server

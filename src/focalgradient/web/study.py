@@ -350,6 +350,9 @@ class Study:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.", done=done)
             if not hmac.compare_digest(given.trial_token.encode(), self._trial_token(place, *key).encode()):
                 raise Refused(403, f"Trial {given.trial} ({given.phase}) was not shown: request it first.", done=done)
+            if not session.was_shown(session.trials[done]):
+                name = f"Trial {given.trial} ({given.phase})"
+                raise Refused(403, f"{name} was not shown: report its exposure before the response.", done=done)
             try:
                 elapsed = self._elapsed(place)
                 frames = record(session, self.lists.pictures, given, self.clock.now(), elapsed)

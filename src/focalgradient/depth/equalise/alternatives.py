@@ -20,7 +20,7 @@ from scipy.special import j0
 
 from focalgradient.depth.equalise.blur_shape import judge_shape
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
-from focalgradient.depth.equalise.optics_check import judge_optics
+from focalgradient.depth.equalise.optics_check import COMMON, judge_optics
 from focalgradient.depth.equalise.split_band import SplitBand
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import RADII, FloatArray
@@ -209,7 +209,7 @@ def check_model(
             shapes, texts, is_better = judge_shape(split, problem, shape, noise_sd)
         larger = [alternative.text] if alternative is not None and alternative.change >= DOUBTFUL else []
         if by_slip:
-            texts = [*by_slip, *larger]
+            texts = by_slip if COMMON in by_slip[0] else [*by_slip, *larger]  # which looks like another shape
         elif not is_better:
             texts = split.warnings() or larger or texts
     details = {"fit_by_shape": shapes, "fit_by_optics": slips}

@@ -13,7 +13,7 @@ from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import find_outlines
 from focalgradient.depth.equalise.robust import Likelihood, detail_halves, refine, reject_outliers
-from focalgradient.depth.equalise.signal import Signal
+from focalgradient.depth.equalise.signal import Signal, beyond_infinity
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.numerics import repeat_blocks
@@ -43,7 +43,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     settings.progress(0.15, "estimating noise")
     blurs = search.blurs(settings.psf).averaged(views.shares)
     noise = estimate_noise(problem, blurs)
-    one_waveband = noise.gains is None  # textures of other wavebands leave residuals that are no contradiction
+    one_waveband = noise.gains is None  # textures of other wavebands leave residuals that are not a contradiction
 
     settings.progress(0.4, "equalising blur")
     whitening, frame = Whitening.of(problem, blurs, noise), Frame.empty(views.shape)
@@ -90,9 +90,19 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     beyond = repeat_blocks(signal.beyond(depth.nodes, grid.levels), grid.step, views.shape)
     beyond *= views.usable & ~pixels.is_valid
     details["share_at_or_beyond"] = {"farthest": float(np.mean(beyond < 0)), "nearest": float(np.mean(beyond > 0))}
+    farther = details["share_at_or_beyond"]["farthest"]
+    impossible = [] if search.lowest > 0 or views.warnings else beyond_infinity(farther, signal.explained)
     in_own_unit = [sd * gain for sd, gain in zip(noise_sd, views.gains, strict=True)]
     result = Estimate(
-        *(pixels.vergence, pixels.vergence_sd, pixels.is_valid, in_own_unit, True, details, checks.warnings),
+        *(
+            pixels.vergence,
+            pixels.vergence_sd,
+            pixels.is_valid,
+            in_own_unit,
+            True,
+            details,
+            [*checks.warnings, *impossible],
+        ),
         beyond=beyond,
     )
     return result, pixels.beside_sd if whitening.is_compressed and pixels.is_valid.any() else None

@@ -299,7 +299,7 @@ class Equalised:
     def beside_jumps(self, nodes: Nodes, windows: float = ALL_WINDOWS) -> Nodes:
         """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
 
-        Adds to it the scatter of depth about its local plane, in the window asked for, as far as so many of it reach.
+        Adds to it the scatter of depth about its local plane, in the window asked for, as far as enough of it reach.
         """
         return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(nodes, windows)))
 

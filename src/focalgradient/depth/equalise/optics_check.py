@@ -3,9 +3,10 @@
 Apertures or foci of the wrong views leave a larger residual than noise does, wherever views are blurred. Wrong optics
 inflate the noise estimate, so that noise is estimated for each slip that leaves less than the stated optics, and the
 least serves all, on the same part of the views. A slip that leaves clearly less is named in a warning, unless another
-shape of blur explains the views as well; depth stays that of the stated optics. A common factor of all apertures, or a
-common shift of all foci, leaves nothing more: only a calibration finds those. Nor does the order of two foci, whose
-depths are each other's mirror image; their magnification may (`focalgradient.depth.registration`).
+shape of blur explains the views as well; depth stays that of the stated optics. A common factor of all apertures leaves
+nothing more with one focus, and a common shift of all foci never does: only a calibration finds those. Nor does the
+order of two foci, whose depths are each other's mirror image; their magnification may
+(`focalgradient.depth.registration`).
 """
 
 from __future__ import annotations
@@ -46,6 +47,14 @@ STATED = "as stated"
 
 FACTORS = (0.5, math.sqrt(0.5), math.sqrt(2), 2.0)
 """Candidate factors of a wrong f-number: one and two stops in either direction."""
+
+COMMON = "all f-numbers"
+"""End of the names of candidates that multiply all f-numbers by one factor, which only views of several foci show."""
+
+LIKELIER_COMMON, EXPLAINS_COMMON = 0.95, 1.15
+"""`LIKELIER`, and the upper end of `EXPLAINS`, for a common factor, which changes the views as little as another blur
+shape. Without an error of one stop, 0.91 and 0.70 of the residual are left, or 1.06 to 1.09 times the noise; with coma
+0.88, or 1.25 times the noise (`benchmarks/depth_slips.py`, three seeds)."""
 
 COMPARED = 2
 """Number of candidates, those with the smallest residuals, for which noise is estimated again; limits the time. Chosen
@@ -118,7 +127,8 @@ def likelier_slip(left: Mapping[str, float]) -> str | None:
     True
     """
     best = min(left, key=lambda name: left[name])
-    fits = EXPLAINS[0] <= left[best] <= min(EXPLAINS[1], LIKELIER * left[STATED])
+    most, ratio = (EXPLAINS_COMMON, LIKELIER_COMMON) if best.endswith(COMMON) else (EXPLAINS[1], LIKELIER)
+    fits = EXPLAINS[0] <= left[best] <= min(most, ratio * left[STATED])
     return best if fits and best != STATED else None
 
 
@@ -136,7 +146,10 @@ def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:
     if len(set(apertures)) > 1:
         add("the foci in reverse order", apertures, foci[::-1])
         add("apertures and foci in reverse order", apertures[::-1], foci[::-1])
-    # Of two views the other's factor leaves the same, but for a common factor that nothing shows.
+    if len(set(foci)) > 1:  # of one focus, a common factor leaves the same
+        for factor in FACTORS:
+            add(f"{factor:.2g} times {COMMON}", [a / factor for a in apertures], foci)
+    # Of two views the other's factor leaves the same, but for a common factor.
     widest = apertures.index(max(apertures))
     for number in range(len(apertures)) if len(apertures) > 2 else [widest]:
         for factor in FACTORS:

@@ -62,7 +62,7 @@ class Conditions:
     radii: FloatArray  # n x L: each view's blur radius in pixels
     levels_per_pixel: float  # levels to a pixel of blur radius
     noise: float = 1.0  # noise variance in units of the one assumed
-    model_error: float = 0.0  # as a share of the blur radius: what it explains is no jump
+    model_error: float = 0.0  # as a share of the blur radius: what it explains is not a jump
 
     @property
     def gap(self) -> float:

@@ -162,7 +162,7 @@ def find_outlines(
     radii
         Each view's blur radius in pixels at each level.
     model_error
-        Error of the blur model as a share of the blur: what it explains is no jump.
+        Error of the blur model as a share of the blur: what it explains is not a jump.
     """
     given = Conditions(radii, part.search.levels_per_pixel, refined.inliers.likelihood.scale, model_error)
     narrow = equalised.in_windows(max(LEAST_WINDOW, FINER * equalised.window))

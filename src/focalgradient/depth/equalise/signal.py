@@ -21,6 +21,7 @@ __all__ = [
     "NEARLY_NOTHING",
     "Signal",
     "among_outside",
+    "beyond_infinity",
     "indicating_nodes",
     "informative_nodes",
     "left_on_blank",
@@ -86,6 +87,10 @@ whole frame, the range is named as the cause (our choice)."""
 NEARLY_NOTHING = 0.01
 """Proportion of valid pixels below which a map counts as empty (our choice)."""
 
+BEYOND_INFINITY, UNEXPLAINED = 0.1, 0.8
+"""Proportion of the frame beyond infinity above which, and of its texture explained below which, more blur than
+infinity has is named. With foci in feet they are 0.36 and 0.46, with a scene at infinity 0 and 1."""
+
 MIN_SUPPORT = 0.1
 """Minimum proportion of a window that must be usable. Chosen by hand."""
 
@@ -145,11 +150,26 @@ class Signal:
         return {"rejected": why, "share_outside_range": outside}
 
 
+def beyond_infinity(share: float, explained: float) -> list[str]:
+    """Return the warning for a frame of which a `share` has more blur than infinity, where depth is searched to it.
+
+    >>> beyond_infinity(0.36, 0.46)[0][:55]
+    '36% of the frame has more blur than infinity would have'
+    """
+    if share < BEYOND_INFINITY or explained > UNEXPLAINED:
+        return []
+    return [
+        f"{share:.0%} of the frame has more blur than infinity would have: it lies nearer than the plane of focus "
+        "(limit the search: near, far), or this plane is nearer than stated: check focus_distance, and that it is in "
+        "metres."
+    ]
+
+
 def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
     """Return the grid points whose depth is based on signal, and not on noise or on contradictions of the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
-    its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
+    its strongest and its weakest places can look like texture: blank paper. Where the model errs, texture
     must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
     nature.
     """

@@ -131,7 +131,7 @@ class DetailHalves:
         place = np.arange(equalised.levels)
         blurs = np.interp(nodes.level, place, search.radius(search.vergences))
         use = is_trusted & (nodes.support > 0.5)
-        if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
+        if use.sum() < LEAST_NODES:  # views contradict the model all over: the rest does not prove it right
             use = nodes.is_textured & (nodes.support > 0.1)
         share = np.maximum(LEAST_BLUR, blurs) * search.levels_per_pixel
         if use.sum() < LEAST_NODES:

@@ -31,7 +31,7 @@ def estimate(problem: Problem) -> Estimate:
     known = (joint.tau <= LARGEST_TAU) & blur_is_known(joint.noise_sd * search.slope, search.radius(joint.vergence))
     disagreeing = float(1 - agrees[joint.whole].mean()) if joint.whole.any() else 0.0
     texts = []
-    if joint.tau >= DOUBTFUL and disagreeing < 0.5:  # views that contradict each other are no matter of blur's shape
+    if joint.tau >= DOUBTFUL and disagreeing < 0.5:  # views that contradict each other are not a matter of blur's shape
         texts.append(
             f"the blur is not quite {settings.shape}: depth from coarse detail and depth from fine detail differ by "
             f"{joint.tau:.0%} of the blur, which is part of the standard deviations; compare method equalise, which "

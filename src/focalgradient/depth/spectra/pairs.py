@@ -222,7 +222,7 @@ class Differences:
         for share in SPLITS:
             differences, variances, units = [], [], []
             for p, row in enumerate(self.compared):
-                # Between two hypotheses of the depth: a disc's effect is no straight line in squared frequency.
+                # Between two hypotheses of the depth: a disc's effect is not a straight line in squared frequency.
                 difference, variance = np.zeros((2, *place.shape))
                 for level, one in enumerate(row):
                     nearness = np.where(whole, np.maximum(1 - np.abs(place - level), 0), 0)

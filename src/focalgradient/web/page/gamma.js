@@ -4,7 +4,7 @@
 import Slider from "@jspsych/plugin-html-slider-response";
 import { inDevicePixels } from "./frames.js";
 
-const ONE_IN = [2, 4, 2, 4]; // one row in so many is white; two matches each
+const ONE_IN = [2, 4, 2, 4]; // one row in this number is white; two matches each
 const CELLS = 6; // cells of the board in each direction
 const CELL = 8; // a quarter of a cell's side in CSS pixels: a multiple of four gives whole groups of rows
 
