@@ -101,7 +101,7 @@ class Participant:
         self.token = token or client.post("/api/join", json={"platform": {}}).json()["token"]
         self.trials: list[dict[str, Any]] = []
         self.trial_tokens: dict[str, str] = {}
-        self.shown: set[str] = set()
+        self.exposed: set[str] = set()
 
     def ask(self, path: str, **message: Any) -> Any:
         """Ask for something; gives the answer, whatever its status."""
@@ -112,13 +112,13 @@ class Participant:
             self.show(message)
         answer = self.client.post(f"/api/{path}", json={"token": self.token, "tab": self.tab, **message})
         if path == "expose" and answer.status_code == 200:
-            self.shown.add(str({"phase": message["phase"], "trial": message["trial"]}))
+            self.exposed.add(str({"phase": message["phase"], "trial": message["trial"]}))
         return answer
 
     def show(self, trial: dict[str, Any]) -> None:
         """Report a trial's exposure, unless that was done."""
         key = {name: trial.get(name) for name in ("phase", "trial")}
-        if str(key) not in self.shown:
+        if str(key) not in self.exposed:
             self.ask("expose", **key, round=1, exposure=f"shown-{key['phase']}-{key['trial']}")
 
     def trial_token(self, message: dict[str, Any]) -> str:

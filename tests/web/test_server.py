@@ -107,13 +107,14 @@ def test_the_disk_is_waited_for_once_an_answer(
     someone.begin()
     synced: list[int] = []
     monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
-    for number in range(len(someone.trials)):
+    for number, trial in enumerate(someone.trials):
+        someone.show(trial)
+        before = len(synced)
         assert someone.answer(number).json()["recorded"]
-        assert len(synced) == number + 1
+        assert len(synced) == before + 1
         assert synced[-1] == journal(tmp_path).stat().st_size
-    assert len(read_journal(journal(tmp_path)).of("note")) == 1 + len(
-        someone.trials
-    )  # the sitting, each trial's frames
+    notes = read_journal(journal(tmp_path)).of("note")  # the sitting, each trial's exposure and frames
+    assert len(notes) == 1 + 2 * len(someone.trials)
 
 
 def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> None:
@@ -218,6 +219,7 @@ def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.Mon
 def test_a_full_disk_is_waited_for(client: TestClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     someone = Participant(client)
     someone.begin()
+    someone.show(someone.trials[0])
     with monkeypatch.context() as full:
         full.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
         reply = someone.answer(0)
@@ -240,6 +242,7 @@ def test_repeated_practice_is_kept_as_in_the_laboratory(client: TestClient, tmp_
     ]
     number = len(practised)
     wrong = [{**rounds[1], "again": [{**again[0], "trial": 99}]}]
+    someone.show(someone.trials[number])
     before = journal(tmp_path).read_bytes()
     assert someone.answer(number, practice=wrong).status_code == 400
     assert journal(tmp_path).read_bytes() == before
