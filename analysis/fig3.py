@@ -108,7 +108,7 @@ def _measured(result: DepthRatingResult) -> str:
             sentences.append(f"With the {fixation.fixation} object in focus it was not tested: {test.reason}")
             continue
         ratio, p = test.ratio, probability(test.corrected_p)
-        change = "did not change reliably" if not test.significant else "rose" if ratio.estimate > 1 else "fell"
+        change = "was not shown to change" if not test.significant else "rose" if ratio.estimate > 1 else "fell"
         equivalent = isinstance(equivalence, Equivalence) and equivalence.equivalent
         sentences.append(
             f"With the {fixation.fixation} object in focus the impression of depth {change}: ratio "

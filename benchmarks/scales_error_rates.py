@@ -256,7 +256,8 @@ def compare(seed: int) -> None:
         mine = comparisons(seed, cell, 2)
         one = answered(rng_of(seed, cell), cell, 2)[1]
         found = compare_pictures(as_rows(one, scale), scale)
-        slope, fixed, largest = found.slopes[0], found.these_scenes.slopes[0], found.against_reference[0]
+        both = found.scenes_random
+        slope, fixed, largest = both.slopes[0], found.these_scenes.slopes[0], both.against_reference[0]
         assert isinstance(slope, Effect) and isinstance(fixed, Effect) and isinstance(largest, Effect)  # noqa: PT018
         np.testing.assert_allclose((mine.p[1], mine.p_these[1]), (slope.p, fixed.p), rtol=1e-9)
         true = truth(scale, "normal", SCENE_SD[1], 0.0)[1]

@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 LEVELS = np.array(BlurThresholdDesign().levels)
 RANGE = (0.06, 0.7)
 TRIALS = (40, 60, 100)
-TRUE_SLOPES, TRUE_LAPSES = (2.0, 3.5, 5.0), (0.0, 0.02, 0.05)
+TRUE_SLOPES, TRUE_LAPSES = (2.0, 3.5, 5.0), (0.0, 0.02, 0.04)
 AT_ONCE = 400
 
 PRIOR = stats.beta(1, 1 / LAPSE - 1)

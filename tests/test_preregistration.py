@@ -195,7 +195,7 @@ def test_power_of_ratios_refuses_other_scales(tmp_path: Path) -> None:
 
 
 def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
-    """Three of eight guess: left out, they leave a rise that is reliable; with them it is not."""
+    """Three of eight guess: left out, they leave a significant rise; with them it is not."""
 
     def guesses(design: DepthRatingDesign, trial: DepthTrial, chance: np.random.Generator) -> float:
         return float(np.exp(chance.uniform(-1.3, 1.3)))

@@ -360,7 +360,7 @@ def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(data:
             if (each.gradient, each.strength) == (effect.gradient, effect.strength)
         ]
         assert f", {100 * np.mean(own):.1f} % with it)" in sentence
-    assert sentences[-1] == "p values are corrected by Holm’s method over the gradients."
+    assert sentences[-1] == "The other gradients are secondary, one family by Holm’s method."
 
 
 def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:

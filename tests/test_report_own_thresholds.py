@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 
@@ -21,7 +20,6 @@ from focalgradient.report.parts import Output
 from focalgradient.statistics import (
     Interval,
     NotComputed,
-    PsychometricGroups,
     ThresholdFit,
     ThresholdResult,
     fit_threshold,
@@ -29,7 +27,7 @@ from focalgradient.statistics import (
     read_thresholds,
 )
 from focalgradient.statistics.own_thresholds import holds_thresholds
-from focalgradient.statistics.thresholds import SubjectThreshold
+from focalgradient.statistics.thresholds import SubjectThreshold, threshold_differences
 
 pytest.importorskip("psignifit", reason="the extra thresholds is not installed")
 
@@ -79,8 +77,10 @@ def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
     each = pd.read_csv(tmp_path / "out" / "thresholds.csv")
     assert len(each) == 8
     assert each["threshold"].map(lambda value: len(repr(value)) > 8).all()  # as computed, not as displayed
-    groups = pd.read_csv(tmp_path / "out" / "threshold_groups.csv").set_index("condition")
-    assert groups.loc["10 deg", "threshold"] / groups.loc["fovea", "threshold"] == pytest.approx(2, rel=0.15)
+    (ratio,) = pd.read_csv(tmp_path / "out" / "threshold_differences.csv").itertuples()
+    assert ratio.thresholds == "10 deg / fovea"
+    assert np.exp(ratio.estimate) == pytest.approx(found["10 deg"]["estimate"] / found["fovea"]["estimate"])
+    assert ratio.low < np.log(2) < ratio.high
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "Threshold of" in page
     assert "psignifit" in page
@@ -114,20 +114,34 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
     mean = Interval(0.2, 0.1, 0.3)
-    part = OwnThresholdPart(own, {"": ThresholdResult("D", subjects, mean, mean)}, NotComputed("one group"), False)
+    part = OwnThresholdPart(own, {"": ThresholdResult("D", subjects, mean, mean)}, False)
     assert part._means().digits["subjects"].tolist() == [2]
 
 
-def test_p_values_below_a_thousandth_are_said_to_be_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write(tmp_path, answers(people=2, repeats=10))
+def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hierarchical model drew other thresholds than the table's, and in one set of data the other way round."""
+    path = write(tmp_path, answers(people=3, repeats=6))
+    drawn = {}
+    monkeypatch.setattr(Output, "figure", lambda _, name, figure, caption: drawn.setdefault(name, figure))
     part = OwnThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
-    assert isinstance(part.groups, PsychometricGroups)
-    (pair,) = part.groups.differences
-    effect = dataclasses.replace(pair.effect, p=3e-9, p_holm=3e-9)
-    groups = dataclasses.replace(part.groups, differences=(dataclasses.replace(pair, effect=effect),))
-    monkeypatch.setattr(Output, "figure", lambda *_: None)
-    said = [one.text for one in part._grouped(groups, Output()) if isinstance(one, Paragraph)]
-    assert any(text.endswith("p <\xa0.001.") for text in said)
+    blocks = [*part.findings(Output())]
+    fits = [one.fit for result in part.results.values() for one in result.subjects]
+    at = {float(x) for line in drawn["thresholds"].axes[1].lines for x in line.get_xdata()}
+    for fit in fits:
+        assert {fit.threshold, fit.low, fit.high} <= at
+    assert {result.mean.estimate for result in part.results.values()} <= at
+    assert len(drawn["threshold_people"].axes) >= 3
+    said = [one.text for one in blocks if isinstance(one, Paragraph)]
+    assert sum(text.startswith("Threshold of 10 deg over that of fovea: ") for text in said) == 1
+
+
+def test_separate_groups_are_compared_by_welchs_test(tmp_path: Path) -> None:
+    own = read_thresholds(write(tmp_path, answers(people=4, repeats=6)), columns={"condition": "where"})
+    fovea = own.table["condition"] == "fovea"
+    own.table.loc[fovea, "participant_id"] = "of fovea " + own.table.loc[fovea, "participant_id"]
+    (test,) = threshold_differences(OwnThresholdPart.of(own).results).values()
+    assert test.method.startswith("Welch")
+    assert test.subjects == 8
 
 
 def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:

@@ -185,9 +185,9 @@ def _rows(block: str) -> list[str]:
 
 def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute: float) -> None:
     """Compare what the script prints with the report: slopes and answers at the largest aperture, twice each."""
-    here = result.these_scenes
-    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
-    tests += [result.against_reference, here.against_reference]
+    both, here = result.scenes_random, result.these_scenes
+    tests = [[*both.slopes, both.interaction], [*here.slopes, here.interaction]]
+    tests += [both.against_reference, here.against_reference]
     for rows, wanted in zip(_shown(said), tests, strict=True):
         done = [test for test in wanted if isinstance(test, Effect)]
         assert rows == [pytest.approx([*_student(test)], rel=rel, abs=absolute) for test in done]
@@ -330,13 +330,13 @@ def test_steps_without_a_test_have_no_script() -> None:
         assert "headline_ordinal.R" not in trial_files(each, each, result)
 
 
-def reports_on_the_cube() -> pd.DataFrame:
+def reports_on_the_cube(*, complete: bool = False) -> pd.DataFrame:
     """Two reports in each trial of six subjects: one lacks the trials without blur, one alone has the rigid blur."""
     rng = np.random.default_rng(5)
     rows = []
     for who in range(6):
         for gradient in ("none", "nonrigid", "rigid"):
-            if (gradient == "none" and who == 0) or (gradient == "rigid" and who != 3):
+            if not complete and ((gradient == "none" and who == 0) or (gradient == "rigid" and who != 3)):
                 continue
             lasts = rng.uniform(15, 25) - 5 * (gradient == "nonrigid")
             rows.append(
@@ -356,6 +356,21 @@ def test_r_finds_the_odds_of_the_cube_where_conditions_are_empty(tmp_path: Path)
     (odds,) = [each.odds_of_time for each in result.effects if isinstance(each.odds_of_time, Effect)]
     assert odds.subjects == 5
     assert numbers(line)[1:7] == pytest.approx(_student(odds), rel=1e-4)
+
+
+@needs_r
+def test_r_corrects_the_secondary_gradients_of_the_cube_only(tmp_path: Path) -> None:
+    table = reports_on_the_cube(complete=True)
+    weak = table[table["gradient"] != "none"]
+    weak = weak.assign(strength=5.0, trial="weak " + weak["trial"], duration=weak["duration"] * 0.9)
+    table = pd.concat([table, weak], ignore_index=True)
+    result = necker(table, durations=False)
+    said = run(tmp_path, report_files(table, table, result), "necker_headline.R")
+    lines = [line.split() for line in said.splitlines() if line.split()[0] in ("nonrigid", "rigid")]
+    assert [line[0] for line in lines] == [effect.gradient for effect in result.effects]
+    assert lines[0][-1] == "NA"
+    corrected = [effect.odds_of_time.p_holm for effect in result.effects[1:]]
+    assert [float(line[-1]) for line in lines[1:]] == pytest.approx(corrected, rel=1e-4)
 
 
 def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:

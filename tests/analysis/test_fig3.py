@@ -86,7 +86,7 @@ def test_two_panels_that_share_an_axis_are_both_whole(data, tmp_path):
         assert label == pytest.approx(axes[0].transData.transform((0, end))[1], abs=5)
 
 
-@pytest.mark.parametrize(("effect", "near"), [(2.2, "rose"), (1.0, "did not change reliably"), (0.5, "fell")])
+@pytest.mark.parametrize(("effect", "near"), [(2.2, "rose"), (1.0, "was not shown to change"), (0.5, "fell")])
 def test_the_caption_follows_the_numbers(effect, near, tmp_path):
     """Each fixation's ratio and direction are those of the analysis, beside what the paper reports."""
     root = record_ratings(tmp_path / "data", 6, Model(effect=effect, far_effect=0.6))

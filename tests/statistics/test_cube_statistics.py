@@ -96,6 +96,20 @@ def test_no_gradient_no_effect() -> None:
     assert effect.odds_of_time.low < 0 < effect.odds_of_time.high
 
 
+def test_the_primary_gradient_is_not_corrected_and_the_others_are_one_family() -> None:
+    """Of three gradients the nonrigid one at its largest strength comes first, without Holm's correction."""
+    table = reports(8, 0.5)
+    blurred = table[table["gradient"] == "nonrigid"]
+    weak = blurred.assign(strength=blurred["strength"] / 2, trial="w" + blurred["trial"])
+    rigid = blurred.assign(gradient="rigid", trial="r" + blurred["trial"])
+    first, *others = necker(pd.concat([table, weak, rigid]), durations=False).effects
+    assert (first.gradient, first.strength) == ("nonrigid", float(blurred["strength"].max()))
+    assert first.odds_of_time.p_holm is None
+    assert [other.odds_of_time.p_holm for other in others] == pytest.approx(
+        [min(1.0, 2 * other.odds_of_time.p) for other in others]
+    )
+
+
 def test_one_subject_is_described_but_not_tested() -> None:
     found = necker(reports(1, 0.8))
     assert found.shares[0].time.low is None

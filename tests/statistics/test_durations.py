@@ -98,7 +98,7 @@ def test_who_has_seen_no_end_counts_and_is_said_to_have_no_fit_alone():
 
 @pytest.mark.parametrize(
     ("durations", "who", "sentence"),
-    [([1.0, 2.0], [1], "differ in length"), ([1.0, 0.0], [1, 1], "not a positive"), ([1.0, math.nan], [1, 1], "not a")],
+    [([1.0, 2.0], [1], "differ in length"), ([1.0, 0.0], [1, 1], "not positive"), ([1.0, math.nan], [1, 1], "not positive")],
 )
 def test_wrong_durations_are_refused(durations, who, sentence):
     with pytest.raises(InputError, match=sentence):

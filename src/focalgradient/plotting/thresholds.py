@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from focalgradient.plotting.figures import GREY, ORANGE, new_figure, person_colours, style
+from focalgradient.plotting.figures import (
+    COLOURS,
+    GREY,
+    ORANGE,
+    new_figure,
+    people_grid,
+    person_colours,
+    shortened,
+    style,
+)
 from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, ThresholdResult
 
-__all__ = ["draw_functions", "draw_interval", "draw_thresholds", "logarithmic", "threshold_figure"]
+__all__ = ["draw_functions", "draw_interval", "draw_thresholds", "logarithmic", "person_figure", "threshold_figure"]
 
 MOST_ROWS = 40
 """Maximum number of participant names on the axis; with more participants, every second, third, ... is named."""
@@ -22,32 +33,97 @@ STEPS = (1, 2, 5)
 """Ticks per decade of a logarithmic axis."""
 
 
-def threshold_figure(result: ThresholdResult, *, simulated: bool) -> Figure:
-    """Draw the psychometric functions and the thresholds of all participants."""
+def threshold_figure(
+    results: ThresholdResult | Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None
+) -> Figure:
+    """Draw psychometric functions and thresholds of all participants; several conditions, by name, differ in colour.
+
+    `level` is the label of the axis of levels; by default it follows from the unit.
+    """
+    conditions = _conditions(results)
     with style():
         figure = new_figure(180, 90, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
-        draw_functions(left, result)
-        draw_thresholds(right, result)
-        if simulated:
-            figure.suptitle(SIMULATED, fontsize=8, color=ORANGE, x=0.99, ha="right")
+        for name, result in conditions.items():
+            draw_functions(left, result, colour=_colour(conditions, name), label=name)
+        draw_thresholds(right, conditions)
+        if len(conditions) > 1:
+            left.legend(loc="best", handlelength=1.2)
+            logarithmic(left, [value for result in conditions.values() for value in _levels(result)])
+        if level is not None:
+            for ax in (left, right):
+                ax.set_xlabel(level)
+        _say_simulated(figure, simulated)
     return figure
+
+
+def person_figure(
+    results: ThresholdResult | Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None
+) -> Figure:
+    """Draw one panel per participant: shares of right answers, and the fitted function of each condition."""
+    conditions = _conditions(results)
+    people = _names(conditions)
+    with style():
+        figure, panels = people_grid(people)
+        for panel, person in zip(panels, people, strict=True):
+            for name, result in conditions.items():
+                only = replace(result, subjects=tuple(one for one in result.subjects if _name(one) == person))
+                draw_functions(panel, only, colour=_colour(conditions, name) or COLOURS[0], label=name)
+            panel.set(xlabel="", ylabel="", title=shortened(person))
+        logarithmic(panels[0], [value for result in conditions.values() for value in _levels(result)])
+        if len(conditions) > 1:
+            figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
+        figure.supxlabel(level or _axis(next(iter(conditions.values()))), fontsize=8)
+        figure.supylabel("proportion correct", fontsize=8)
+        _say_simulated(figure, simulated)
+    return figure
+
+
+def _conditions(results: ThresholdResult | Mapping[str, ThresholdResult]) -> Mapping[str, ThresholdResult]:
+    return {"": results} if isinstance(results, ThresholdResult) else results
+
+
+def _colour(conditions: Mapping[str, ThresholdResult], name: str) -> str | None:
+    """Return the colour of a condition; None for a single one, in which people differ in colour."""
+    return COLOURS[[*conditions].index(name) % len(COLOURS)] if len(conditions) > 1 else None
+
+
+def _name(one: SubjectThreshold) -> str:
+    return f"{one.participant.removeprefix('sub-')} {one.session}".strip()
+
+
+def _names(conditions: Mapping[str, ThresholdResult]) -> list[str]:
+    return [*dict.fromkeys(_name(one) for result in conditions.values() for one, _ in _fitted(result))]
+
+
+def _levels(result: ThresholdResult) -> list[float]:
+    return [level for _, fit in _fitted(result) for level in fit.levels]
+
+
+def _say_simulated(figure: Figure, simulated: bool) -> None:
+    if simulated:
+        figure.suptitle(SIMULATED, fontsize=8, color=ORANGE, x=0.99, ha="right")
 
 
 def _fitted(result: ThresholdResult) -> list[tuple[SubjectThreshold, ThresholdFit]]:
     return [(one, one.fit) for one in result.subjects if isinstance(one.fit, ThresholdFit)]
 
 
-def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
-    """Draw each participant's function (thin), and proportions correct as discs, larger for more trials."""
+def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = None, label: str = "") -> Axes:
+    """Draw each participant's function (thin), and proportions correct as discs, larger for more trials.
+
+    Participants differ in colour, unless one `colour` is given for all; `label` is their name in a legend.
+    """
     fitted = _fitted(result)
-    levels = [level for _, fit in fitted for level in fit.levels]
+    levels = _levels(result)
     if levels:
         x = np.geomspace(min(levels) / 1.2, max(levels) * 1.2, 200)
-        for (one, fit), colour in zip(fitted, person_colours(len(fitted)), strict=True):
+        colours = person_colours(len(fitted)) if colour is None else [colour] * len(fitted)
+        for number, ((one, fit), own) in enumerate(zip(fitted, colours, strict=True)):
             share = np.array(fit.right) / np.array(fit.shown)
-            ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=colour, alpha=0.25, linewidth=0)
-            ax.plot(x, fit.correct(x), color=colour, linewidth=0.8, linestyle="-" if one.kept else ":")
+            ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=own, alpha=0.25, linewidth=0)
+            named = label if label and not number else None
+            ax.plot(x, fit.correct(x), color=own, linewidth=0.8, linestyle="-" if one.kept else ":", label=named)
     for height in {fit.correct_at_threshold for _, fit in fitted} or {0.75}:
         ax.axhline(height, color=GREY, linewidth=0.6, linestyle="--")
     ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="proportion correct")
@@ -56,31 +132,41 @@ def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
     return ax
 
 
-def draw_thresholds(ax: Axes, result: ThresholdResult) -> Axes:
-    """Draw each threshold with its 95 % interval, the true value of simulated observers, and the mean in bold."""
-    fitted = _fitted(result)
+def draw_thresholds(ax: Axes, results: ThresholdResult | Mapping[str, ThresholdResult]) -> Axes:
+    """Draw each threshold with its 95 % interval, the true value of simulated observers, and the means in bold."""
+    conditions = _conditions(results)
+    names = _names(conditions)
+    levels = [level for result in conditions.values() for level in _levels(result)]
     values: list[float] = []
-    for row, ((one, fit), colour) in enumerate(zip(fitted, person_colours(len(fitted)), strict=True)):
-        ax.plot([fit.low, fit.high], [row, row], color=colour, linewidth=1, linestyle="-" if one.kept else ":")
-        ax.plot(fit.threshold, row, "o", color=colour, markersize=4, markerfacecolor=colour if one.kept else "white")
-        if one.known is not None:
-            ax.plot(one.known, row, "|", color="black", markersize=9, label="true" if not row else None)
-            values.append(one.known)
-        values += [fit.low, fit.high]
-    names = [f"{one.participant.removeprefix('sub-')} {one.session}".strip() for one, _ in fitted]
-    every = math.ceil(len(fitted) / MOST_ROWS) if fitted else 1
-    if isinstance(result.mean, Interval):
-        low, high = result.mean.low, result.mean.high
-        if low is not None and high is not None:
-            ax.plot([low, high], [len(fitted)] * 2, color="black", linewidth=2.5)
-            values += [low, high]
-        ax.plot(result.mean.estimate, len(fitted), "D", color="black", markersize=5)
-        names.append("mean")
-    ax.set_yticks(range(0, len(names), every), names[::every])
-    ax.set(ylim=(len(names) - 0.4, -0.6), xlabel=_axis(result))
+    is_known = False
+    for place, (name, result) in enumerate(conditions.items()):
+        offset = 0.6 / len(conditions) * (place - (len(conditions) - 1) / 2)
+        own = _colour(conditions, name)
+        people = [own] * len(names) if own else person_colours(len(names))
+        for one, fit in _fitted(result):
+            row, colour = names.index(_name(one)) + offset, people[names.index(_name(one))]
+            ax.plot([fit.low, fit.high], [row, row], color=colour, linewidth=1, linestyle="-" if one.kept else ":")
+            face = colour if one.kept else "white"
+            ax.plot(fit.threshold, row, "o", color=colour, markersize=4, markerfacecolor=face)
+            values += [fit.low, fit.high]
+            if one.known is not None:
+                ax.plot(one.known, row, "|", color="black", markersize=9, label=None if is_known else "true")
+                values.append(one.known)
+                is_known = True
+        mean = result.mean
+        if isinstance(mean, Interval):
+            row, colour = len(names) + offset, own or "black"
+            if mean.low is not None and mean.high is not None:
+                limits = min(levels) / 2, max(levels) * 2
+                draw_interval(ax, (mean.low, mean.high), row, limits, colour=colour, width=2.5)
+                values += np.clip([mean.low, mean.high], *limits).tolist()
+            ax.plot(mean.estimate, row, "D", color=colour, markersize=5)
+    every = math.ceil(len(names) / MOST_ROWS) if names else 1
+    ax.set_yticks([*range(0, len(names), every), len(names)], [*(shortened(who, 14) for who in names[::every]), "mean"])
+    ax.set(ylim=(len(names) + 0.6, -0.6), xlabel=_axis(next(iter(conditions.values()))))
     ax.set_title("Thresholds, 95 % intervals")
     logarithmic(ax, values)
-    if any(one.known is not None for one, _ in fitted):
+    if is_known:
         ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, handlelength=0.8)
     return ax
 

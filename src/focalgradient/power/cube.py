@@ -24,7 +24,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy, model_of
 from focalgradient.statistics import Effect, quality
-from focalgradient.statistics.cube import half_report, log_odds
+from focalgradient.statistics.cube import half_report, log_odds, primary_first
 from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
@@ -34,9 +34,9 @@ CUBE_TESTS = {
     "nonrigid_longer": "nonrigid gradient: nonrigid for longer",
     "nonrigid_shorter": "rigid gradient: nonrigid for less long",
 }
-"""Tests and their meaning; each is evaluated at the largest strength, by Holm's p over all gradients and strengths."""
+"""Tests and their meaning, at the largest strength: the first is primary, the other belongs to the secondary family."""
 
-ANALYSIS = 4
+ANALYSIS = 5
 """Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 CATCH_LOG_ODDS = 4.0
@@ -289,7 +289,8 @@ def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | Non
         return outcome
     changed = _changes(kept)
     changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
-    effects = dict(zip(changes, family(paired_effect(one, "t") for one in changes.values()), strict=True))
+    primary, *secondary = (paired_effect(one, "t") for one in changes.values())
+    effects = dict(zip(changes, [primary, *family(secondary)], strict=True))
     largest = max(study.design.strengths_mm)
     for gradient, sign, name, width in (
         ("nonrigid", 1, "nonrigid_longer", "width"),
@@ -298,7 +299,7 @@ def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | Non
         effect = effects.get((gradient, largest))
         if isinstance(effect, Effect):
             outcome[width] = effect.high - effect.low
-            outcome[name] = float(effect.p_holm is not None and effect.p_holm < ALPHA and sign * effect.estimate > 0)
+            outcome[name] = float(effect.corrected_p < ALPHA and sign * effect.estimate > 0)
     return outcome
 
 
@@ -341,19 +342,20 @@ def quick_cube_power(
     for number in subjects:
         own = pool.to_numpy(dtype=float)[rng.integers(len(pool), size=(experiments, number))]
         t = own.mean(axis=1) / (own.std(axis=1, ddof=1) / math.sqrt(number))
-        corrected = holm(2 * stats.t.sf(np.abs(t), number - 1)) < ALPHA
+        p = 2 * stats.t.sf(np.abs(t), number - 1)
+        significant = np.column_stack([p[:, :1], holm(p[:, 1:])]) < ALPHA
         place = {"nonrigid_longer": ("nonrigid", largest), "nonrigid_shorter": ("rigid", largest)}
         sign = {"nonrigid_longer": 1, "nonrigid_shorter": -1}
         columns = {test: conditions.index(place[test]) for test in study.tests}
         found[number] = {
-            test: float((corrected[:, column] & (sign[test] * t[:, column] > 0)).mean())
+            test: float((significant[:, column] & (sign[test] * t[:, column] > 0)).mean())
             for test, column in columns.items()
         }
     return found
 
 
 def _changes(table: pd.DataFrame) -> pd.DataFrame:
-    """Return each subject's change of the log odds of the nonrigid time by each gradient, as in `statistics.necker`.
+    """Return each subject's change of the log odds of the nonrigid time by each gradient, the primary one first.
 
     One row per subject, one column per gradient and strength; NaN if neither percept was reported.
     """
@@ -362,8 +364,6 @@ def _changes(table: pd.DataFrame) -> pd.DataFrame:
     times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)
     times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
     odds = pd.Series(log_odds(times["nonrigid"], times["rigid"], half_report(rows["duration"])), times.index)
-    conditions = sorted({(str(gradient), float(strength)) for _, gradient, strength in odds.index.tolist()})
-    own = {(gradient, strength): odds.xs((gradient, strength), level=(1, 2)) for gradient, strength in conditions}
-    return pd.DataFrame(
-        {condition: rows - own["none", 0.0] for condition, rows in own.items() if condition[0] != "none"}
-    )
+    conditions = {(str(gradient), float(strength)) for _, gradient, strength in odds.index.tolist()}
+    own = {condition: odds.xs(condition, level=(1, 2)) for condition in conditions}
+    return pd.DataFrame({condition: own[condition] - own["none", 0.0] for condition in primary_first(conditions)})

@@ -276,7 +276,7 @@ def _of_table(
         detected = DetectionPart.of(found)
         return _Analysed(title, [detected], notes=[*found.notes], notices=[*found.notices])
     own = read_thresholds(path, columns, conditions, guess, where)
-    part = OwnThresholdPart.of(own, asked.progress)
+    part = OwnThresholdPart.of(own)
     return _Analysed(title, [part], notes=[*own.notes], notices=[*own.notices])
 
 

@@ -51,7 +51,8 @@ CHOICES = {
         "Slope of the share of choices",
         "A straight line through the choices of each subject and scene gives a single value, so that subjects are the "
         "units of the test. It finds an effect more often than the Wald test of a marginal logistic model, whose "
-        "standard error grows with the slope. Slopes are not compared between fixations: a share ends at 0 and at 1. "
+        "standard error grows with the slope, and than the test over subjects and scenes, which is reported beside it. "
+        "Slopes are not compared between fixations: a share ends at 0 and at 1. "
         "In full: docs/statistics.md, “Steps and choices”.",
     ),
     "holm": (
@@ -91,7 +92,7 @@ OF_ANALYSIS: dict[type[Analysis], tuple[str, ...]] = {
     Ratios: ("logarithm", "random", "equivalence", "holm"),
     OrdinalSteps: ("ordinal", "random", "holm"),
     Slopes: ("slopes", "random", "holm"),
-    Choices: ("choice", "random", "holm"),
+    Choices: ("choice", "holm"),
 }
 CUBE = ("exclusions", "odds", "holm")
 THRESHOLDS = ("threshold",)

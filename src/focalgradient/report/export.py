@@ -68,14 +68,18 @@ time <- function(of) tapply(ifelse(d$percept == of, d$duration, 0), list(d$parti
 half <- mean(d$duration[d$percept %in% c("rigid", "nonrigid")]) / 2
 odds <- log((time("nonrigid") + half) / (time("rigid") + half))
 odds[time("nonrigid") + time("rigid") == 0] <- NA
-found <- do.call(rbind, lapply(setdiff(colnames(odds), "none 0"), function(name) {
+tested <- unique(d[d$gradient != "none", c("gradient", "strength")])
+tested <- tested[order(tested$gradient, -tested$strength), ]  # the primary one first
+tested <- paste(tested$gradient, tested$strength)
+found <- do.call(rbind, lapply(tested, function(name) {
   change <- na.omit(odds[, name] - odds[, "none 0"])
   if (length(change) < 2 || sd(change) < 1e-12) return(NULL)  # no test
   t <- t.test(change)
   data.frame(condition = name, change = mean(change), low = t$conf.int[1], high = t$conf.int[2], t = t$statistic,
              df = t$parameter, p = t$p.value)
 }))
-found$p_holm <- p.adjust(found$p, "holm")
+others <- found$condition != tested[1]; found$p_holm <- NA  # the primary p is not corrected
+found$p_holm[others] <- p.adjust(found$p[others], "holm")
 print(found, row.names = FALSE, digits = 6)
 """
 
@@ -209,8 +213,9 @@ show("largest aperture, over subjects:", largest, here)
 """
 
 COMPARED = """# The headline tests of the report: does the answer change with the aperture? A line on the aperture for
-# each subject and scene (steps, places, or choices 0 and 1), its slope over subjects and scenes, both random, and
-# over subjects for these scenes. Run in the report's folder: Rscript headline_comparisons.R (base R; tables with empty
+# each subject and scene (steps, places, or choices 0 and 1), its slope over subjects and scenes, both random
+# (that of steps and places decides), and over subjects for these scenes (that of choices decides).
+# Run in the report's folder: Rscript headline_comparisons.R (base R; tables with empty
 # cells by lmerTest where it is installed, else by REML in base R)
 # In JASP: open depth_rating_wide.csv, a row for each subject and a column for each condition; ANOVA,
 # Repeated Measures ANOVA, over the apertures of one fixation; under contrasts choose polynomial, the linear one.

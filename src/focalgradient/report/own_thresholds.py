@@ -1,43 +1,41 @@
-"""Section of the report on thresholds in the user's own table: functions of each person and of the groups."""
+"""Section of the report on thresholds in the user's own table: functions of each person, means, and conditions."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
 
 from focalgradient.dataset import DataSet
-from focalgradient.plotting.psychometric import person_figure, psychometric_figure
-from focalgradient.progress import Progress
+from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, decimals, freedom, many, number
-from focalgradient.report.thresholds import averaged, fitted_values, threshold_answers
+from focalgradient.report.tables import Sheet, decimals, effect_sheet, freedom, many, number
+from focalgradient.report.thresholds import BIAS, averaged, fitted_values, threshold_answers
 from focalgradient.report.words import p_is
 from focalgradient.statistics import (
+    Effect,
     Interval,
     NotComputed,
-    PsychometricGroups,
+    ThresholdFit,
     ThresholdResult,
     as_table,
     blur_thresholds,
-    fit_psychometric_groups,
 )
 from focalgradient.statistics.own_thresholds import OwnThresholds
 from focalgradient.statistics.questions import Answer, stated
-from focalgradient.statistics.thresholds import ATTENDING
+from focalgradient.statistics.thresholds import ATTENDING, threshold_differences
 
 __all__ = ["OwnThresholdPart"]
 
 GROUPS = (
-    "Left: each person’s function (thin) and that of the mean person (bold), by condition. Right: thresholds with 95 % "
-    "intervals. By the hierarchical model: people with few answers are drawn towards the others."
+    "Left: each person’s function, with the share of right answers at each level (disc: larger for more trials). "
+    "Right: thresholds with 95 % intervals, those of the table; geometric means bold."
 )
 PEOPLE = "Each person’s share of right answers at each level (disc: larger for more trials) and function."
 
@@ -52,36 +50,25 @@ class OwnThresholdPart(Part):
         Imported table.
     results
         Thresholds of each person, by condition.
-    groups
-        Hierarchical model of all people, or the reason why there is none.
     simulated, data
         As in every section.
     """
 
     own: OwnThresholds
     results: Mapping[str, ThresholdResult]
-    groups: PsychometricGroups | NotComputed
     simulated: bool
     data: DataSet | None = None
 
     @classmethod
-    def of(cls, own: OwnThresholds, progress: Progress | None = None) -> OwnThresholdPart:
-        """Fit each person in each condition, and the hierarchical model of all."""
+    def of(cls, own: OwnThresholds) -> OwnThresholdPart:
+        """Fit each person in each condition."""
         table = own.table
         least, most = float(table["level"].min()), float(table["level"].max())
         results = {
             str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit, guess=own.guess)
             for name, rows in table.groupby("condition", sort=True)
         }
-        counted = table[~table["catch"]]
-        groups: PsychometricGroups | NotComputed
-        if len(counted.groupby(["participant_id", "condition"])) < 2:
-            groups = NotComputed("There is one person in one condition: there are no groups to be compared.")
-        elif counted["level"].nunique() < 2:
-            groups = NotComputed("Apart from catch trials there is only one level.")
-        else:
-            groups = fit_psychometric_groups(counted, unit=own.unit, guess=own.guess, progress=progress)
-        return cls(own, results, groups, bool((table["kind"] == "simulated").any()))
+        return cls(own, results, bool((table["kind"] == "simulated").any()))
 
     @property
     def title(self) -> str:
@@ -108,10 +95,21 @@ class OwnThresholdPart(Part):
             else:
                 yield Notice(f"{name}: {result.mean.reason}" if name else result.mean.reason)
         output.tables([self._means()])
-        if isinstance(self.groups, NotComputed):
-            yield Notice(self.groups.reason)
-        else:
-            yield from self._grouped(self.groups, output)
+        differences = threshold_differences(self.results)
+        for pair, test in differences.items():
+            yield from self._difference(*pair, test)
+        if any(isinstance(one.fit, ThresholdFit) for result in self.results.values() for one in result.subjects):
+            level = f"level ({unit})" if unit else "level"
+            yield output.figure(
+                "thresholds", threshold_figure(self.results, simulated=self.simulated, level=level), GROUPS
+            )
+            yield output.figure(
+                "threshold_people", person_figure(self.results, simulated=self.simulated, level=level), PEOPLE
+            )
+        if differences:
+            named = ((f"{one} / {other}", test) for (one, other), test in differences.items())
+            caption = "Ratios of thresholds between conditions, as logarithms"
+            yield from output.tables([effect_sheet("threshold_differences.csv", caption, "thresholds", named)])
         yield from output.tables([self._each()])
 
     def _notices(self, condition: str, result: ThresholdResult) -> Iterator[Block]:
@@ -131,29 +129,15 @@ class OwnThresholdPart(Part):
                     f"{ATTENDING:.0%}: by inattention, or because the threshold is high."
                 )
 
-    def _grouped(self, groups: PsychometricGroups, output: Output) -> Iterator[Block]:
-        unit = self.own.unit
-        for one in groups.groups:
-            where = f"{one.condition}: threshold" if one.condition else "Threshold"
-            yield Paragraph(
-                f"{where} of the mean person by the hierarchical model: {_ends(one.threshold, unit)}; slope "
-                f"{_ends(one.slope, '')}."
-            )
-        for pair in groups.differences:
-            ratio = pair.effect.ratio
-            test = f"t({freedom(pair.effect.df)})" if math.isfinite(pair.effect.df) else "z"
-            yield Paragraph(
-                f"Threshold of {pair.condition} over that of {pair.other}: {_ends(ratio, '')}, "
-                f"{test} = {decimals(pair.effect.statistic)}, p {p_is(pair.effect.p)}"
-                + (f", by Holm {p_is(pair.effect.p_holm)}" if len(groups.differences) > 1 else "")
-                + "."
-            )
-        yield from map(Notice, groups.remarks)
-        yield output.figure("thresholds", psychometric_figure(groups, simulated=self.simulated), GROUPS)
-        yield output.figure("threshold_people", person_figure(groups, simulated=self.simulated), PEOPLE)
-        head = ["condition", "people", "threshold", "low", "high", "slope", "slope low", "slope high"]
-        rows = [[one.condition, one.subjects, *_three(one.threshold), *_three(one.slope)] for one in groups.groups]
-        yield from output.tables([listed("threshold_groups.csv", "Functions of the mean person", head, rows)])
+    def _difference(self, one: str, other: str, test: Effect | NotComputed) -> Iterator[Block]:
+        if isinstance(test, NotComputed):
+            yield Notice(f"The thresholds of {one} and {other} were not compared: {test.reason}")
+            return
+        holm = "" if test.p_holm is None else f", by Holm {p_is(test.p_holm)}"
+        yield Paragraph(
+            f"Threshold of {one} over that of {other}: {_ends(test.ratio, '')}, t({freedom(test.df)}) = "
+            f"{decimals(test.statistic)}, p {p_is(test.p)}{holm}."
+        )
 
     def _means(self) -> Sheet:
         """Return means over people as a file, for results.json."""
@@ -178,14 +162,8 @@ class OwnThresholdPart(Part):
     def answers(self) -> Iterator[Answer]:
         for name, result in self.results.items():
             yield from threshold_answers(result, name, "main")
-        if isinstance(self.groups, NotComputed):
-            return
-        for one in self.groups.groups:
-            for what, outcome, unit in (("threshold", one.threshold, self.own.unit), ("slope", one.slope, "")):
-                yield stated(f"{what} of the mean person", one.condition, outcome, "main", unit, one.subjects)
-        name = "log ratio of the mean person’s thresholds"
-        for pair in self.groups.differences:
-            yield stated(name, f"{pair.condition} over {pair.other}", pair.effect, "main", "log ratio")
+        for (one, other), test in threshold_differences(self.results).items():
+            yield stated("log ratio of thresholds", f"{one} over {other}", test, "main", "log ratio")
 
     def methods(self, output: Output) -> Iterator[Block]:
         guess = self.own.guess
@@ -195,11 +173,10 @@ class OwnThresholdPart(Part):
             "threshold evenly distributed over the levels shown, slope from 1 to 10 evenly on its logarithm, lapse "
             "rate beta (1, 66) up to 10 %, no overdispersion. Given are the median of the posterior and its central "
             f"95 %. At threshold {guess + (1 - guess) / 2:.3g} of the answers are right, without lapses. The mean is "
-            "geometric, its interval by Student’s t over people. Catch trials do not count."
+            "geometric, its interval by Student’s t over people; conditions are compared by t-tests of log thresholds "
+            "over people (paired, of separate groups Welch’s), several by Holm’s method. Catch trials do not count. "
+            f"{BIAS}"
         )
-        if isinstance(self.groups, PsychometricGroups):
-            method = self.groups.method.replace(" - ", " − ")
-            yield Paragraph(f"All people and conditions were also fitted together: {method}.")
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -217,7 +194,3 @@ def _level(value: float, unit: str) -> str:
 def _ends(found: Interval, unit: str) -> str:
     ends = "" if found.low is None else f" (95 % interval {number(found.low)} to {_level(found.high or 0, unit)})"
     return _level(found.estimate, unit) + ends
-
-
-def _three(found: Interval) -> tuple[float | None, ...]:
-    return found.estimate, found.low, found.high

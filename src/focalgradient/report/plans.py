@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import Any, ClassVar
 
 from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
@@ -259,10 +259,12 @@ class _Comparison(Plan):
     __slots__ = ()
 
     statistic: Slopes | Choices
+    generalises: ClassVar[bool] = True
+    """True if the test decides over subjects and scenes, where there are enough of them."""
 
     @property
     def _tested(self) -> str:
-        if self.random:
+        if self.random and self.generalises:
             return (
                 "with subjects and scenes as crossed random factors (quasi-F of Clark, 1973, Satterthwaite’s degrees "
                 "of freedom; tables with empty cells by REML)"
@@ -271,9 +273,13 @@ class _Comparison(Plan):
 
     @property
     def _largest(self) -> str:
-        over = "with both as crossed random factors" if self.random else "by Student’s t with N − 1 degrees of freedom"
+        generalises = self.random and self.generalises
+        over = "with both as crossed random factors" if generalises else "by Student’s t with N − 1 degrees of freedom"
         here = (
             " Such tests for these scenes alone, by Student’s t with N − 1 degrees of freedom, are also reported."
+            if generalises
+            else " Results are for these scenes; tests with subjects and scenes as crossed random factors are also "
+            "reported."
             if self.random
             else f" Results are for these scenes only: fewer than {FEWEST_SCENES} scenes give too little information "
             "on how scenes differ."
@@ -340,6 +346,7 @@ class ChoicePlan(_Comparison):
     __slots__ = ()
 
     statistic: Choices
+    generalises = False
 
     @property
     def outcome(self) -> str:

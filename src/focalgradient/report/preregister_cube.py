@@ -41,8 +41,8 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
         "nonrigid_shorter": ("rigid", "lowers"),
     }
     hypotheses = [
-        f"H{number}{' (primary)' if number == 1 else ''}. Blur that agrees with the {claims[test][0]} reading "
-        f"({largest:g} mm) {claims[test][1]} the odds of the nonrigid reading (two-sided test)."
+        f"H{number} ({'primary' if number == 1 else 'secondary'}). Blur that agrees with the {claims[test][0]} "
+        f"reading ({largest:g} mm) {claims[test][1]} the odds of the nonrigid reading (two-sided test)."
         for number, test in enumerate(study.tests, start=1)
     ]
     first = claims[next(iter(study.tests))][0]
@@ -59,10 +59,10 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     )
     assumed = (
         f"by {EXPERIMENTS:,} simulated experiments each, drawn from one pool of 400 simulated people and analysed as "
-        "above (paired t-tests, Holm’s p over all gradients and strengths), none excluded. Assumed: a ratio of odds "
-        f"of {model.effect:g} at the largest aperture, its standard deviation over subjects (of its logarithm) of "
-        f"{model.between:g}, a nonrigid share of {model.nonrigid:g} without blur, and durations as 22 people reported "
-        "of a lattice."
+        "above (paired t-tests, the primary one uncorrected, Holm’s p for the others), none excluded. Assumed: a "
+        f"ratio of odds of {model.effect:g} at the largest aperture, its standard deviation over subjects (of its "
+        f"logarithm) of {model.between:g}, a nonrigid share of {model.nonrigid:g} without blur, and durations as 22 "
+        "people reported of a lattice."
     )
     unjudged = {}
     if not design.catch_trials and asked.stated.rules.catch_passed is not None:

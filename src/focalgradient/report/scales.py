@@ -23,9 +23,9 @@ MINUS = re.compile(r"(?<!\w)-(?=[\d.])")
 def comparison_findings(found: ComparisonResult) -> Iterator[str]:
     """Yield the results in sentences; p values after Holm's correction decide their wording."""
     what = f"the {found.analysis.mean}"
-    here = found.these_scenes
-    for name, slope, fixed, largest in zip(
-        found.fixations, found.slopes, here.slopes, found.against_reference, strict=True
+    beside = found.scenes_random if found.analysis.binary else found.these_scenes
+    for name, slope, second, largest in zip(
+        found.fixations, found.slopes, beside.slopes, found.against_reference, strict=True
     ):
         focused = f"{'' if name != found.fixations[0] else 'Primary outcome. '}With {in_focus(name)}"
         if isinstance(slope, NotComputed):
@@ -34,7 +34,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
             verb = "was not shown to change" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
             unit = f"{slope_unit(found.analysis)} per millimetre"
             sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
-            yield sentence + _here(slope, fixed)
+            yield sentence + _beside(slope, second)
         if found.analysis.alike is None:
             continue
         if isinstance(largest, Effect):
@@ -57,9 +57,11 @@ def _over(test: Effect) -> str:
     return "over " + (BOTH if random_scenes(test) else "subjects, for these scenes")
 
 
-def _here(both: Effect, fixed: Effect | NotComputed) -> str:
-    """Return the same test for these scenes, if it is a different one."""
-    return f" For these scenes alone: {_worded(fixed)}." if random_scenes(both) else ""
+def _beside(deciding: Effect, other: Effect | NotComputed) -> str:
+    """Return the same test for these scenes, or for other scenes, too, if it is a different one."""
+    if random_scenes(deciding):
+        return f" For these scenes alone: {_worded(other)}."
+    return f" Over {BOTH}: {_worded(other)}." if isinstance(other, Effect) and random_scenes(other) else ""
 
 
 def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
@@ -73,9 +75,13 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
     yield listed("comparison_means.csv", f"Mean {found.analysis.unit} over subjects, 95 % intervals {by}", head, rows)
     rows = [
         [name, over, _worded(test)]
-        for over, tests in ((BOTH, found), (HERE, found.these_scenes))
+        for over, tests in (
+            ((HERE, found), (BOTH, found.scenes_random))
+            if found.analysis.binary
+            else ((BOTH, found), (HERE, found.these_scenes))
+        )
         for name, test in _named(found.fixations, tests)
-        if over == HERE or not isinstance(test, Effect) or random_scenes(test)
+        if over == HERE or (random_scenes(test) if isinstance(test, Effect) else tests is found)
     ]
     yield listed("comparison_tests.csv", "Tests", ["what", "holds for other", "result"], rows)
 

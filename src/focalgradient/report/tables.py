@@ -412,7 +412,10 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
         odds = [*cells.effect(test, ratio=True), *cells.size(test)]
         rows.append([effect.gradient, number(effect.strength), *odds])
     header = ["blur agrees with", "mm", "odds ratio", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
-    caption = "Odds of the nonrigid reading (time), each gradient against none; Holm’s correction is over gradients"
+    caption = (
+        "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p (Holm): over all "
+        "secondary comparisons"
+    )
     if result.effects:
         sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()

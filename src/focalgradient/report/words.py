@@ -234,9 +234,9 @@ def necker_findings(result: NeckerResult) -> list[str]:
         )
     if not result.effects:
         return ["No trial had a gradient of blur: nothing was compared."]
-    if sentences:
-        sentences.append("p values are corrected by Holm’s method over the gradients.")
-    return sentences
+    if len(sentences) > 1:
+        sentences.append("The other gradients are secondary, one family by Holm’s method.")
+    return [f"Primary outcome. {sentences[0]}", *sentences[1:]]
 
 
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
@@ -331,9 +331,10 @@ def analysis_necker(shortest_both: float) -> str:
     return (
         "The log odds of the nonrigid reading (its time over that of the rigid reading) were computed for each subject "
         "and gradient; half of the mean duration of a report was added to each time, which keeps log odds finite and "
-        "reduces their bias. Each gradient was compared with none by a paired t-test over subjects. Holm’s method "
-        "corrects over gradients. Intervals are 95 % "
-        "intervals over subjects by t; shares of time only describe, with intervals on the log odds of their mean. "
+        "reduces their bias. Each gradient was compared with none by a paired t-test over subjects. Primary "
+        "is the nonrigid gradient (without one the rigid gradient) at its largest aperture, uncorrected; the others "
+        "are secondary, one family by Holm’s method. Intervals are 95 % intervals over subjects by t; "
+        "shares of time only describe, with intervals on the log odds of their mean. "
         f"Both keys held for less than {shortest_both:g} s counted as a transition, not as a report. Gamma and "
         "log-normal distributions were fitted to the durations of each percept by maximum likelihood, with durations "
         "cut off by the end of a trial as lower limits."

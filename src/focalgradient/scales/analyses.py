@@ -125,7 +125,7 @@ class Slopes(Analysis):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices(Analysis):
-    """Least-squares slope of the choice proportion on aperture (mm), with subjects and scenes as random factors."""
+    """Least-squares slope of the choice proportion on aperture (mm), tested over subjects."""
 
     name: str = "choice"
     middle: float | None = 0.5

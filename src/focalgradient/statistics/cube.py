@@ -6,7 +6,7 @@ the odds of *time*. Proportions of time and of reports, and percept durations, d
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,7 +150,8 @@ class GradientEffect:
         Condition.
     odds_of_time
         Log odds ratio of the time of the nonrigid reading: mean of the bias-reduced within-subject values
-        (`log_odds`), by a paired t-test, with Holm's p over the gradients.
+        (`log_odds`), by a paired t-test. The first effect of a result is primary: the nonrigid gradient (without one
+        the rigid gradient) at its largest strength, uncorrected. The others are secondary, one family by Holm.
     """
 
     gradient: str
@@ -169,7 +170,8 @@ class NeckerResult:
     trials, reports
         Number of trials and reports analysed, without catch trials.
     subject_shares, shares, dominance, effects
-        Results by subject, averaged over subjects, of percept durations, and of each gradient relative to none.
+        Results by subject, averaged over subjects, of percept durations, and of each gradient relative to none (the
+        primary one first).
     remarks
         Omissions and their reasons, one sentence each.
     people
@@ -261,7 +263,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     weight = half_report(reported["duration"])
     own = {condition: _own(trials, condition, weight) for condition in conditions}
     remarks: list[str] = []
-    odds = Question(ODDS, lambda own: _effects(own, remarks), "main", "log odds ratio", ODDS, HEADLINE, True)
+    odds = Question(ODDS, lambda own: _effects(own, remarks), "primary", "log odds ratio", ODDS, HEADLINE, True)
     tests = Analysis([odds]).answers(own)
     shares = tuple(share for condition, rows in own.items() for share in _shares(condition, rows))
     return NeckerResult(
@@ -285,9 +287,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
             _dominance(condition, percept, reported) for condition in conditions for percept in READINGS if durations
         ),
         effects=tuple(
-            GradientEffect(*condition, tests.to(ODDS)[condition_name(condition)])
-            for condition in own
-            if condition != PLAIN
+            GradientEffect(*condition, tests.to(ODDS)[condition_name(condition)]) for condition in primary_first(own)
         ),
         remarks=tuple(remarks),
         people=tuple(_people(conditions[0], percept, reported) for percept in READINGS if durations),
@@ -417,9 +417,7 @@ def _over_people(condition: tuple[str, float], reported: pd.DataFrame) -> Domina
 def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> dict[str, Effect | NotComputed]:
     """Test each gradient against none."""
     tests: dict[str, Effect | NotComputed] = {}
-    for gradient, strength in own:
-        if (gradient, strength) == PLAIN:
-            continue
+    for gradient, strength in primary_first(own):
         level = condition_name((gradient, strength))
         if PLAIN not in own:
             tests[level] = NotComputed("There are no trials without a gradient to compare with.")
@@ -444,6 +442,16 @@ def _effects(own: dict[tuple[str, float], pd.DataFrame], remarks: list[str]) -> 
         method = "the subjects' own bias-reduced log odds of time, paired t-test"
         tests[level] = paired_effect(change.dropna(), method)
     return tests
+
+
+def primary_first(conditions: Iterable[tuple[str, float]]) -> list[tuple[str, float]]:
+    """Return gradients with their strengths, the one of the primary hypothesis first.
+
+    >>> primary_first([("rigid", 8.9), ("none", 0.0), ("nonrigid", 4.5), ("nonrigid", 8.9)])
+    [('nonrigid', 8.9), ('nonrigid', 4.5), ('rigid', 8.9)]
+    """
+    gradients = (condition for condition in conditions if condition != PLAIN)
+    return sorted(gradients, key=lambda condition: (-GRADIENTS.index(condition[0]), -condition[1]))
 
 
 def _never(own: pd.DataFrame) -> str | None:

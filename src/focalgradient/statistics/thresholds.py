@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,9 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_installed
-from focalgradient.statistics.means import t_interval
-from focalgradient.statistics.records import Interval, NotComputed
+from focalgradient.statistics.means import family, paired_effect, t_interval
+from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.records import Effect, Interval, NotComputed
 
 __all__ = [
     "ATTENDING",
@@ -27,6 +29,7 @@ __all__ = [
     "ThresholdResult",
     "blur_thresholds",
     "fit_threshold",
+    "threshold_differences",
 ]
 
 NEEDED = ("fitting thresholds", "thresholds", "psignifit")
@@ -368,13 +371,45 @@ def blur_thresholds(
     return ThresholdResult(unit, tuple(subjects), _mean(subjects), _mean(attending))
 
 
+def threshold_differences(results: Mapping[str, ThresholdResult]) -> dict[tuple[str, str], Effect | NotComputed]:
+    """Compare the log thresholds of each pair of conditions over participants; several pairs are one family by Holm.
+
+    Participants of both conditions are compared by a paired t-test, separate groups by Welch's test.
+
+    Parameters
+    ----------
+    results
+        Thresholds by condition.
+
+    Examples
+    --------
+    >>> def of(*thresholds):
+    ...     fits = [ThresholdFit(at, 0.1, 0.9, 3.5, 0.0, (0.2,), (8,), (10,)) for at in thresholds]
+    ...     subjects = [SubjectThreshold(who, "", 0, 0, True, fit) for who, fit in zip("abc", fits)]
+    ...     return ThresholdResult("D", tuple(subjects), NotComputed(""), NotComputed(""))
+    >>> found = threshold_differences({"dim": of(0.4, 0.6, 0.5), "bright": of(0.2, 0.3, 0.2)})
+    >>> round(found["dim", "bright"].ratio.estimate, 2)
+    2.15
+    """
+    logs = {name: _log_thresholds(result.subjects) for name, result in results.items()}
+    pairs, tests = list(combinations(results, 2)), []
+    for one, other in (map(logs.__getitem__, pair) for pair in pairs):
+        both = [value - other[who] for who, value in one.items() if who in other]
+        groups = (np.array([*values.values()]) for values in (one, other))
+        tests.append(paired_effect(both, "paired t over participants") if both else welch(*groups))
+    return dict(zip(pairs, tests if len(tests) == 1 else family(tests), strict=True))
+
+
 def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
-    """Return the geometric mean over participants; sessions of a participant are averaged first."""
+    """Return the geometric mean over participants."""
+    logs = [*_log_thresholds(subjects).values()]
+    return t_interval(logs).ratio if logs else NotComputed("No participant has a threshold.")
+
+
+def _log_thresholds(subjects: Sequence[SubjectThreshold]) -> dict[str, float]:
+    """Return the log threshold of each participant, averaged over sessions."""
     by_participant: dict[str, list[float]] = {}
     for one in subjects:
         if isinstance(one.fit, ThresholdFit):
             by_participant.setdefault(one.participant, []).append(math.log(one.fit.threshold))
-    logs = np.array([np.mean(values) for values in by_participant.values()])
-    if not logs.size:
-        return NotComputed("No participant has a threshold.")
-    return t_interval(logs).ratio
+    return {name: float(np.mean(values)) for name, values in by_participant.items()}

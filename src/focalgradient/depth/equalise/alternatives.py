@@ -54,6 +54,9 @@ WORTHWHILE = 5.0
 """Mean difference of a window's log likelihoods above which an alternative is accepted: where models hardly differ, as
 on a wall that is equally blurred at two foci, 3.4 is already significant; altered views gave 8 to 250."""
 
+AS_LIKELY = 0.5
+"""Ratio of what a model surely gains to what the best one does, above which it is as likely. Chosen by hand."""
+
 SHARE = 0.75
 """Quantile over the frame of the change in depth, relative to the blur, that is added to the model error."""
 
@@ -99,9 +102,9 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
     radius = np.interp(nodes.level, np.arange(equalised.levels), blurs.radius.max(axis=0))
     pixels = np.abs(np.gradient(blurs.radius, axis=1)).max()  # of blur to a level
     windows = use.sum() * equalised.step**2 / equalised.window_size()
-    best = None
+    likelier: list[tuple[float, Alternative]] = []
     for cause, models in _alternatives(blurs, isinstance(problem.settings.psf, Disc)):
-        before = 0.0
+        before, accepted = 0.0, None
         for model in models:  # ever stronger, while that explains more
             cost, other, _ = costs(model)
             gained = (stated - cost)[use]
@@ -115,9 +118,15 @@ def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]
             change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
             found = Alternative(cause, clarity, float(np.quantile(change, SHARE)))
             surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of what is gained
-            if best is None or surely > best[0]:
-                best = surely, found
-    return None if best is None else best[1]
+            if accepted is None or surely > accepted[0]:
+                accepted = surely, found
+        if accepted is not None:
+            likelier.append(accepted)
+    if not likelier:
+        return None
+    # Of models that the views hardly tell apart, that which would change depth most.
+    surest = max(surely for surely, _ in likelier)
+    return max((found for surely, found in likelier if surely >= AS_LIKELY * surest), key=lambda found: found.change)
 
 
 def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, Iterable[Blurs]]]:
