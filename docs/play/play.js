@@ -1,4 +1,4 @@
-// e318ed15f1be43c3e3c1081a73835bbcf47186e2b1e7ca27fb747dac143efa6f
+// b3768a80fffde15dce77b9512e2029f828c5465786136de46cafe46ccbbef84a
 (()=>{function J(a){let e=a.getContext("webgl2",{alpha:!1,antialias:!1,depth:!1,preserveDrawingBuffer:!0});if(!e)throw new Error("it has no WebGL 2");return e}var fe=`#version 300 es
 in vec2 corner;
 out vec2 where;

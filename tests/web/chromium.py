@@ -115,7 +115,7 @@ KIND = """([until, title]) => {
         : until && document.querySelector(until);
     const found = arrived ? ["arrived"] : [
         ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
-        ["card", "#page-size"], ["button", "#stage button:enabled"], ["arrows", ".foot.arrows"],
+        ["card", "#page-size"], ["arrows", "button.way"], ["button", "#stage button:enabled"],
     ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
     return [found?.[0] ?? "none", document.body.innerText.trim(), window.answered.splice(0)];
 }"""

@@ -101,7 +101,7 @@ class Participant:
         self.token = token or client.post("/api/join", json={"platform": {}}).json()["token"]
         self.trials: list[dict[str, Any]] = []
         self.trial_tokens: dict[str, str] = {}
-        self.shown: set[str] = set()
+        self.exposed: set[str] = set()
 
     def ask(self, path: str, **message: Any) -> Any:
         """Ask for something; gives the answer, whatever its status."""
@@ -112,13 +112,13 @@ class Participant:
             self.show(message)
         answer = self.client.post(f"/api/{path}", json={"token": self.token, "tab": self.tab, **message})
         if path == "expose" and answer.status_code == 200:
-            self.shown.add(str({"phase": message["phase"], "trial": message["trial"]}))
+            self.exposed.add(str({"phase": message["phase"], "trial": message["trial"]}))
         return answer
 
     def show(self, trial: dict[str, Any]) -> None:
         """Report a trial's exposure, unless that was done."""
         key = {name: trial.get(name) for name in ("phase", "trial")}
-        if str(key) not in self.shown:
+        if str(key) not in self.exposed:
             self.ask("expose", **key, round=1, exposure=f"shown-{key['phase']}-{key['trial']}")
 
     def trial_token(self, message: dict[str, Any]) -> str:
@@ -131,11 +131,21 @@ class Participant:
             self.trial_tokens[str(key)] = found.json()["trial_tokens"][0]
         return self.trial_tokens[str(key)]
 
+    def shown(self, number: int) -> dict[str, Any]:
+        """The `number`-th of the trials that are left, as the page gets it."""
+        key = {name: self.trials[number][name] for name in ("phase", "trial")}
+        return dict(self.ask("next", **key).json()["trials"][0])
+
+    def picture(self, url: str) -> bytes:
+        """A picture, by the address that the page gets."""
+        return bytes(self.client.get(url, headers={"Authorization": f"Bearer {self.token}"}).content)
+
     def begin(self, **changed: Any) -> Any:
         """Begin, or go on."""
         answer = self.ask("begin", **(SITTING | changed))
         if answer.status_code == 200:
-            self.trials = answer.json()["trials"]
+            kind = {"cube": True} if "cube" in answer.json() else {}
+            self.trials = [{**trial, **kind} for trial in answer.json()["trials"]]
         return answer
 
     def message(self, trial: dict[str, Any], number: int) -> dict[str, Any]:
@@ -149,8 +159,7 @@ class Participant:
         }
         given: dict[str, Any] = {"onset": 1.0 + SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:
-            seconds = trial["cube"]["seconds"]
-            given |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
+            given |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": 2.0}
         else:
             given |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * (number % 40), "start": 0.5}
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"attempt-{number}"}

@@ -141,11 +141,10 @@ def test_the_list_is_the_laboratorys_for_the_same_seed_and_label(tmp_path: Path)
         assert [(one["phase"], one["trial"]) for one in made["trials"]] == [(one.phase, one.trial) for one in trials]
         assert made["sha256"] == digest_of(trials)
         for entry, trial in zip(made["trials"], trials, strict=True):
-            assert trial.scene.partition("-")[0] in " ".join(interval["url"] for interval in entry["intervals"])
+            assert trial.scene.partition("-")[0] not in json.dumps(entry)
             assert all((tmp_path / "out" / interval["url"]).is_file() for interval in entry["intervals"])
         if label == "001":
-            served = json.dumps(begin["trials"]).replace('"/pictures/', '"pictures/')
-            assert made["trials"] == json.loads(served)
+            assert [{"phase": one["phase"], "trial": one["trial"]} for one in made["trials"]] == begin["trials"]
     assert len({repr(design.trials(label)) for label in ("001", "002", "003")}) == 3
 
 

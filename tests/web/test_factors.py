@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -59,12 +60,11 @@ def made(folder: Path, factor: str = FACTOR) -> Study:
     return study
 
 
-def rating(shown: dict[str, Any], catch: bool) -> float:
+def rating(trial: Any) -> float:
     """That of somebody who attends: right at catch trials, and else a little different from trial to trial."""
-    url = shown["intervals"][-1]["url"]
-    if catch:
-        return 0.4 if "example-flat" in url else 2.5 if "example-deep" in url else 1.0
-    return 1.2 + 0.05 * (shown["trial"] % 5)
+    if trial.catch:
+        return 0.4 if trial.scene == "example-flat" else 2.5 if trial.scene == "example-deep" else 1.0
+    return 1.2 + 0.05 * (trial.trial % 5)
 
 
 @pytest.mark.slow
@@ -77,15 +77,14 @@ def test_each_level_shows_its_own_picture_and_the_report_compares_levels(tmp_pat
             someone = Participant(client)
             assert someone.begin().status_code == 200
             planned = study.design.trials(participant)
-            for number, (shown, trial) in enumerate(zip(someone.trials, planned, strict=True)):
-                for interval in shown["intervals"]:
-                    if "example" not in interval["url"] and not interval["url"].endswith(("flatter.png", "deeper.png")):
-                        aperture = trial.aperture if interval["event"] == "picture" else "pinhole"
-                        scene = interval["url"].split("/")[2]
-                        wanted = tmp_path / source[scene, aperture, trial.factors["weather"]]
-                        with Image.open(wanted) as image, Image.open(tmp_path / "set" / interval["url"][10:]) as given:
-                            assert np.array_equal(np.array(image), np.array(given))
-                told = someone.message(shown, number)["answer"] | {"rating": rating(shown, trial.catch)}
+            for number, trial in enumerate(planned):
+                shown = someone.shown(number)
+                if "example" not in trial.scene:
+                    wanted = tmp_path / source[trial.scene, trial.aperture, trial.factors["weather"]]
+                    content = someone.picture(shown["intervals"][-1]["url"])
+                    with Image.open(wanted) as image, Image.open(io.BytesIO(content)) as given:
+                        assert np.array_equal(np.array(image), np.array(given))
+                told = someone.message(shown, number)["answer"] | {"rating": rating(trial)}
                 assert someone.answer(number, answer=told).status_code == 200
             assert someone.ask("finish").status_code == 200
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
@@ -98,7 +97,10 @@ def test_a_block_of_a_factor_begins_with_its_page(tmp_path: Path) -> None:
     with client_of(study) as client:
         someone = Participant(client)
         someone.begin()
-        around = [shown["before" if number else "first"] for number, shown in enumerate(someone.trials)]
+        around = []
+        for number in range(len(someone.trials)):
+            around.append(someone.shown(number)["before" if number else "first"])
+            assert someone.answer(number).status_code == 200
         pages = ["".join(step["text"] for step in steps) for steps in around]
         levels = [trial.factors["weather"] for trial in study.design.trials("001")]
     named = [f"weather: {level}" in page for page, level in zip(pages, levels, strict=True)]

@@ -81,11 +81,12 @@ def test_the_browser_and_the_laboratory_show_the_same_trials(tmp_path: Path) -> 
         someone.begin()
         planned = made.design.trials("001")
         assert [(one["phase"], one["trial"]) for one in someone.trials] == [(one.phase, one.trial) for one in planned]
-        shown = [one["intervals"][-1]["url"] for one in someone.trials if one["phase"] == "main"]
-        assert shown[0].startswith("/pictures/")
-        file = next(name for name in shown if "example" not in name)
-        given = client.get(file)
-        assert given.content == (tmp_path / "set" / file.removeprefix("/pictures/")).read_bytes()
+        for number, trial in enumerate(planned):
+            url = someone.shown(number)["intervals"][-1]["url"]
+            if trial.phase == "main" and "example" not in trial.scene:
+                file = made.lists.pictures.picture(trial.scene, trial.aperture, trial.fixation, {}).png
+                assert someone.picture(url) == (tmp_path / "set" / file).read_bytes()
+            assert someone.answer(number).status_code == 200
 
 
 def test_an_answer_that_comes_again_is_recorded_once(client: TestClient, tmp_path: Path) -> None:
@@ -106,13 +107,14 @@ def test_the_disk_is_waited_for_once_an_answer(
     someone.begin()
     synced: list[int] = []
     monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
-    for number in range(len(someone.trials)):
+    for number, trial in enumerate(someone.trials):
+        someone.show(trial)
+        before = len(synced)
         assert someone.answer(number).json()["recorded"]
-        assert len(synced) == number + 1
+        assert len(synced) == before + 1
         assert synced[-1] == journal(tmp_path).stat().st_size
-    assert len(read_journal(journal(tmp_path)).of("note")) == 1 + len(
-        someone.trials
-    )  # the sitting, each trial's frames
+    notes = read_journal(journal(tmp_path)).of("note")  # the sitting, each trial's exposure and frames
+    assert len(notes) == 1 + 2 * len(someone.trials)
 
 
 def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> None:
@@ -217,6 +219,7 @@ def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.Mon
 def test_a_full_disk_is_waited_for(client: TestClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     someone = Participant(client)
     someone.begin()
+    someone.show(someone.trials[0])
     with monkeypatch.context() as full:
         full.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
         reply = someone.answer(0)
@@ -239,6 +242,7 @@ def test_repeated_practice_is_kept_as_in_the_laboratory(client: TestClient, tmp_
     ]
     number = len(practised)
     wrong = [{**rounds[1], "again": [{**again[0], "trial": 99}]}]
+    someone.show(someone.trials[number])
     before = journal(tmp_path).read_bytes()
     assert someone.answer(number, practice=wrong).status_code == 400
     assert journal(tmp_path).read_bytes() == before

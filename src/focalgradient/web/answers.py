@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event
+from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event, percepts
 from focalgradient.dataset.times import times_of_events
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
-from focalgradient.web.messages import Answer, Depth, Exposure, Necker, Sitting
-from focalgradient.web.pictures import picture_file, shown_pixels
+from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
+from focalgradient.web.pictures import depth_events, picture_file, shown_pixels
 from focalgradient.web.possible import check_frames, check_possible
 from focalgradient.web.screen import gamma_of, measure
 
-__all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "record"]
+__all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "judge", "record"]
 
 CLOCK = "seconds since the page of this sitting was ready, by the browser's performance.now()"
 SCALE_TOLERANCE = 1e-6
@@ -84,6 +85,8 @@ def read_answer(
     kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
+    if isinstance(trial, DepthTrial):
+        _name_pictures(frames, depth_events(session.design, trial))  # type: ignore[arg-type]
     _check_begun(read.onset, frames)
     design: Any = session.design
     words = load_words(design.language)
@@ -103,12 +106,14 @@ def read_answer(
         task = session.task
         if task.adjusts:
             check_frames(frames["shown"], read.response_time + 1.0)
-            given = task.answered(design, trial, read.rating, start=read.start, **times)
+            given = task.answered(design, trial, _value(read), start=read.start, **times)
             return replace(given, extra={**extra, **given.extra}), frames
         if task.adapts:
             trial = task.adapted(design, trial, session.recorded)
         control = task.control(words, trial)
-        value = 2.0 - read.rating if isinstance(control, Ways) else read.rating
+        value = _value(read)
+        if isinstance(control, Ways) and read.chosen is None:
+            value = 2.0 - value
         _check_reached("rating", value, control)
         given = task.answered(design, trial, value, **times)
         shown, seconds = shown_pixels(task, design, trial, Display())
@@ -118,7 +123,7 @@ def read_answer(
     assert pictures is not None
     check_frames(frames["shown"], design.least_s(trial))
     rated = Rated(
-        rating=_rating(design, read.rating, trial.interval),
+        rating=_rating(design, read, trial.interval),
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
@@ -127,14 +132,66 @@ def read_answer(
     return rated, frames
 
 
-def _rating(design: Any, given: float, interval: int) -> float:
-    """Return the answer for a value sent by the page: of a choice, 1 if the interval of the picture was chosen."""
+def _value(read: Depth) -> float:
+    value = read.rating if read.chosen is None else read.chosen
+    if value is None:
+        raise InputError("rating is missing: send the response.")
+    return float(value)
+
+
+def _rating(design: Any, read: Depth, interval: int) -> float:
+    """Return the answer for a response; in earlier records 1 if the picture's interval was chosen, else 0."""
     scale: ResponseScale = design.response_scale
-    if scale.intervals == 1:
+    given = _value(read)
+    if scale.intervals == 1 or read.chosen is not None:
         return scale.answer_in(given, interval)
     if given not in (0, 1):
         raise InputError(f"rating is {given:g}, but must be 1 or 0: send one of them.")
     return scale.answer_in(float(interval if given else 3 - interval), interval)
+
+
+def _name_pictures(frames: Mapping[str, Any], names: Sequence[str]) -> None:
+    """Name a trial's pictures, which the page calls alike."""
+    pictures = [event for event in frames["shown"] if event["event"] == "picture"]
+    if len(pictures) == len(names):
+        for event, name in zip(pictures, names, strict=True):
+            event["event"] = name
+
+
+def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[str, Any]:
+    """Judge the responses of a round of practice so far, as the laboratory does.
+
+    Returns
+    -------
+    dict
+        "right" of the responses, "of" those that have a correct one; whether the round is "passed", and to be
+        repeated ("again"); "share" of the last cube's time, in %, for which the correct key was held.
+
+    Raises
+    ------
+    ValidationError, InputError
+        As for `read_answer`.
+    """
+    design: Any = session.design
+    known: list[bool] = []
+    share = None
+    for one in given.answers:
+        trial: Any = next((t for t in session.trials if (t.phase, t.trial) == ("practice", one.trial)), None)
+        if trial is None:
+            raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
+        answer, _ = read_answer(session, pictures, trial, one.answer)
+        right = None
+        if isinstance(trial, NeckerTrial):
+            seen = percepts(answer.presses, design.keys_of(session.files.participant), answer.trial_duration)
+            held = sum(part.end - part.onset for part in seen if part.percept == trial.shape) / answer.trial_duration
+            share = round(100 * held)
+            right = None if trial.shape == "ambiguous" else held >= LEAST_HELD
+        elif isinstance(trial, DepthTrial):
+            right = design.right(trial, answer.rating)
+        known += [] if right is None else [right]
+    passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
+    again = not passed and given.round < getattr(design, "practice_rounds", 1)
+    return {"right": sum(known), "of": len(known), "passed": passed, "again": again, "share": share}
 
 
 def _check_reached(name: str, value: float, control: Control) -> None:

@@ -23,7 +23,7 @@ from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -40,8 +40,8 @@ from focalgradient.web.guard import (
     read_body,
     too_many,
 )
-from focalgradient.web.messages import Begin, Expose, Given, Join, Next, Who
-from focalgradient.web.pictures import REFOCUSING, refocusing
+from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
+from focalgradient.web.pictures import PNG, REFOCUSING, refocusing
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
 
@@ -178,13 +178,10 @@ class _Pages:
         return Response(_static(name), media_type=STATIC[name], headers={"Cache-Control": "no-cache"})
 
     async def picture(self, request: Request) -> Response:
-        name, lists = request.path_params["name"], self._study.lists
-        if name in lists.drawings:
-            kind = "application/json" if name.endswith(".json") else "image/png"
-            return Response(lists.drawings[name], media_type=kind)
-        if lists.folder is None or name not in lists.files or not name.endswith(".png"):
-            raise Refused(404, "There is no such picture.")
-        return FileResponse(lists.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
+        token = (request.headers.get("authorization") or "").removeprefix("Bearer ")
+        content = await run_in_threadpool(self._study.picture, token, **request.path_params)
+        kind = "image/png" if content.startswith(PNG) else "application/json"
+        return Response(content, media_type=kind, headers={"Cache-Control": "no-store"})
 
     async def _allow(self, request: Request) -> None:
         """Raise `Refused` unless the request has the experimenter's password; the answer to wrong ones is delayed."""
@@ -263,7 +260,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
         await run_in_threadpool(study.close)
 
     def post(path: str, kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Route:
-        most = study.most_bytes if kind is Given else SMALL_BYTES
+        most = study.most_bytes if kind in (Given, Judge) else SMALL_BYTES
         return Route(path, _answering(kind, act, most), methods=["POST"])
 
     return Starlette(
@@ -271,7 +268,8 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
             Route("/", pages.page),
             Route("/s/{token:str}", pages.page),
             Route("/static/{name:str}", pages.static),
-            Route("/pictures/{name:path}", pages.picture),
+            Route("/pictures/standard", pages.picture),
+            Route("/pictures/{phase:str}/{trial:int}/{number:int}", pages.picture),
             Route("/api/join", pages.join, methods=["POST"]),
             Route("/api/opening", pages.opening),
             post("/api/state", Who, study.state),
@@ -279,6 +277,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
             post("/api/expose", Expose, study.expose),
             post("/api/answer", Given, study.answer),
             post("/api/next", Next, study.next),
+            post("/api/judge", Judge, study.judge),
             post("/api/here", Who, study.here),
             post("/api/leave", Who, study.leave),
             post("/api/finish", Who, study.finish),

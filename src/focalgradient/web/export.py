@@ -10,18 +10,16 @@ import hashlib
 import html
 import json
 import re
-import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from focalgradient.errors import InputError
 from focalgradient.files import existing, printable, staged
 from focalgradient.tasks import task_named
 from focalgradient.web.lists import Lists, check_completion, digest_of
-from focalgradient.web.pictures import REFOCUSING, refocusing
+from focalgradient.web.pictures import PNG, REFOCUSING, parts, refocusing
 
 __all__ = ["PLATFORMS", "export", "labels_of"]
 
@@ -36,6 +34,14 @@ POLICY = (
     "connect-src 'self'{connect}; base-uri 'none'; form-action 'none'"
 )
 """Content security policy, as for the server's page. JATOS gets none, so that its own script works in every version."""
+
+
+REVEALS = (
+    "A page without a server has all trials of a participant, and judges practice itself: this file contains the "
+    "order, the correct responses to practice, the cubes' conditions and the debriefing. Pictures are named by their "
+    "content."
+)
+"""What a participant who opens the files of an exported study can learn; stated in each list."""
 
 
 def labels_of(participants: str) -> list[str]:
@@ -100,7 +106,6 @@ def export(
             bundle = hidden / "bundle"
             bundle.mkdir()
             shown = _write_lists(lists, bundle, labels)
-            _write_pictures(lists, bundle, shown)
             _write_study(lists, bundle, labels, completion)
             _write_pages(bundle, datapipe)
             folder.parent.mkdir(parents=True, exist_ok=True)
@@ -128,36 +133,37 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
     for label in labels:
         trials = lists.design.trials(label)
         entries = lists.shown(label, trials)
-        for interval in _intervals(entries):
-            name = interval["url"].removeprefix("/pictures/")
-            shown.add(name)
-            interval["url"] = f"pictures/{quote(name)}"
+        for entry, trial in zip(entries, trials, strict=True):
+            for number, part in enumerate(parts(entry)):
+                part["url"] = _write_picture(bundle, shown, lists.content(trial, number))
+            for step in (*entry["first"], *entry["before"], *entry["lead"]):
+                if interval := step.get("standard"):
+                    interval["url"] = _write_picture(bundle, shown, lists.standard())
+            if trial.phase == "practice":
+                entry |= lists.key(trial)
+        design: Any = lists.design
+        judged = {
+            name: getattr(design, name, value) for name, value in (("practice_right", 0.0), ("practice_rounds", 1))
+        }
         content = {
+            "reveals": REVEALS,
             "sha256": digest_of(trials),
-            "session": lists.session(label) | {"closing": lists.closing(label)},
+            "session": lists.session(label) | judged | {"closing": lists.closing(label)},
             "trials": entries,
         }
         (bundle / "lists" / f"{label}.json").write_text(json.dumps(content), encoding="utf-8")
     return shown
 
 
-def _intervals(entries: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    for entry in entries:
-        yield from entry.get("intervals", ())
-        yield from entry.get("knob", {}).get("views", ())
-        for steps in (entry["first"], entry["before"], entry["lead"]):
-            yield from (step["standard"] for step in steps if step.get("standard"))
-
-
-def _write_pictures(lists: Lists, bundle: Path, shown: set[str]) -> None:
-    for name in sorted(shown):
-        place = bundle / "pictures" / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        if name in lists.drawings:
-            place.write_bytes(lists.drawings[name])
-        else:
-            assert lists.folder is not None
-            shutil.copyfile(lists.folder / name, place)
+def _write_picture(bundle: Path, shown: set[str], content: bytes | None) -> str:
+    """Write a picture, once, under a name that only its content determines; return its address."""
+    assert content is not None
+    name = f"{hashlib.sha256(content).hexdigest()[:32]}.{'png' if content.startswith(PNG) else 'json'}"
+    if name not in shown:
+        (bundle / "pictures").mkdir(exist_ok=True)
+        (bundle / "pictures" / name).write_bytes(content)
+        shown.add(name)
+    return f"pictures/{name}"
 
 
 def _write_study(lists: Lists, bundle: Path, labels: Sequence[str], completion: str | None) -> None:

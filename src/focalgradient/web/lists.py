@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -20,21 +22,24 @@ from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
-from focalgradient.stimuli.drawings import DRAWINGS
 from focalgradient.tasks import Task, check_task, task_named
 from focalgradient.web import texts
 from focalgradient.web.pictures import (
+    CONTENT,
     cube_session,
     cube_trial,
     depth_session,
     depth_trial,
-    drawing_png,
     own_session,
     own_trial,
+    parts,
     standard,
 )
 
 __all__ = ["Lists", "check_completion", "digest_of"]
+
+STANDARD = "/pictures/standard"
+"""Address of the standard's picture."""
 
 
 class Lists:
@@ -64,16 +69,12 @@ class Lists:
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
-        self.files: frozenset[str] = frozenset()
-        self.drawings: dict[str, bytes] = {}
         if isinstance(design, DepthRatingDesign):
             if stimuli is None:
                 raise InputError("stimuli is missing: depth rating shows pictures; give the folder of a set of them.")
             texts.check(design)
-            manifest = check_stimuli(stimuli)
-            self.manifest, self.files = manifest, frozenset(manifest.files)
+            self.manifest = check_stimuli(stimuli)
             self.pictures = read_set(stimuli)
-            self.drawings = {f"{name}.png": drawing_png(name, self.pictures) for name in DRAWINGS}
             self.pictures.check(design.pictures(), design.picture_factors)
         elif not (isinstance(design, NeckerDesign) or task_named(design.task).described):
             raise InputError(
@@ -94,6 +95,7 @@ class Lists:
                 "it out."
             )
         self._display = self.pictures.display if self.pictures else Display()
+        self._own = lru_cache(16)(lambda trial: own_trial(self._task, design, trial, self.words, self._display))
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
         check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree)
@@ -129,11 +131,8 @@ class Lists:
             content = own_session()
         pages = self._pages(participant)
         again = pages.again()
-        judged = (getattr(design, "practice_right", 0.0), getattr(design, "practice_rounds", 1))
-        return content | {
-            "opening": [self._step(page) for page in pages.opening()],
-            "practice": dict(zip(("share", "rounds"), judged, strict=True)) | {"again": again and self._step(again)},
-        }
+        opening = [self._step(page) for page in pages.opening()]
+        return content | {"opening": opening, "again": again and self._step(again)}
 
     def closing(self, participant: str) -> list[dict[str, Any]]:
         """Return the pages of the debriefing."""
@@ -144,60 +143,85 @@ class Lists:
 
     def _step(self, step: Page | Standard) -> dict[str, Any]:
         shown = isinstance(step, Standard) and self.pictures is not None
-        return texts.step(step, standard(self.design, self.pictures) if shown else None)  # type: ignore[arg-type]
+        if not shown:
+            return texts.step(step)
+        interval = standard(self.design, self.pictures)  # type: ignore[arg-type]
+        return texts.step(step, {name: part for name, part in interval.items() if name != CONTENT} | {"url": STANDARD})
 
-    def shown(self, participant: str, trials: Sequence[Trial], done: int = 0) -> list[dict[str, Any]]:
-        """Return the stimuli and adjoining pages of a session's remaining trials.
+    def shown(
+        self,
+        participant: str,
+        trials: Sequence[Trial],
+        began: int = 0,
+        asked: slice = slice(None),
+        recorded: Sequence[Mapping[str, Any]] = (),
+    ) -> list[dict[str, Any]]:
+        """Return the stimuli and adjoining pages of trials.
 
         "first" precedes a trial that is the first of its sitting, "before" any other; "lead" and "after" accompany each
-        presentation of it.
+        presentation of it. Pictures have addresses that name the trial's number and theirs, and nothing else.
+
+        Parameters
+        ----------
+        participant, trials
+            Label, and all trials of the session.
+        began
+            Number of trials recorded before this sitting.
+        asked
+            Trials to return, counted from `began`.
+        recorded
+            Responses so far, on which the stimuli of an adaptive task depend.
         """
         entries = []
-        for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, done):
+        for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, began)[asked]:
             trial = turn.trial
-            entry: dict[str, Any] = {"phase": trial.phase, "trial": trial.trial}
-            # Stimuli that depend on earlier responses are requested when the trial begins.
-            entry |= {"adapts": True, **self._asked(trial)} if self._task.adapts else self._shown(trial)
-            if further := task_named(self.design.task).further(self.design, self.words, trial):
+            entry = {"phase": trial.phase, "trial": trial.trial, **self._stimuli(trial, recorded)}
+            for number, part in enumerate(parts(entry)):
+                part.pop(CONTENT)
+                part["url"] = f"/pictures/{trial.phase}/{trial.trial}/{number}"
+            if further := self._task.further(self.design, self.words, trial):
                 entry["also"] = [{"name": name, "scale": control.form()} for name, (control, _) in further.items()]
-            if trial.phase == "practice":
-                entry["right"] = self._right(trial)
             around = {"first": first, "before": before, "lead": turn.lead, "after": turn.after}
             entries.append(entry | {name: list(map(self._step, steps)) for name, steps in around.items()})
         return entries
 
-    def _right(self, trial: Trial) -> dict[str, Any] | None:
-        """Return the criterion for a correct practice response; None if the trial has no correct response."""
+    def content(self, trial: Trial, number: int, recorded: Sequence[Mapping[str, Any]] = ()) -> bytes | None:
+        """Return the file of a trial's picture; None if it has fewer."""
+        shown = parts(self._stimuli(trial, recorded))
+        return _read(shown[number][CONTENT]) if 0 <= number < len(shown) else None
+
+    def standard(self) -> bytes | None:
+        """Return the file of the standard's picture; None if the design has none."""
+        if self.pictures is None:
+            return None
+        return _read(standard(self.design, self.pictures)[CONTENT])  # type: ignore[arg-type]
+
+    def key(self, trial: Trial) -> dict[str, Any]:
+        """Return the correct response to a practice trial, by which a page without a server judges it."""
         design: Any = self.design
         if isinstance(trial, DepthTrial):
-            side: dict[str, float] | None = design.right_side(trial)
-            return side
-        if not isinstance(trial, NeckerTrial):
-            return None
-        return None if trial.shape == "ambiguous" else {"shape": trial.shape, "share": LEAST_HELD}
+            return {"right": design.right_side(trial), "interval": trial.interval}
+        if not isinstance(trial, NeckerTrial) or trial.shape == "ambiguous":
+            return {"right": None}
+        return {"right": {"shape": trial.shape, "share": LEAST_HELD}}
 
     @property
     def _task(self) -> Task:
         return task_named(self.design.task)
 
-    def _asked(self, trial: Trial) -> dict[str, Any]:
-        """Return a trial's response scale, which does not depend on earlier responses."""
-        return {"interval": 1, "scale": self._task.control(self.words, trial).form()}
-
-    def adapted(self, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Return the stimuli of a trial, given the responses so far."""
-        return self._shown(self._task.adapted(self.design, trial, recorded))
-
-    def _shown(self, trial: Trial) -> dict[str, Any]:
+    def _stimuli(self, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             assert self.pictures is not None
             return depth_trial(design, self.pictures, trial)
         if isinstance(trial, NeckerTrial):
             return cube_trial(trial)
-        files, entry = own_trial(task_named(design.task), design, trial, self.words, self._display)
-        self.drawings |= files
-        return entry
+        shown = self._task.adapted(design, trial, recorded) if self._task.adapts else trial
+        return deepcopy(self._own(shown))
+
+
+def _read(content: bytes | Path) -> bytes:
+    return content if isinstance(content, bytes) else content.read_bytes()
 
 
 def check_completion(completion: str | None) -> None:

@@ -20,6 +20,7 @@ __all__ = [
     "Frames",
     "Given",
     "Join",
+    "Judge",
     "Necker",
     "Next",
     "Note",
@@ -111,10 +112,11 @@ Also = Annotated[dict[Label, Annotated[float, Field(allow_inf_nan=False)]], Fiel
 
 
 class Depth(Message):
-    """Rating response."""
+    """Rating response; of a choice, which alternative was `chosen`, or in earlier records 1 or 0 as the rating."""
 
     onset: Seconds
-    rating: Annotated[float, Field(allow_inf_nan=False)]
+    rating: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    chosen: Literal[1, 2] | None = None
     response_time: Seconds
     dropped_frames: Count = 0
     start: Annotated[float, Field(allow_inf_nan=False)] | None = None
@@ -142,6 +144,13 @@ class Again(Message):
     phase: Literal["practice"]
     trial: Annotated[int, Field(ge=1, le=100_000)]
     answer: dict[str, Any]
+
+
+class Judge(Who):
+    """Request to judge the responses of a round of practice so far."""
+
+    round: Annotated[int, Field(ge=1, le=20)]
+    answers: Annotated[list[Again], Field(min_length=1, max_length=100)]
 
 
 class Round(Message):
@@ -187,7 +196,7 @@ class Expose(Exposure, Who):
 
 
 class Next(Who):
-    """Request for a trial: its token, and those of the following ones; its stimuli if they depend on responses."""
+    """Request for a trial and the few that follow it: their tokens, stimuli and pages."""
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
     trial: Annotated[int, Field(ge=1, le=100_000)]

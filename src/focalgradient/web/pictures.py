@@ -24,18 +24,28 @@ from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
 
 __all__ = [
+    "CONTENT",
+    "PNG",
     "REFOCUSING",
     "cube_session",
     "cube_trial",
+    "depth_events",
     "depth_session",
     "depth_trial",
     "drawing_png",
     "own_session",
     "own_trial",
+    "parts",
     "picture_file",
     "refocusing",
     "standard",
 ]
+
+CONTENT = "content"
+"""Key of a picture's PNG (file or bytes) in a trial's entry, where the page gets an address."""
+
+PNG = b"\x89PNG"
+"""First bytes of a picture's file; that of a focus series is JSON."""
 
 MARK_DEG = 0.3
 """Radius of the fixation mark, in degrees on the pictures' display."""
@@ -43,7 +53,12 @@ MARK_DEG = 0.3
 
 def drawing_png(name: str, stimuli: StimulusSet) -> bytes:
     """Return the PNG of one of the two catch-trial drawings of unambiguous depth, in the size of the set's pictures."""
-    return png(example_picture(name, stimuli.pixels(stimuli.pictures[0]).shape[:2]))
+    return _drawn(name, stimuli.pixels(stimuli.pictures[0]).shape[:2])
+
+
+@lru_cache(maxsize=4)
+def _drawn(name: str, shape: tuple[int, int]) -> bytes:
+    return png(example_picture(name, shape))
 
 
 def depth_session(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
@@ -63,28 +78,41 @@ def _interval(
     shown: tuple[str, str, str],
     levels: Mapping[str, str],
     seconds: float,
-    event: str,
+    event: str = "picture",
 ) -> dict[str, Any]:
     file = picture_file(stimuli, shown, levels)
     scene = design.standard_scene if file is None else shown[0]
     x, y = stimuli.scene(scene).target(shown[2]).position_px
     mark = {"mark": {"x": x, "y": y}, "mark_seconds": design.mark_s, "mark_kept": design.mark == "kept"}
-    return {"url": f"/pictures/{file or shown[0] + '.png'}", "seconds": seconds, "event": event, **mark}
+    content = stimuli.folder / file if file else drawing_png(shown[0], stimuli)
+    return {CONTENT: content, "seconds": seconds, "event": event, **mark}
 
 
 def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial) -> dict[str, Any]:
     """Return the stimuli of a depth-rating trial."""
     levels = trial.factors
     shown = (trial.scene, trial.aperture, trial.fixation)
-    picture = _interval(design, stimuli, shown, levels, design.picture_s, "picture")
+    picture = _interval(design, stimuli, shown, levels, design.picture_s)
     compared = design.reference_of(trial)
     intervals = [picture]
     if design.response_scale.intervals > 1:
-        other = _interval(design, stimuli, compared, levels, design.picture_s, "reference")
+        other = _interval(design, stimuli, compared, levels, design.picture_s)
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":
-        intervals = [_interval(design, stimuli, compared, levels, design.reference_s, "reference"), picture]
-    return {"intervals": intervals, "interval": trial.interval}
+        intervals = [_interval(design, stimuli, compared, levels, design.reference_s), picture]
+    return {"intervals": intervals}
+
+
+def depth_events(design: DepthRatingDesign, trial: DepthTrial) -> list[str]:
+    """Return the names of a trial's pictures in their order, which the page does not know."""
+    if design.response_scale.intervals > 1:
+        return ["picture", "reference"] if trial.interval == 1 else ["reference", "picture"]
+    return ["reference", "picture"] if design.reference == "same-scene" else ["picture"]
+
+
+def parts(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the parts of a trial's entry that show a picture: its intervals, or the views of its knob."""
+    return [*entry.get("intervals", ()), *entry.get("knob", {}).get("views", ())]
 
 
 def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
@@ -126,42 +154,32 @@ def shown_pixels(task: Task, design: Any, trial: Any, display: Display) -> tuple
     return HASHES[key]
 
 
-def own_trial(
-    task: Task, design: Any, trial: Any, words: Words, display: Display
-) -> tuple[dict[str, bytes], dict[str, Any]]:
-    """Return the pictures of a user-defined task's trial (content by name), and its entry for the page."""
+def own_trial(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
+    """Return the stimuli of a user-defined task's trial."""
     if task.adjusts:
         return _adjusted(task, design, trial, words, display)
-    files, intervals = {}, []
     mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
-    for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree):
-        content = png(pixels)
-        name = f"{hashlib.sha256(content).hexdigest()}.png"
-        files[name] = content
-        intervals.append({"url": f"/pictures/{name}", "seconds": seconds, "event": "picture", **mark})
-    # With 1 as the interval, a choice between two alternatives is stored as 1 for the first, as `answered_by` expects.
-    return files, {"intervals": intervals, "interval": 1, "scale": task.control(words, trial).form()}
+    intervals = [
+        {CONTENT: png(pixels), "seconds": seconds, "event": "picture", **mark}
+        for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree)
+    ]
+    return {"intervals": intervals, "scale": task.control(words, trial).form()}
 
 
-def _adjusted(
-    task: Task, design: Any, trial: Any, words: Words, display: Display
-) -> tuple[dict[str, bytes], dict[str, Any]]:
-    """Return the files of an adjustment trial's focus series, and the trial's entry with its knob."""
+def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
+    """Return an adjustment trial's knob and focus series; of a view with a fixed focus, that picture alone."""
     asked = task.adjustment(design, words, trial, display.pixels_per_degree)
-    files, views = {}, []
-    for one in asked.views:
-        name, content = _packed(one.series)
-        files[name] = content
-        views.append({"url": f"/pictures/{name}", "pos": list(one.pos), "focus": one.focus})
+    views = [{CONTENT: _packed(view.series, view.focus), "pos": list(view.pos)} for view in asked.views]
     names = ("least", "most", "question", "ratios")
-    return files, {"knob": {"views": views, **{name: getattr(asked, name) for name in names}}}
+    return {"knob": {"views": views, **{name: getattr(asked, name) for name in names}}}
 
 
 @lru_cache(maxsize=64)
-def _packed(series: FocusSeries) -> tuple[str, bytes]:
-    """Return name and content of a focus series' file."""
-    content = json.dumps(packed(series)).encode()
-    return f"{hashlib.sha256(content).hexdigest()}.json", content
+def _packed(series: FocusSeries, focus: float | None) -> bytes:
+    if focus is not None:
+        plane = np.asarray(series.at(focus), np.float16)
+        series = FocusSeries((0.0,), (plane,), np.ones_like(series.distance), np.zeros((0, 2)))
+    return json.dumps(packed(series)).encode()
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:

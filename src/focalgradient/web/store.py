@@ -61,6 +61,8 @@ class Place:
         Size in bytes of the journal in a shared store.
     key
         Secret of the session, from its journal, by which the tokens of its trials are made.
+    began
+        Number of trials with a response before the present sitting.
     """
 
     participant: str
@@ -74,6 +76,7 @@ class Place:
     lost: int = 0
     stored: int = 0
     key: str | None = None
+    began: int = 0
 
     def held_by_another(self, tab: str) -> bool:
         """Return whether another tab has sent a heartbeat within `SILENT_S`."""

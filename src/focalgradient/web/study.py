@@ -26,10 +26,10 @@ from focalgradient.design import Design, check_design
 from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
-from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
+from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, judge, record
 from focalgradient.web.guard import SMALL_BYTES, Rate, too_many
 from focalgradient.web.lists import Lists, check_completion
-from focalgradient.web.messages import Begin, Expose, Given, Join, Next, Who
+from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
 from focalgradient.web.people import Roster
 from focalgradient.web.possible import FRAMES_HZ
 from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
@@ -48,8 +48,8 @@ MESSAGES = 1200
 """Maximum number of other messages of one session per minute: pages send about 100; twice as many may arrive at once.
 """
 
-AHEAD = 10
-"""Maximum number of trials that a page may be ahead of the recorded responses: some 20 s of short trials."""
+AHEAD = 4
+"""Maximum number of trials that a page may be ahead of the recorded responses, and whose stimuli it receives."""
 
 TOKEN_DIGITS = 32
 """Number of hexadecimal digits of a trial's token (128 bits)."""
@@ -217,7 +217,7 @@ class Study:
         return {"status": status, "done": done, **self.lists.opening()}
 
     def begin(self, given: Begin) -> dict[str, Any]:
-        """Begin or resume a session; return all remaining trials."""
+        """Begin or resume a session; return its first pages, and the numbers of the remaining trials."""
         consent = self.lists.consent and self.lists.consent.sha256
         if consent and given.consent != consent:
             raise Refused(
@@ -251,8 +251,9 @@ class Study:
             if status == "new" and place.participant in self.people.sharing_identifiers():
                 session.note("same identifier")
             done = len(session.trials) - len(session.remaining())
-            shown = self.lists.shown(place.participant, session.trials, done)
-            return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": shown}
+            place.began = done
+            left = [{"phase": trial.phase, "trial": trial.trial} for trial in session.remaining()]
+            return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": left}
 
     def _about(self, given: Begin) -> dict[str, str]:
         """Return the entries of the form, which must be those that the design asks for."""
@@ -268,23 +269,61 @@ class Study:
         return None if handed is None else self.clock.since() - handed
 
     def next(self, given: Next) -> dict[str, Any]:
-        """Return the tokens of a trial and of the following ones; in an adaptive task the next trial's, with stimuli.
+        """Return a trial and those that follow it, with their tokens, stimuli and pages.
 
-        The page may be `AHEAD` trials ahead of the recorded responses, which the network may hold back.
+        The page may be `AHEAD` trials ahead of the recorded responses, which the network may hold back; in an adaptive
+        task, one.
         """
         with self._held(given) as place:
             session = place.session or self._rejoined(place)
             if session is None:
                 raise Refused(425, "The session must be resumed before a trial is requested.")
-            left = session.remaining()
-            ahead = 1 if session.task.adapts else AHEAD
-            keys: list[tuple[str, int]] = [(trial.phase, trial.trial) for trial in left[:ahead]]
+            keys: list[tuple[str, int]] = [
+                (trial.phase, trial.trial) for trial in session.remaining()[: _ahead(session)]
+            ]
             if (given.phase, given.trial) not in keys:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
             first = keys.index((given.phase, given.trial))
             tokens = [self._trial_token(place, *key) for key in keys[first:]]
-            stimuli = self.lists.adapted(left[0], session.recorded) if session.task.adapts else {}
-            return {"trial_tokens": tokens, **stimuli}
+            since = len(session.recorded) - place.began
+            asked = slice(since + first, since + len(keys))
+            shown = self.lists.shown(place.participant, session.trials, place.began, asked, session.recorded)
+            return {"trial_tokens": tokens, "trials": shown}
+
+    def picture(self, token: str, phase: str = "", trial: int = 0, number: int = 0) -> bytes:
+        """Return a picture of a trial that the page has received, or the standard's if no trial is named."""
+        place = self._place(token)
+        with self.store.held(place):
+            session = None if place.stopped else place.session or self._rejoined(place)
+            if session is None:
+                raise Refused(
+                    410 if place.stopped else 425, "The session must be resumed before a picture is requested."
+                )
+            if not phase:
+                content = self.lists.standard()
+            else:
+                done = len(session.recorded)
+                known = session.trials[: done + _ahead(session)]
+                # Only practice is shown again.
+                shown = [one for n, one in enumerate(known) if n >= done or one.phase == "practice"]
+                named = next((one for one in shown if (one.phase, one.trial) == (phase, trial)), None)
+                content = None if named is None else self.lists.content(named, number, session.recorded)
+        if content is None:
+            raise Refused(404, "There is no such picture.")
+        return content
+
+    def judge(self, given: Judge) -> dict[str, Any]:
+        """Judge the responses of a round of practice so far: whether it is passed, and is to be repeated."""
+        with self._held(given) as place:
+            session = place.session or self._rejoined(place)
+            if session is None:
+                raise Refused(425, "The session must be resumed before practice is judged.")
+            try:
+                return judge(session, self.lists.pictures, given)
+            except ValidationError as error:
+                raise Refused(400, f"The answer is invalid: {first_problem(error)}.") from error
+            except InputError as error:
+                raise Refused(400, " ".join(str(error).split())) from error
 
     def _trial_token(self, place: Place, phase: str, trial: int) -> str:
         """Return the token of a trial, the same from every server and after every restart."""
@@ -348,6 +387,9 @@ class Study:
                 durable=durable,
             )
             return place.session
+        kinds = [event["event"] for event in log.events]
+        resumed = [number for number, kind in enumerate(kinds) if kind == "resumed"]
+        place.began = kinds[: max(resumed, default=0)].count("trial")
         journal = Journal.take(place.journal)
         journal.follow(log, durable=durable)
         design = check_design(str(place.journal), log.head["design"])
@@ -479,6 +521,10 @@ class Study:
             with place.guard, suppress(InputError):
                 place.close()  # responses have been stored already
         self.people.close()
+
+
+def _ahead(session: Session) -> int:
+    return 1 if session.task.adapts else AHEAD
 
 
 def _lost(frames: Mapping[str, Any]) -> int:

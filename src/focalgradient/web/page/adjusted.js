@@ -4,6 +4,7 @@ import { ParameterType } from "jspsych";
 import { inDevicePixels, late, nextFrame, rounded, Watch } from "./frames.js";
 import { Knob } from "./knob.js";
 import { valueAt } from "./numbers.js";
+import { access } from "./picture.js";
 
 const STEPS = 60; // across the knob's range, as in the laboratory
 const SHARES = [0.1, 0.9]; // fractions of the knob's range between which it starts
@@ -13,7 +14,7 @@ const loaded = new Map();
 // A file fetched in advance; the caller handles network failures.
 export function loadSeries(url) {
   if (!loaded.has(url)) {
-    const fetched = fetch(url).then((response) => {
+    const fetched = fetch(url, access).then((response) => {
       if (!response.ok) throw new TypeError(`${url}: ${response.status}`);
       return response.json();
     });
@@ -26,7 +27,7 @@ export function loadSeries(url) {
 // The neighbouring script that windows and plugins also use.
 const drawing = () => import(String(new URL("focus.js", import.meta.url)));
 
-async function shown(element, { url, pos, focus }, { FocusView, SHADERS }) {
+async function shown(element, { url, pos }, { FocusView, SHADERS }) {
   const canvas = document.createElement("canvas");
   canvas.className = "refocused";
   element.append(canvas);
@@ -37,7 +38,7 @@ async function shown(element, { url, pos, focus }, { FocusView, SHADERS }) {
   const [x, y] = pos.map((side) => side / devicePixelRatio);
   canvas.style.left = `${Math.round((parseFloat(canvas.style.left) + x) * devicePixelRatio) / devicePixelRatio}px`;
   canvas.style.top = `${Math.round((parseFloat(canvas.style.top) - y) * devicePixelRatio) / devicePixelRatio}px`;
-  return { view, series, focus };
+  return { view, series };
 }
 
 export default class AdjustedPlugin {
@@ -79,7 +80,7 @@ export default class AdjustedPlugin {
       stamps.push(await nextFrame());
       if (knob.value === now) continue;
       now = knob.value;
-      for (const { view, series, focus } of views) view.draw(series, focus ?? now);
+      for (const { view, series } of views) view.draw(series, now); // a fixed view has one picture
     }
     stamps.push(await nextFrame());
     knob.end();

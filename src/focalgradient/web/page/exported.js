@@ -3,6 +3,7 @@
 
 import { asked, Refused } from "./outbox.js";
 import { csv, platforms } from "./platforms.js";
+import { judged } from "./practice.js";
 
 const FORMAT = 1; // version of the record format
 const WAIT_MS = 3000; // before a delivery is retried
@@ -87,7 +88,8 @@ export class Exported {
 
   // Implements the server's routes.
   async post(path, { token, tab, ...message }) {
-    const act = { state: "state", begin: "begin", next: "next", answer: "answer", expose: "expose", here: "here", finish: "finish" }[path.split("/").at(-1)];
+    const act = path.split("/").at(-1);
+    if (!["state", "begin", "next", "judge", "answer", "expose", "here", "finish"].includes(act)) throw new Error(act);
     return this[act](message);
   }
 
@@ -117,12 +119,18 @@ export class Exported {
     await this.flush(true).catch((error) => {
       if (error instanceof Refused) throw error; // report it now rather than after the session
     });
-    return { start_ms: sitting.now_ms, ...list.session, trials: list.trials.slice(session.done) };
+    const trials = list.trials.slice(session.done).map(({ phase, trial }) => ({ phase, trial }));
+    return { start_ms: sitting.now_ms, ...list.session, trials };
   }
 
-  // Tokens belong to a server.
-  async next() {
-    return {};
+  // As from the server, without tokens.
+  async next({ phase, trial }) {
+    const first = this.list.trials.findIndex((one) => one.phase === phase && one.trial === trial);
+    return { trials: this.list.trials.slice(first, first + 2) };
+  }
+
+  async judge(given) {
+    return judged(given, this.list.trials, this.list.session);
   }
 
   async expose(shown) {

@@ -15,10 +15,11 @@ import { Exported } from "./exported.js";
 import FormPlugin from "./form.js";
 import { ends, measureFrame } from "./frames.js";
 import { gammaMatches } from "./gamma.js";
+import { Network } from "./network.js";
 import { significant } from "./numbers.js";
 import { canStore, Outbox, Refused } from "./outbox.js";
-import PicturePlugin, { load } from "./picture.js";
-import { heldAlone, Practice } from "./practice.js";
+import PicturePlugin, { access, load } from "./picture.js";
+import { Practice } from "./practice.js";
 import { question } from "./question.js";
 import { Server } from "./server.js";
 import { rest } from "./rest.js";
@@ -27,22 +28,18 @@ import { escaped, filled, html, turned } from "./texts.js";
 import { touching } from "./touch.js";
 
 const BEAT_MS = 5000; // between two heartbeats, which tell the server that this tab still shows the session
-const SOON = 5; // trials before the last known token at which further ones are requested
-const AWAY_MS = 1000; // between two attempts to reach an unavailable server
+const SOON = 2; // trials that are requested in advance
 
 class Page {
   constructor(study) {
     this.study = study;
     this.shown = []; // events and texts shown, in order
-    // Outside the body, which jsPsych fills and listens to.
-    this.note = Object.assign(document.createElement("p"), { id: "waiting", hidden: true });
-    this.note.setAttribute("role", "status");
-    document.documentElement.append(this.note);
+    this.network = new Network((name, values) => (this.state ? this.words(name, values) : "…"));
   }
 
   // The device is checked and consent obtained before a new participant is counted.
   async join() {
-    this.state = await this.until(() => this.study.opening());
+    this.state = await this.network.until(() => this.study.opening());
     document.documentElement.lang = this.state.language;
     document.title = this.words("web.title");
     const lacks = missing(this.state);
@@ -63,9 +60,10 @@ class Page {
     }
     if (!this.study.known && !(await this.agreed())) return false;
     this.token = await this.study.join();
+    if (this.study.withdraws) access.headers.Authorization = `Bearer ${this.token}`;
     this.outbox = new Outbox(this.token, this.tab, {
       post: (path, message) => this.study.post(path, message),
-      waiting: (count) => this.showWaiting(count),
+      waiting: (count) => this.network.waiting(count),
       refused: (error) => this.lost(error),
       // A restarted server accepts responses once the sitting is resumed, on the same clock.
       again: () => this.ask("/api/begin", this.begun()),
@@ -102,45 +100,7 @@ class Page {
 
   // As above, retried until there is a response.
   insist(path, message = () => ({})) {
-    return this.until(() => this.ask(path, message()));
-  }
-
-  // Waits for an unavailable network or server.
-  async until(asked) {
-    for (;;) {
-      try {
-        const answer = await asked();
-        this.back();
-        return answer;
-      } catch (error) {
-        if (!(error instanceof TypeError)) throw error;
-        await this.away();
-      }
-    }
-  }
-
-  // Show that the network does not respond, beside jsPsych's content, and wait before the next attempt.
-  async away() {
-    this.note.dataset.away = "yes";
-    this.note.textContent = this.state ? this.words("web.network") : "…";
-    this.note.hidden = false;
-    await new Promise((resolve) => setTimeout(resolve, AWAY_MS));
-  }
-
-  back() {
-    if (this.note.dataset.away) this.note.hidden = true;
-    delete this.note.dataset.away;
-  }
-
-  showWaiting(count) {
-    if (!count) {
-      clearTimeout(this.late);
-      this.late = null;
-      this.note.hidden = true;
-      return;
-    }
-    this.note.textContent = count === 1 ? this.words("web.waiting_one") : this.words("web.waiting", { count });
-    this.late ??= setTimeout(() => (this.note.hidden = false), 3000);
+    return this.network.until(() => this.ask(path, message()));
   }
 
   // Replaces all content: jsPsych can show nothing afterwards.
@@ -177,6 +137,7 @@ class Page {
   // The session was stopped, or is open in another window; network failures are handled elsewhere.
   lost(error) {
     if (this.over || !(error instanceof Refused)) return;
+    this.over = true;
     clearInterval(this.beat);
     this.jsPsych?.abortExperiment();
     const known = { 409: "web.other_tab", 404: "web.stopped", 410: "web.stopped" }[error.status] ?? "web.wrong";
@@ -252,16 +213,22 @@ class Page {
     document.body.classList.toggle("dark", this.state.dark);
     Object.assign(this, { left, began: performance.now(), stopping: this.offerToStop() });
     const practised = left.filter(({ phase }) => phase === "practice");
-    this.practice = new Practice(session, practised.length);
-    const nodes = (phase) =>
-      left.flatMap((trial, n) => (trial.phase === phase ? [...this.steps(n ? trial.before : trial.first, trial), ...this.turn(trial)] : []));
-    const again = {
-      timeline: [...this.steps([session.practice.again].filter(Boolean)), ...practised.flatMap((trial) => this.turn(trial))],
-      conditional_function: () => this.practice.repeat,
-      loop_function: () => this.practice.repeat,
-    };
-    await this.jsPsych.run([...this.steps(session.opening), ...nodes("practice"), ...(practised.length ? [again] : []), ...nodes("main")]);
+    this.practice = new Practice((round) => this.insist("/api/judge", () => round), practised.length);
+    await this.played(this.steps(session.opening));
+    for (const [n, trial] of left.entries()) {
+      await this.given(trial);
+      if (this.over) return;
+      await this.played([...this.steps(n ? trial.before : trial.first, trial), ...this.turn(trial)]);
+      if (trial !== practised.at(-1)) continue;
+      while (this.practice.repeat && !this.over) {
+        await this.played([...this.steps([session.again].filter(Boolean)), ...practised.flatMap((one) => this.turn(one))]);
+      }
+    }
     document.body.classList.remove("watching");
+  }
+
+  async played(timeline) {
+    if (timeline.length && !this.over) await this.jsPsych.run(timeline);
   }
 
   // Form, screen and distance; then the session is begun or resumed on the server.
@@ -342,31 +309,32 @@ class Page {
     return { ...this.picture([interval]), blank_seconds: 0, pause_seconds: 0, on_start };
   }
 
-  // A trial's token, without which its response is refused, and those of the following trials, so that the session
-  // goes on while the network does not answer. In an adaptive task the server now chooses the trial's stimuli.
+  // What a trial shows, with the token without which its response is refused; and the next few, so that the session
+  // goes on while the network does not answer.
   async given(trial) {
-    if (!trial.phase) return;
     const place = this.left.indexOf(trial);
-    const keep = ({ trial_tokens = [], ...stimuli }) => {
-      trial_tokens.forEach((token, n) => (this.left[place + n].token = token));
-      Object.assign(trial, stimuli);
-    };
+    const keep = ({ trials, trial_tokens = [] }) =>
+      trials.forEach((one, n) => {
+        const token = trial_tokens[n];
+        Object.assign(this.left[place + n], one, token && { token });
+        this.fetched(one).catch(() => {}); // in advance
+      });
     const message = { phase: trial.phase, trial: trial.trial };
-    if (!trial.token) {
-      await this.outbox.send();
-      keep(await this.insist("/api/next", () => message));
-    } else if (!trial.adapts && this.left[place + SOON]?.token === undefined && place + SOON < this.left.length) {
-      this.ask("/api/next", message).then(keep, () => {}); // when the tokens run out, it is asked again and waited for
+    try {
+      if (!trial.lead) {
+        await this.outbox.send();
+        keep(await this.insist("/api/next", () => message));
+      } else if (this.left[place + SOON] && !this.left[place + SOON].lead) {
+        this.ask("/api/next", message).then(keep, () => {}); // without an answer it is asked again later and waited for
+      }
+    } catch (error) {
+      this.lost(error);
     }
   }
 
   // Stimuli of a trial are fetched in advance.
   fetching(trial) {
-    const fetched = async () => {
-      await this.given(trial);
-      await this.fetched(trial.knob?.views ?? trial.intervals ?? [], trial.knob ? loadSeries : load);
-    };
-    return { type: Call, async: true, func: (done) => fetched().then(done, (error) => this.lost(error)) };
+    return { type: Call, async: true, func: (done) => this.fetched(trial).then(done) };
   }
 
   // A trial with its pages, also in repeated practice.
@@ -438,41 +406,32 @@ class Page {
   // The design's additional questions; the response to a choice is 1 or 2.
   further(trial, kept) {
     return (trial.also ?? []).map(({ name, scale }) => {
-      const value = ({ rating }) => (scale.kind === "choice" ? 2 - rating : rating);
-      return this.question({ scale, interval: 1 }, (answer) => (kept.also = { ...kept.also, [name]: value(answer) }));
+      const value = ({ rating, chosen }) => chosen ?? rating;
+      return this.question({ scale }, (answer) => (kept.also = { ...kept.also, [name]: value(answer) }));
     });
   }
 
   // Store a response in the browser's database, from which it is sent; the next trial does not wait for the network.
   sent(trial, answer) {
     const keep = async () => {
-      if (trial.phase === "practice" && this.practice.note(trial, answer)) return; // sent with the first response of the main trials
+      if (trial.phase === "practice" && (await this.practice.note(trial, answer))) return; // sent with the first response of the main trials
       const practice = trial.phase === "main" ? this.practice.taken() : [];
       const shown = trial.token ? { trial_token: trial.token } : {};
       const message = { ...shown, attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
       await this.outbox.put({ phase: trial.phase, trial: trial.trial }, message);
     };
-    return { type: Call, async: true, func: (done) => keep().then(done) };
+    return { type: Call, async: true, func: (done) => keep().then(done, (error) => this.lost(error)) };
   }
 
-  // Pictures are fetched in advance; waits for an unavailable network.
-  async fetched(files, loading) {
-    for (const { url } of files) {
-      for (;;) {
-        try {
-          await loading(url);
-          this.back();
-          break;
-        } catch {
-          await this.away();
-        }
-      }
-    }
+  // Pictures are fetched in advance.
+  async fetched({ knob, intervals = [] }) {
+    const loading = knob ? loadSeries : load;
+    for (const { url } of knob?.views ?? intervals) await this.network.until(() => loading(url));
   }
 
   question(trial, keep) {
     const how = { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep };
-    return question(trial.scale ?? this.session.scale, trial.interval, how); // user-defined tasks have a scale per trial
+    return question(trial.scale ?? this.session.scale, how); // user-defined tasks have a scale per trial
   }
 
   // Labels of the response keys, below the cube and before it.
@@ -512,11 +471,10 @@ class Page {
           frames: { shown: data.shown, ...data.lost },
         }),
     };
-    const held = () => {
-      const share = heldAlone(kept.presses, keys[trial.right.shape], kept.trial_duration) / kept.trial_duration;
-      return { share: Math.round(100 * share) };
-    };
-    return [this.exposing(trial), shown, ...this.further(trial, kept), ...this.steps(trial.after, trial, held), this.sent(trial, kept)];
+    let held = {};
+    const judged = (done) => this.practice.judged(trial, kept).then((verdict) => done((held = verdict)), (error) => this.lost(error));
+    const after = trial.after.length ? [{ type: Call, async: true, func: judged }, ...this.steps(trial.after, trial, () => held)] : [];
+    return [this.exposing(trial), shown, ...this.further(trial, kept), ...after, this.sent(trial, kept)];
   }
 }
 
@@ -525,7 +483,7 @@ async function start() {
   if (platform && !(await canStore())) throw new Error("The study needs storage in this browser: allow cookies and site data for this page.");
   const study = platform ? await Exported.open(document.body.dataset) : new Server();
   const page = new Page(study);
-  study.waiting = (count) => page.showWaiting(count);
+  study.waiting = (count) => page.network.waiting(count);
   globalThis.focalgradient = { page, Cube, load }; // for tests and debugging
   await page.run();
 }

@@ -3,6 +3,9 @@
 import { ParameterType } from "jspsych";
 import { ends, inDevicePixels, late, play, rounded, Watch } from "./frames.js";
 
+export const access = { headers: {} }; // identifies the participant to the server
+
+const MOST = 24; // pictures that are kept
 const loaded = new Map();
 
 // Decode a picture without colour management or scaling.
@@ -10,14 +13,21 @@ export async function load(url) {
   if (!loaded.has(url)) {
     loaded.set(
       url,
-      fetch(url)
+      fetch(url, access)
         .then((response) => {
           if (!response.ok) throw new TypeError(`${url}: ${response.status}`);
           return response.blob();
         })
-        .then((blob) => createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" })),
+        .then((blob) => createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" }))
+        .catch((error) => {
+          throw new TypeError(String(error)); // also of a picture that arrived incompletely: it is requested again
+        }),
     );
     loaded.get(url).catch(() => loaded.delete(url));
+    for (const old of loaded.keys()) {
+      if (loaded.size <= MOST) break;
+      loaded.delete(old);
+    }
   }
   return loaded.get(url);
 }

@@ -1,4 +1,4 @@
-// Practice repeated until its criterion is met, as in the laboratory; its responses are kept.
+// Practice repeated until the server's criterion is met, as in the laboratory; its responses are kept.
 
 // Time in s for which only the given key was held.
 export function heldAlone(presses, key, seconds) {
@@ -23,39 +23,59 @@ export function isRight(want, answer, keys) {
   return heldAlone(answer.presses, keys[want.shape], seconds) >= want.share * seconds;
 }
 
+// The server's judgement of a round so far, for a page without a server: `entries` are the trials of its list.
+export function judged({ round, answers }, entries, { keys, practice_right, practice_rounds }) {
+  let share = null;
+  const known = [];
+  for (const { trial: number, answer } of answers) {
+    const { right: want, interval } = entries.find(({ phase, trial }) => phase === "practice" && trial === number);
+    const rating = answer.chosen === undefined ? answer.rating : Number(answer.chosen === interval);
+    const right = isRight(want, { ...answer, rating }, keys);
+    if (right !== null) known.push(right);
+    if (want?.shape) share = Math.round((100 * heldAlone(answer.presses, keys[want.shape], answer.trial_duration)) / answer.trial_duration);
+  }
+  const right = known.filter(Boolean).length;
+  const passed = right >= practice_right * known.length;
+  return { right, of: known.length, passed, again: !passed && round < practice_rounds, share };
+}
+
 export class Practice {
-  // Of the session: `practice` {share, rounds} and `keys`; `count`: number of practice trials.
-  constructor({ practice, keys }, count) {
-    Object.assign(this, { ...practice, keys, count, answers: [], found: [], repeat: false });
+  answers = []; // of this round
+  rounds = []; // to be recorded
+  number = 1;
+  repeat = false;
+
+  // `judge` asks for the judgement of a round's responses so far; `count`: number of practice trials.
+  constructor(judge, count) {
+    Object.assign(this, { judge, count });
+  }
+
+  // Judge a practice response; return the share of the time for which a cube's key was held.
+  async judged({ phase, trial }, answer) {
+    const answers = [...this.answers, { phase, trial, answer: { ...answer } }];
+    return this.judge({ round: this.number, answers });
   }
 
   // Note a practice response; return whether it belongs to a repetition, which is not a trial of the list.
-  note(trial, answer) {
-    const repeated = this.found.length > 0;
-    const { phase, trial: number, right } = trial;
-    this.answers.push({ phase, trial: number, right: isRight(right, answer, this.keys), answer: { ...answer } });
-    if (this.answers.length === this.count) this.#judge();
-    return repeated;
-  }
-
-  #judge() {
-    const known = this.answers.filter(({ right }) => right !== null);
-    const right = known.filter((one) => one.right).length;
-    const round = this.found.length + 1;
-    const passed = right >= this.share * known.length;
-    const again = round === 1 ? [] : this.answers.map(({ phase, trial, answer }) => ({ phase, trial, answer }));
-    this.found.push({ round, right, of: known.length, passed, again });
+  async note({ phase, trial }, answer) {
+    const repeated = this.number > 1;
+    this.answers.push({ phase, trial, answer: { ...answer } });
+    if (this.answers.length < this.count) return repeated;
+    const { right, of, passed, again } = await this.judge({ round: this.number, answers: this.answers });
+    this.rounds.push({ round: this.number, right, of, passed, again: repeated ? this.answers : [] });
     this.answers = [];
-    this.repeat = !passed && round < this.rounds;
+    this.number += 1;
+    this.repeat = again;
+    return repeated;
   }
 
   // The round of practice that a trial belongs to; 1 for the main trials.
   round(phase) {
-    return phase === "practice" ? this.found.length + 1 : 1;
+    return phase === "practice" ? this.number : 1;
   }
 
   // Return the results to be recorded, once.
   taken() {
-    return this.found.splice(0);
+    return this.rounds.splice(0);
   }
 }

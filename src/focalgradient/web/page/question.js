@@ -1,30 +1,37 @@
 // The question after a trial: a choice, rating steps or a slider.
 
 import Buttons from "@jspsych/plugin-html-button-response";
-import Keyboard from "@jspsych/plugin-html-keyboard-response";
-import { onlyTouch } from "./device.js";
 import { sliderQuestion } from "./slider.js";
 import { stepsQuestion } from "./steps.js";
 
-// Choice between two alternatives by the arrow keys, or by buttons on touch devices. `interval`: alternative stored as
-// 1.
-function choiceQuestion({ question, ways }, interval, { escaped, keep }) {
-  const stimulus = `<div class="ask"><h2>${escaped(question)}</h2></div>`;
-  const chosen = (way, rt) => keep({ rating: way === interval ? 1 : 0, response_time: rt / 1000 });
-  if (onlyTouch()) {
-    return { type: Buttons, stimulus, choices: ways.map(escaped), on_finish: ({ response, rt }) => chosen(response + 1, rt) };
-  }
+// Choice between two alternatives, by the arrow keys or by buttons.
+function choiceQuestion({ question, ways }, { escaped, keep }) {
+  let listen;
   return {
-    type: Keyboard,
-    stimulus,
-    prompt: `<p class="foot arrows">&larr; ${escaped(ways[0])} &emsp; ${escaped(ways[1])} &rarr;</p>`,
-    choices: ["ArrowLeft", "ArrowRight"],
-    on_finish: ({ response, rt }) => chosen(response.toLowerCase() === "arrowleft" ? 1 : 2, rt),
+    type: Buttons,
+    stimulus: `<div class="ask"><h2>${escaped(question)}</h2></div>`,
+    choices: [`&larr; ${escaped(ways[0])}`, `${escaped(ways[1])} &rarr;`],
+    button_html: (choice) => `<button class="way">${choice}</button>`,
+    on_load: () => {
+      const group = document.getElementById("jspsych-html-button-response-btngroup");
+      group.setAttribute("role", "group");
+      group.setAttribute("aria-label", question);
+      const buttons = group.querySelectorAll("button");
+      listen = (event) => {
+        const way = ["ArrowLeft", "ArrowRight"].indexOf(event.key);
+        if (way >= 0 && !event.repeat) buttons[way].click();
+      };
+      addEventListener("keydown", listen);
+    },
+    on_finish: ({ response, rt }) => {
+      removeEventListener("keydown", listen);
+      keep({ chosen: response + 1, response_time: rt / 1000 });
+    },
   };
 }
 
-export function question(scale, interval, how) {
-  if (scale.kind === "choice") return choiceQuestion(scale, interval, how);
+export function question(scale, how) {
+  if (scale.kind === "choice") return choiceQuestion(scale, how);
   if (scale.kind === "steps") return stepsQuestion(scale, how);
   return sliderQuestion(scale, how);
 }

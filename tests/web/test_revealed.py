@@ -1,0 +1,146 @@
+"""What is sent to a participant's browser does not tell the right answer, read as a whole session of messages."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from participant import DEPTH, Participant, client_of, study
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
+from headless import PROGRAMS
+
+from focalgradient.tasks import task_named
+from focalgradient.web import Lists
+
+CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n'
+TELLING = {
+    "scene",
+    "aperture",
+    "fixation",
+    "catch",
+    "interval",
+    "right",
+    "condition",
+    "level",
+    "focus",
+    "share",
+    "rounds",
+}
+"""Keys that no message may have."""
+
+
+def keys(value: Any) -> set[str]:
+    """All keys of nested objects."""
+    if isinstance(value, dict):
+        return set(value).union(*map(keys, value.values()))
+    return set().union(*map(keys, value)) if isinstance(value, list) else set()
+
+
+def values(value: Any) -> set[str]:
+    """All texts and names in nested objects."""
+    if isinstance(value, dict):
+        value = [*value.values()]
+    return set().union(*map(values, value)) if isinstance(value, list) else {str(value)}
+
+
+def texts_and_names(value: Any) -> str:
+    """What is not a page's text: names, addresses and numbers."""
+    if isinstance(value, dict):
+        return " ".join(f"{key} {texts_and_names(one)}" for key, one in value.items() if key != "text")
+    return " ".join(map(texts_and_names, value)) if isinstance(value, list) else str(value)
+
+
+@pytest.mark.parametrize("design", [DEPTH, CHOICE], ids=["slider", "choice"])
+def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_path: Path, design: str) -> None:
+    made = study(tmp_path, design)
+    planned = made.design.trials("001")
+    sent: list[Any] = []
+    names: list[str] = []
+    with client_of(made) as client:
+        someone = Participant(client)
+        sent += [client.get("/api/opening").json(), someone.ask("state").json(), someone.begin().json()]
+        for number, trial in enumerate(planned):
+            shown = someone.ask("next", phase=trial.phase, trial=trial.trial).json()
+            sent.append(shown)
+            assert len(shown["trials"]) <= 4, "few trials in advance"
+            names += [part["url"] for part in shown["trials"][0]["intervals"]]
+            message = someone.message(someone.trials[number], number)
+            if design == CHOICE:
+                message["answer"] = {**message["answer"], "rating": None, "chosen": 1, "start": None}
+            sent.append(someone.ask("answer", **message).json())
+    assert not TELLING & keys(sent)
+    told = texts_and_names(sent)
+    for trial in planned:
+        for word in (trial.scene, "example-", "reference", "f/", "pinhole", "nearest", "farthest"):
+            assert word not in told, word
+    debriefing = made.lists.closing("001")
+    assert debriefing
+    assert not {page["text"] for page in debriefing} & values(sent)
+    assert names == [
+        f"/pictures/{one.phase}/{one.trial}/{n}" for one in planned for n in range(len(names) // len(planned))
+    ]
+
+
+def test_a_picture_needs_the_token_of_a_participant_who_has_reached_its_trial(tmp_path: Path) -> None:
+    with client_of(study(tmp_path, DEPTH)) as client:
+        someone, other = Participant(client), Participant(client)
+        someone.begin()
+        url = someone.shown(0)["intervals"][0]["url"]
+        assert someone.picture(url).startswith(b"\x89PNG")
+        last = someone.trials[-1]
+        mine = {"Authorization": f"Bearer {someone.token}"}
+        assert client.get(url).status_code == 404
+        assert client.get(url, headers={"Authorization": f"Bearer {other.token}"}).status_code == 425
+        assert client.get(url[:-1] + "9", headers=mine).status_code == 404
+        assert client.get(f"/pictures/main/{last['trial']}/0", headers=mine).status_code == 404
+        for number, trial in enumerate(someone.trials):
+            if trial["phase"] == "main":
+                break
+            someone.answer(number)
+        assert someone.picture(url).startswith(b"\x89PNG"), "practice may be repeated"
+
+
+def test_the_server_judges_practice(tmp_path: Path) -> None:
+    made = study(tmp_path, DEPTH)
+    planned: Any = [trial for trial in made.design.trials("001") if trial.phase == "practice"]
+    with client_of(made) as client:
+        someone = Participant(client)
+        someone.begin()
+        for is_right in (True, False):
+            answers = []
+            for number, trial in enumerate(planned):
+                side = made.design.right_side(trial) or {"above": 1.0}
+                low = ("below" in side) is is_right
+                message = someone.message(someone.trials[number], number)
+                answer = message["answer"] | {"rating": 0.5 if low else 2.0}
+                answers.append({"phase": "practice", "trial": trial.trial, "answer": answer})
+            verdict = someone.ask("judge", round=1, answers=answers).json()
+            count = sum(made.design.right_side(trial) is not None for trial in planned)
+            assert count
+            assert verdict == {
+                "right": count if is_right else 0,
+                "of": count,
+                "passed": is_right,
+                "again": not is_right,
+                "share": None,
+            }
+        main = [{**answers[0], "phase": "main"}]
+        assert someone.ask("judge", round=1, answers=main).status_code == 400
+
+
+def test_the_focus_to_be_matched_is_a_picture_and_no_number(tmp_path: Path) -> None:
+    task = task_named(str(PROGRAMS / "blur_matching.py"))
+    design: Any = task.design(ask=())
+    lists = Lists(design)
+    trial = design.trials("001")[0]
+    (entry,) = lists.shown("001", [trial])
+    assert not TELLING & keys(entry)
+    assert str(trial.defocus) not in texts_and_names(entry["knob"]["views"])
+    files = [json.loads(lists.content(trial, number) or b"") for number in (0, 1)]
+    assert sorted(len(one["vergences"]) > 1 for one in files) == [False, True]
+    fixed = next(one for one in files if len(one["vergences"]) == 1)
+    assert fixed["vergences"] == [0.0]
