@@ -161,7 +161,7 @@ def test_durations_are_recovered_within_standard_errors():
 def test_durations_without_their_ends_or_of_no_length_are_refused():
     with pytest.raises(InputError, match="condition censored"):
         fit_observer(Answers(np.zeros(2), {"blur": np.zeros(2)}, [2.0, 9.0]), PERCEPTS)
-    with pytest.raises(InputError, match="positive number"):
+    with pytest.raises(InputError, match="not positive"):
         fit_observer(Answers(np.zeros(1), {"blur": np.zeros(1), "censored": np.zeros(1)}, [0.0]), PERCEPTS)
 
 
