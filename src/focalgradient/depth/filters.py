@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, sparse
 
+from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.parallel import share_rows
 
 __all__ = [
@@ -219,12 +220,12 @@ def natural_levels(power: FloatArray, occupied: NDArray[np.bool_] | None = None)
     low = (LOW[0] < RADII) & (LOW[1] > RADII)
     if occupied is not None:
         low &= occupied
-    return np.median(power[:, low] * RADII[low] ** 2, axis=1)
+    return np.median(power[:, low] * RADII[low] ** SCENE_SLOPE, axis=1)
 
 
 def natural_power(level: float, frequencies: Frequencies = ROUND) -> FloatArray:
     """Power of a natural scene whose power at frequency 1 is `level`: level / f^2."""
-    return level / np.maximum(frequencies.radius, RADII[1]) ** 2
+    return level / np.maximum(frequencies.radius, RADII[1]) ** SCENE_SLOPE
 
 
 def mean_in_squares(image: Image, side: int) -> Image:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.depth.settings import OPTICS, blur_source
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import Optics, own_blur
@@ -243,10 +244,10 @@ def natural_power(contrast: float, side: int) -> Power:
     """
     _positive(contrast=contrast, side=side)
     frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.fftfreq(side)).ravel()[1:]
-    scale = contrast**2 * side**2 / np.sum(1 / frequency**2)
+    scale = contrast**2 * side**2 / np.sum(1 / frequency**SCENE_SLOPE)
 
     def power(frequency: FloatArray) -> FloatArray:
-        return np.asarray(scale / np.maximum(frequency, 1e-9) ** 2)
+        return np.asarray(scale / np.maximum(frequency, 1e-9) ** SCENE_SLOPE)
 
     return power
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.errors import InputError
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.protocol import EyeModel, chromatic_scale
@@ -143,7 +144,7 @@ def _blurs(
 def _passed(fine: float, coarse: float) -> NDArray[np.float64]:
     """Power of natural texture between two scales, at FREQUENCIES."""
     passed = np.exp(-2 * (np.pi * FREQUENCIES * fine) ** 2) - np.exp(-2 * (np.pi * FREQUENCIES * coarse) ** 2)
-    power = passed**2 / FREQUENCIES  # 1 / f^2 over rings of area f
+    power = passed**2 / FREQUENCIES ** (SCENE_SLOPE - 1)  # over rings of area f
     return np.asarray(power / power.sum())
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import Psf, pixel_transfer, psf_of
@@ -21,10 +22,6 @@ FloatArray = NDArray[np.float64]
 
 BANDS = (1, 2, 4, 8)
 """Scales in pixels of the second differences: each responds to half the frequencies of the previous one."""
-
-SLOPE = 1.0
-"""Initial exponent of the texture's amplitude spectrum 1/frequency^SLOPE, before it is estimated from the bands'
-energies."""
 
 NYQUIST = 0.5
 """Frequency in cycles per pixel, in any direction, above which an image is assumed to contain no texture."""
@@ -144,7 +141,7 @@ def texture() -> FloatArray:
     """Power that pixels see of 1/f texture at each of the `frequencies`, times its weight."""
     down, right, weight = frequencies()
     frequency = np.hypot(down, right)
-    return weight * pixel_transfer(down, right) ** 2 * frequency ** (-2 * SLOPE) * (frequency <= NYQUIST)
+    return weight * pixel_transfer(down, right) ** 2 * frequency**-SCENE_SLOPE * (frequency <= NYQUIST)
 
 
 def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: Psf) -> FloatArray:
