@@ -1,7 +1,7 @@
 """Results of reports on fixed data sets, to compare two states of the package while its structure changes.
 
-    PYTHONPATH=tests python tests/oracle/people.py make FOLDER
-    PYTHONPATH=tests python tests/oracle/people.py compare OLD NEW
+    PYTHONPATH=tests python tests/oracle/answers.py make FOLDER
+    PYTHONPATH=tests python tests/oracle/answers.py compare OLD NEW
 
 Run `make` with each state of the package (`PYTHONPATH=OTHER/src:OTHER/tests` selects another checkout), on one machine,
 because processors differ in the last digits. `compare` prints, per data set, the number of results and the largest
