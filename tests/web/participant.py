@@ -131,7 +131,7 @@ class Participant:
             self.trial_tokens[str(key)] = found.json()["trial_tokens"][0]
         return self.trial_tokens[str(key)]
 
-    def shown(self, number: int) -> dict[str, Any]:
+    def entry(self, number: int) -> dict[str, Any]:
         """The `number`-th of the trials that are left, as the page gets it."""
         key = {name: self.trials[number][name] for name in ("phase", "trial")}
         return dict(self.ask("next", **key).json()["trials"][0])

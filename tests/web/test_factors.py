@@ -78,7 +78,7 @@ def test_each_level_shows_its_own_picture_and_the_report_compares_levels(tmp_pat
             assert someone.begin().status_code == 200
             planned = study.design.trials(participant)
             for number, trial in enumerate(planned):
-                shown = someone.shown(number)
+                shown = someone.entry(number)
                 if "example" not in trial.scene:
                     wanted = tmp_path / source[trial.scene, trial.aperture, trial.factors["weather"]]
                     content = someone.picture(shown["intervals"][-1]["url"])
@@ -99,7 +99,7 @@ def test_a_block_of_a_factor_begins_with_its_page(tmp_path: Path) -> None:
         someone.begin()
         around = []
         for number in range(len(someone.trials)):
-            around.append(someone.shown(number)["before" if number else "first"])
+            around.append(someone.entry(number)["before" if number else "first"])
             assert someone.answer(number).status_code == 200
         pages = ["".join(step["text"] for step in steps) for steps in around]
         levels = [trial.factors["weather"] for trial in study.design.trials("001")]

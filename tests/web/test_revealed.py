@@ -89,7 +89,7 @@ def test_a_picture_needs_the_token_of_a_participant_who_has_reached_its_trial(tm
     with client_of(study(tmp_path, DEPTH)) as client:
         someone, other = Participant(client), Participant(client)
         someone.begin()
-        url = someone.shown(0)["intervals"][0]["url"]
+        url = someone.entry(0)["intervals"][0]["url"]
         assert someone.picture(url).startswith(b"\x89PNG")
         last = someone.trials[-1]
         mine = {"Authorization": f"Bearer {someone.token}"}

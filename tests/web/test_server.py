@@ -82,7 +82,7 @@ def test_the_browser_and_the_laboratory_show_the_same_trials(tmp_path: Path) -> 
         planned = made.design.trials("001")
         assert [(one["phase"], one["trial"]) for one in someone.trials] == [(one.phase, one.trial) for one in planned]
         for number, trial in enumerate(planned):
-            url = someone.shown(number)["intervals"][-1]["url"]
+            url = someone.entry(number)["intervals"][-1]["url"]
             if trial.phase == "main" and "example" not in trial.scene:
                 file = made.lists.pictures.picture(trial.scene, trial.aperture, trial.fixation, {}).png
                 assert someone.picture(url) == (tmp_path / "set" / file).read_bytes()
