@@ -141,12 +141,12 @@ def size_interval(size: float, t: float, df: float, subjects: int) -> Interval:
     >>> [round(end, 3) for end in (size_interval(0.8, 2.53, 9, 10).low, size_interval(0.8, 2.53, 9, 10).high)]
     [0.065, 1.503]
     """
-    from scipy import optimize, stats
+    from scipy import optimize, special
 
     reach = 12 * math.sqrt(1 + t**2 / (2 * df))  # 12 standard errors of t, beyond both ends
 
     def beyond(center: float, share: float) -> float:
-        found = float(stats.nct.cdf(t, df, center))
+        found = float(special.nctdtr(df, center, t))
         return (found if math.isfinite(found) else float(center < t)) - share  # NaN in the extreme tails
 
     shares = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
