@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import signal
 import subprocess
 import sys
@@ -107,12 +108,12 @@ def _formats() -> str:
 
 def _licences() -> str:
     """List extras with GPL packages, and whether README states this in their line."""
-    readme = (Path(__file__).parents[1] / "README.md").read_text().splitlines()
+    readme = (Path(__file__).parents[1] / "README.md").read_text()
     found = []
     for extra, package in (("lab", "psychopy"), ("thresholds", "psignifit")):
         licence = str(metadata(package)["License"] or metadata(package)["License-Expression"])
-        line = next(line for line in readme if f"extra `{extra}`" in line)
-        found.append(f"{package} ({licence.strip()[:24]}): {'said' if 'GPL' in line else 'not said'}")
+        is_said = re.search(rf"`{extra}` \([^)]*GPL", readme) is not None
+        found.append(f"{package} ({licence.strip()[:24]}): {'said' if is_said else 'not said'}")
     return "; ".join(found)
 
 
@@ -122,7 +123,7 @@ def register(table: Lines) -> None:
         ("1.10.1", "foreign files under the names of results", "19 of 20 replaced", _replaced),
         ("1.10.2", "`demo` interrupted", "'Interrupted: nothing was written.', 2 files left", _interrupted),
         ("1.11.1", "licences of extras in README", "psignifit: said; psychopy: not said", _licences),
-        ("1.11.2", "images of other formats named a.png", "6 of {len(FORMATS)} read", _formats),
+        ("1.11.2", "images of other formats named a.png", f"6 of {len(FORMATS)} read", _formats),
     ]
     for number, what, before, measure in lines:
         table.line(number, what, before)(measure)
