@@ -308,7 +308,7 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     if remove:
         assert not list(tmp_path.glob("data/**/sub-*"))
         page.reload()
-        page.wait_for_selector("text=its answers were removed")
+        page.wait_for_selector("text=its data were deleted")
     else:
         page.reload()
         take_part(page, until="input[type=range]")
