@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from textwrap import fill, wrap
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,7 +56,7 @@ LONGEST_LABEL = 40
 """Letters of a colour bar's label that leave room for the title of the map beside it."""
 
 LETTER = 1.3
-"""Width of a letter in a colour bar's label (mm), with a margin; longer labels are wrapped, or shortened."""
+"""Width of a letter in a colour bar's label (mm), with a margin; longer labels are shortened."""
 
 
 def depth_figure(
@@ -324,7 +324,7 @@ def _map(
 ) -> Colorbar:
     """Draw `values` where `drawn` is True over the hatched background, with a colour bar on the right.
 
-    The bar has the `label` in at most two lines, or the `short` one where it is too low for that.
+    The bar has the `label`, or the `short` one where it is too low for that.
     """
     low, high = limits
     image = ax.imshow(np.where(drawn, values, np.nan), cmap=colours, vmin=low, vmax=high)
@@ -333,22 +333,10 @@ def _map(
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0, 0.04, 1)), extend=extend, extendfrac=0.03)
     letters = int(25.4 * ax.get_window_extent().height / ax.figure.dpi / LETTER)
-    bar.set_label(_wrapped(label, letters) or _wrapped(short, letters) or short or label)
+    bar.set_label(short if short and len(label) > letters else label)
     bar.ax.spines["outline"].set_linewidth(0.4)
     bar.ax.set_visible(bool(drawn.any()))  # without values the scale would be arbitrary
     return bar
-
-
-def _wrapped(label: str, letters: int) -> str | None:
-    r"""Return a label in at most two lines of `letters`, without a unit alone on a line; None if it does not fit.
-
-    >>> _wrapped("distance from the entrance pupil (m)", 20), _wrapped("distance (m)", 9)
-    ('distance from the\nentrance pupil (m)', None)
-    """
-    kept = "\N{NO-BREAK SPACE}("
-    lines = wrap(label.replace(" (", kept), letters, break_long_words=False)
-    fits = len(lines) <= 2 and max(map(len, lines), default=0) <= letters
-    return "\n".join(lines).replace(kept, " (") if fits else None
 
 
 def _picture(ax: Axes, title: str) -> Axes:
