@@ -14,7 +14,9 @@ __all__ = ["Geometric"]
 
 @dataclass(frozen=True, slots=True)
 class Geometric:
-    """Optics whose blur has a shape: of the radius (aperture / 2) x the absolute defocus, turned by half a turn nearer than focus.
+    """Optics whose blur has a shape, of the radius (aperture / 2) x the absolute defocus.
+
+    Nearer than focus it is turned by half a turn.
 
     >>> from focalgradient.psf import Gaussian
     >>> through = Geometric(Gaussian(), 0.004, 1.0).through_focus(0.0, 200.0, [0.5, 1.0, 1.5])
