@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from focalgradient.statistics.records import NotComputed
 
-__all__ = ["Cells", "cells", "slope_weights"]
+__all__ = ["Cells", "cells", "paired_differences", "slope_weights"]
 
 FloatArray = NDArray[np.float64]
 
@@ -67,6 +67,32 @@ def cells(rows: pd.DataFrame) -> Cells:
     with np.errstate(invalid="ignore"):
         values = total / count
     return Cells(values, tuple(map(str, subjects)), tuple(map(str, scenes)), np.asarray(amounts, dtype=float))
+
+
+def paired_differences(one: Cells, values: FloatArray, other: Cells, others: FloatArray) -> FloatArray:
+    """Return differences of two contrasts within subject and scene; of the means over scenes if no scene has both.
+
+    Parameters
+    ----------
+    one, other
+        Cells of two fixations.
+    values, others
+        Contrasts of their apertures (subjects x scenes, or subjects x 1).
+
+    Examples
+    --------
+    >>> near = Cells(np.zeros((2, 1, 2)), ("a", "b"), ("room",), np.array([0.0, 4.0]))
+    >>> paired_differences(near, np.array([[0.5], [0.2]]), near, np.array([[0.1], [0.1]])).round(3).tolist()
+    [[0.4], [0.1]]
+    """
+    first, second = (
+        pd.DataFrame(of, list(own.subjects), list(own.scenes) if of.shape[1] == len(own.scenes) else [""])
+        for own, of in ((one, values), (other, others))
+    )
+    differences = (first - second).to_numpy(dtype=float)
+    if not np.isfinite(differences).any():
+        differences = (first.mean(axis=1) - second.mean(axis=1)).to_frame().to_numpy(dtype=float)
+    return differences
 
 
 def slope_weights(amounts: FloatArray) -> FloatArray | NotComputed:

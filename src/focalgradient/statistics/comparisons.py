@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
-from focalgradient.statistics.cells import Cells, cells, slope_weights
+from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, Question, stated
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, SECONDARY, Answers, Question, Test, stated, tested
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
@@ -191,8 +191,9 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
         stated("mean answer", f"{one.fixation}, {one.aperture}", one.mean, "description", n=one.subjects)
         for one in means
     ]
-    deciding, here, both = (_collected(found, end, analysis) for end in ("", HERE, RANDOM))
-    here, both = (_uncorrected(deciding), both) if analysis.binary else (here, _uncorrected(deciding))
+    deciding = _collected(found, "", analysis)
+    plain, beside = _uncorrected(deciding), _collected(found, RANDOM if analysis.binary else HERE, analysis)
+    here, both = (plain, beside) if analysis.binary else (beside, plain)
     return ComparisonResult(
         analysis,
         tuple(sorted(set(table["participant_id"]))),
@@ -221,7 +222,6 @@ LARGEST = "largest aperture against identical pictures"
 
 Tests = dict[str, Effect | NotComputed]
 Values = FloatArray | NotComputed
-Test = Callable[[FloatArray], Effect | NotComputed]
 
 
 def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Questions:
@@ -244,18 +244,22 @@ def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Que
     def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
         return {name: own_slopes(of[name]) for name in fixations}
 
+    def difference(one: Cells, other: Cells) -> Values:
+        first, second = own_slopes(one), own_slopes(other)
+        if isinstance(first, NotComputed):
+            return first
+        return second if isinstance(second, NotComputed) else paired_differences(one, first, other, second)
+
     def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
         compared = analysis.compares_slopes
-        return {f"{one} less {other}": _difference(of[one], of[other]) if compared else CHOICES for one, other in pairs}
+        return {f"{one} less {other}": difference(of[one], of[other]) if compared else CHOICES for one, other in pairs}
 
     def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
         alike = analysis.alike
         return {name: UNLIKE if alike is None else of[name].values[:, :, -1] - alike for name in fixations}
 
-    def tested(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
-        return lambda of: {
-            name: found if isinstance(found, NotComputed) else test(found) for name, found in values(of).items()
-        }
+    def asked_of(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
+        return lambda of: {name: tested(found, test) for name, found in values(of).items()}
 
     unit = f"{slope_unit(analysis)} per millimetre"
     apart = "differences" if len(pairs) > 1 else ""
@@ -264,15 +268,15 @@ def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Que
     deciding, other, end = crossed_effect, over_subjects, HERE
     if analysis.binary:
         deciding, other, end = over_subjects, crossed_effect, RANDOM
-    asked = [Question(SLOPE, tested(slopes, deciding), "primary", unit, SECOND, head)]
-    checks = [Question(SLOPE + end, tested(slopes, other), "check", unit)]
+    asked = [Question(SLOPE, asked_of(slopes, deciding), "primary", unit, SECONDARY, head)]
+    checks = [Question(SLOPE + end, asked_of(slopes, other), "check", unit)]
     if pairs and (analysis.compares_slopes or len(pairs) == 1):
         head = "difference of the slopes, {level}"
-        asked.append(Question(DIFFERENCE, tested(differences, deciding), "secondary", unit, apart, head))
-        checks.append(Question(DIFFERENCE + end, tested(differences, other), "check", unit))
+        asked.append(Question(DIFFERENCE, asked_of(differences, deciding), "secondary", unit, apart, head))
+        checks.append(Question(DIFFERENCE + end, asked_of(differences, other), "check", unit))
     unit = slope_unit(analysis)
-    asked.append(Question(LARGEST, tested(largest, deciding), "secondary", unit, SECOND))
-    checks.append(Question(LARGEST + end, tested(largest, other), "check", unit))
+    asked.append(Question(LARGEST, asked_of(largest, deciding), "secondary", unit, SECONDARY))
+    checks.append(Question(LARGEST + end, asked_of(largest, other), "check", unit))
     return Questions([*asked, *checks])
 
 
@@ -307,10 +311,6 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
     return Questions([asked] if len(rows) else []).answers(of)
 
 
-SECOND = "secondary comparisons"
-"""Family of the other slopes and the comparisons at the largest aperture."""
-
-
 def _collected(answers: Answers, end: str, analysis: Slopes | Choices) -> ComparisonTests:
     """Return the tests whose names have an ending."""
     slopes, largest, apart = (answers.to(name + end) for name in (SLOPE, LARGEST, DIFFERENCE))
@@ -336,22 +336,6 @@ def _uncorrected(tests: ComparisonTests) -> ComparisonTests:
         plain(tests.interaction),
         {pair: plain(test) for pair, test in tests.differences.items()},
     )
-
-
-def _difference(one: Cells, other: Cells) -> FloatArray | NotComputed:
-    """Return differences of two slopes within subject and scene; of the means over scenes if none has both."""
-    lines = []
-    for own in (one, other):
-        slopes = own_slopes(own)
-        if isinstance(slopes, NotComputed):
-            return slopes
-        names = list(own.scenes) if slopes.shape[1] == len(own.scenes) else [""]
-        lines.append(pd.DataFrame(slopes, index=list(own.subjects), columns=names))
-    first, second = lines
-    difference = (first - second).to_numpy(dtype=float)
-    if not np.isfinite(difference).any():
-        difference = (first.mean(axis=1) - second.mean(axis=1)).to_frame().to_numpy(dtype=float)
-    return difference
 
 
 def own_slopes(own: Cells) -> FloatArray | NotComputed:

@@ -18,7 +18,7 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, Analysis, Answer, Answers, Outcome, Question
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, SECONDARY, Analysis, Answer, Answers, Outcome, Question
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
 
@@ -243,7 +243,7 @@ def _answers(
     """Return the answers from tests of each fixation, then of each pair; `fixed` are those for these scenes."""
     size, pairs = len(fixations), list(combinations(fixations, 2))
     levels = [*fixations, *(f"{one} less {other}" for one, other in pairs)]
-    unit, second = "log odds", "secondary comparisons"
+    unit = "log odds"
 
     def some(tested: Sequence[Effect | NotComputed], part: slice) -> Callable[[Any], Mapping[str, Outcome]]:
         return lambda _: dict(zip(levels[part], tested[part], strict=True))
@@ -252,7 +252,7 @@ def _answers(
     head = "odds ratio of a higher answer at the largest aperture, {level} in focus"
     of_pair = "ratio of the odds ratios, {pair}"
     asked = [
-        Question(EFFECT, some(tests, each), "primary", unit, second, head, True),
+        Question(EFFECT, some(tests, each), "primary", unit, SECONDARY, head, True),
         Question(DIFFERENCE, some(tests, apart), "secondary", unit, "differences" * (len(pairs) > 1), of_pair, True),
         Question(EFFECT + HERE, some(fixed, each), "check", unit),
         Question(DIFFERENCE + HERE, some(fixed, apart), "check", unit),

@@ -7,14 +7,29 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.means import family
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["COLUMNS", "HERE", "NO_ANSWERS", "Analysis", "Answer", "Answers", "Outcome", "Question", "stated"]
+__all__ = [
+    "COLUMNS",
+    "HERE",
+    "NO_ANSWERS",
+    "SECONDARY",
+    "Analysis",
+    "Answer",
+    "Answers",
+    "Outcome",
+    "Question",
+    "Test",
+    "stated",
+    "tested",
+]
 
 COLUMNS = (
     *("name", "level", "role", "estimate", "standard_error", "low", "high", "unit", "statistic", "df", "p"),
@@ -24,6 +39,17 @@ COLUMNS = (
 
 HERE = ", these scenes"
 """End of the name of a question that is asked for the scenes shown only."""
+
+SECONDARY = "secondary comparisons"
+"""Family of all effects but the primary one and the differences between fixations."""
+
+Test = Callable[[NDArray[np.float64]], Effect | NotComputed]
+"""Test of values of subjects x scenes."""
+
+
+def tested(values: NDArray[np.float64] | NotComputed, test: Test) -> Effect | NotComputed:
+    """Return the test of values, or the reason why there are none."""
+    return values if isinstance(values, NotComputed) else test(values)
 
 
 class Estimate(Protocol):
@@ -101,7 +127,7 @@ class Answer:
 
     @property
     def headline(self) -> str:
-        """Description of the result in the unit displayed; empty if it is no main result."""
+        """Description of the result in the unit displayed; empty if it is not a main result."""
         pair = self.level.replace(" less ", " to ")
         return self.question.headline.replace("{level}", self.level).replace("{pair}", pair)
 

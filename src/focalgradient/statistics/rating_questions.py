@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -12,10 +12,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
-from focalgradient.statistics.cells import Cells, cells, slope_weights
+from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects, own_means
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
-from focalgradient.statistics.questions import HERE, Analysis, Question
+from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Question, Test, tested
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of
 
@@ -79,31 +79,17 @@ class LogRatios:
     def effect(self, fixation: str) -> Effect | NotComputed:
         """Return the depth effect over subjects and scenes."""
         if fixation not in self.effects:
-            self.effects[fixation] = _tested(self.rises(fixation), crossed_effect)
+            self.effects[fixation] = tested(self.rises(fixation), crossed_effect)
         return self.effects[fixation]
 
     def difference(self, one: str, other: str) -> FloatArray | NotComputed:
         """Return differences of two depth effects within subject and scene; of the means if no scene has both."""
-        tables = []
-        for fixation in (one, other):
-            rises, own = self.rises(fixation), self.cells[fixation]
-            if isinstance(rises, NotComputed):
-                return rises
-            tables.append(pd.DataFrame(rises, index=list(own.subjects), columns=list(own.scenes) or [""]))
-        near, far = tables
-        if near.columns[0] == "" or far.columns[0] == "":
-            near, far = near.mean(axis=1).to_frame(), far.mean(axis=1).to_frame()
-        difference = (near - far).to_numpy()
-        if not np.isfinite(difference).any():
-            difference = (near.mean(axis=1) - far.mean(axis=1)).to_frame().to_numpy()
-        return difference
-
-
-Test = Callable[[FloatArray], Effect | NotComputed]
-
-
-def _tested(values: FloatArray | NotComputed, test: Test) -> Effect | NotComputed:
-    return values if isinstance(values, NotComputed) else test(values)
+        first, second = self.rises(one), self.rises(other)
+        if isinstance(first, NotComputed):
+            return first
+        if isinstance(second, NotComputed):
+            return second
+        return paired_differences(self.cells[one], first, self.cells[other], second)
 
 
 def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
@@ -133,7 +119,7 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
         return found
 
     def differences(data: LogRatios, test: Test) -> dict[str, Effect | NotComputed]:
-        return {f"{one} less {other}": _tested(data.difference(one, other), test) for one, other in pairs}
+        return {f"{one} less {other}": tested(data.difference(one, other), test) for one, other in pairs}
 
     def slope(data: LogRatios, fixation: str) -> Effect | NotComputed:
         own = data.cells[fixation]
@@ -145,7 +131,7 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
 
     def resampled(data: LogRatios) -> BootstrapT | NotComputed:
         rises = data.rises(fixations[0])
-        fixed = _tested(rises, over_subjects)
+        fixed = tested(rises, over_subjects)
         if isinstance(fixed, NotComputed) or isinstance(rises, NotComputed):
             return fixed  # type: ignore[return-value]
         return bootstrap_t(own_means(rises))
@@ -155,7 +141,7 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
     here = [
         Question(
             EFFECT + HERE,
-            lambda data: {name: _tested(data.rises(name), over_subjects) for name in fixations},
+            lambda data: {name: tested(data.rises(name), over_subjects) for name in fixations},
             "check",
             log,
         ),
@@ -176,26 +162,28 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
     return Analysis(
         [
             Question(
-                EFFECT, lambda data: {name: data.effect(name) for name in fixations}, "primary", log, SECOND, what, True
+                EFFECT,
+                lambda data: {name: data.effect(name) for name in fixations},
+                "primary",
+                log,
+                SECONDARY,
+                what,
+                True,
             ),
             *(compared if pairs else []),
-            Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECOND),
+            Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECONDARY),
             Question(
                 SLOPE,
                 lambda data: {name: slope(data, name) for name in fixations},
                 "secondary",
                 f"{log} per mm",
-                SECOND,
+                SECONDARY,
             ),
             Question(EQUIVALENT, lambda data: {name: equal(data.effect(name)) for name in fixations}, "secondary", log),
             *here,
             Question(BOOTSTRAP, lambda data: {fixations[0]: resampled(data)}, "check", log),
         ]
     )
-
-
-SECOND = "secondary comparisons"
-"""Family of the other depth effects, the ratios to the pinhole and the slopes."""
 
 
 def no_ratio(own: Cells, fixation: str) -> NotComputed:
