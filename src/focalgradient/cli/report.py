@@ -188,7 +188,7 @@ def report(
     if out is None:
         if not explain:
             if not preregister:
-                _data_sets(folders, pairs)  # a file that is no table is named first
+                _data_sets(folders, pairs)  # a file that is not a table is named first
             raise InputError("--out is missing: give the folder for the report.")
         out = Path()
     if preregister:

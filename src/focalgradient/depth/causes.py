@@ -276,7 +276,9 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
     images, usable = registered.images, registered.usable
     noise = [sd / gain for sd, gain in zip(estimate.noise, registered.gains, strict=True)]
     mean = max(float(images[0][usable].mean()), 1e-12)
-    placed = images if problem.settings.align else _placed(registered)
+    agreement = agreement_as_given = _agreement(images, usable)
+    if not problem.settings.align:
+        agreement = _agreement(_placed(registered), usable)
     as_given = [_band(image) for image in images]
     energy = _band_gain() * np.square(noise)
     power = np.array([float(band[usable].var()) for band in as_given])
@@ -285,8 +287,8 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
     blur = np.min([p * np.abs(f - vergence) for p, f in zip(search.pixels, search.focus, strict=True)], axis=0)
     return Evidence(
         displacement=0.0 if problem.settings.align else displacement,
-        agreement=_agreement(placed, usable),
-        agreement_as_given=_agreement(images, usable),
+        agreement=agreement,
+        agreement_as_given=agreement_as_given,
         signal=float(np.min(power / np.maximum(energy, 1e-30))),
         fine_signal=max(float(i[usable].var()) / max(sd, 1e-15) ** 2 for i, sd in zip(images, noise, strict=True)),
         contrast=float(np.sqrt(max(power.min() - energy.min(), 0.0))) / mean,

@@ -189,11 +189,11 @@ def measure_placement(
         frame = clear if clear.mean() > ENOUGH else frame
     # Texture that repeats itself fits at many shifts.
     placement, shifted = Placement(), _coarse_shift(*smooth)
-    here, there = (_placement_step(smooth[0], smooth[1], place, frame)[2] for place in (placement, shifted))
-    if there < CLEARLY_LESS * here:
-        placement = shifted
-    for _ in range(steps):
-        step, variance, _ = _placement_step(smooth[0], smooth[1], placement, frame)
+    first, other = (_placement_step(smooth[0], smooth[1], place, frame) for place in (placement, shifted))
+    if other[2] < CLEARLY_LESS * first[2]:
+        placement, first = shifted, other
+    for number in range(steps):
+        step, variance, _ = _placement_step(smooth[0], smooth[1], placement, frame) if number else first
         placement = placement.then(step)
         if step.displacement((height, width)) < 0.002 or not 0.5 < placement.scale < 2:
             break
