@@ -68,7 +68,9 @@ def draw_condition(ax: Axes, result: PsychometricGroups, condition: str, colour:
             sums = counted.setdefault(level, [0, 0])
             sums[0], sums[1] = sums[0] + hits, sums[1] + trials
     right, shown = np.array(list(counted.values())).T
-    ax.scatter(list(counted), right / shown, s=60 * shown / shown.max(), color=colour, alpha=0.3, linewidth=0)
+    ax.scatter(
+        list(counted), right / shown, s=60 * shown / shown.max(), color=colour, alpha=0.3, linewidth=0, clip_on=False
+    )
     ax.set(ylim=(-0.03, 1.03), xlabel=_level(result), ylabel=_share(result))
     ax.set_title("Psychometric functions")
     _scaled(ax, result, _levels(result))
@@ -78,7 +80,9 @@ def draw_condition(ax: Axes, result: PsychometricGroups, condition: str, colour:
 def _draw_person(ax: Axes, result: PsychometricGroups, one: PersonFunction, colour: str) -> None:
     x = _grid(result)
     shown = np.array(one.shown)
-    ax.scatter(one.levels, np.array(one.right) / shown, s=2 + 2 * shown, color=colour, alpha=0.35, linewidth=0)
+    ax.scatter(
+        one.levels, np.array(one.right) / shown, s=2 + 2 * shown, color=colour, alpha=0.35, linewidth=0, clip_on=False
+    )
     ax.plot(x, one.correct(x), color=colour, linewidth=1, label=one.condition or None)
     at = one.threshold
     if at.low is not None and at.high is not None:

@@ -121,7 +121,7 @@ def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = No
         colours = person_colours(len(fitted)) if colour is None else [colour] * len(fitted)
         for number, ((one, fit), own) in enumerate(zip(fitted, colours, strict=True)):
             share = np.array(fit.right) / np.array(fit.shown)
-            ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=own, alpha=0.25, linewidth=0)
+            ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=own, alpha=0.25, linewidth=0, clip_on=False)
             named = label if label and not number else None
             ax.plot(x, fit.correct(x), color=own, linewidth=0.8, linestyle="-" if one.kept else ":", label=named)
     for height in {fit.correct_at_threshold for _, fit in fitted} or {0.75}:
