@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -10,7 +10,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.statistics.own_names import clean, few, place
-from focalgradient.statistics.own_rows import without_codes
+from focalgradient.statistics.own_rows import in_steps, without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     Paths,
@@ -89,6 +89,7 @@ def read_detection(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     where: Where | None = None,
+    order: Sequence[str] = (),
 ) -> OwnDetection:
     r"""Read detection data from a CSV, TSV or XLSX file with one row per trial.
 
@@ -104,6 +105,8 @@ def read_detection(
 
     where
         Values by column: only rows that have one of them are read.
+    order
+        Words of the confidence, from the least to the most.
 
     Raises
     ------
@@ -131,6 +134,8 @@ def read_detection(
     table = answered(own, table, "response", "answer")
     for role, ours in (("signal", "signal"), ("response", "answer")):
         table[ours] = _truth(own, table, role, words)
+    if "confidence" in table:
+        table = in_steps(table, "confidence", order, own.notes)
     table, steps = _steps(own, table)
     if table["signal"].all() or not table["signal"].any():
         shown = "signals" if table["signal"].all() else "noise"
