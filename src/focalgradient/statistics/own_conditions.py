@@ -105,12 +105,8 @@ def read_conditions(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject,aperture_mm,rating\nA,2,1.1\nA,8,1.4\nB,2,1.0\nB,8,1.3\n")
-    ...     own = read_conditions(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_conditions(text_table("subject,aperture_mm,rating\nA,2,1.1\nA,8,1.4\nB,2,1.0\nB,8,1.3\n"))
     >>> dict(own.conditions), own.log
     ({'aperture_mm': [2.0, 8.0]}, True)
     """

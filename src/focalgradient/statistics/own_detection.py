@@ -115,12 +115,8 @@ def read_detection(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n")
-    ...     own = read_detection(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_detection(text_table("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n"))
     >>> own.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), own.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)
     """

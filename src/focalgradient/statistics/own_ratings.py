@@ -143,12 +143,8 @@ def read_ratings(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject;fstop;focus;resp\nA ;5,6;near;1,4\nA ;0;near;1,0\n")
-    ...     own = read_ratings(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_ratings(text_table("subject;fstop;focus;resp\nA ;5,6;near;1,4\nA ;0;near;1,0\n"))
     >>> own.table[["participant_id", "aperture", "fixation", "rating"]].values.tolist()
     [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
     """

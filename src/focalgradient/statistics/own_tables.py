@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable
+from focalgradient.files import printable, read_bytes
 from focalgradient.files.cells import as_number, name_and_unit
-from focalgradient.files.tables import RaggedTableError, TextTable, read_cells, unique_names
+from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, TextTable, parse_table, unique_names
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
@@ -34,6 +34,7 @@ __all__ = [
     "read_table",
     "renamed",
     "rows_of",
+    "text_table",
     "truths",
     "unused",
     "where_like",
@@ -100,6 +101,7 @@ Where = Mapping[str, str | Sequence[str]]
 TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
 """Extensions of tables; a file with another extension is a table only if its text has the form of one."""
 
+WHAT = "a table, or the folder of a data set"
 TABLE_OR_DATA_SET = "a CSV, TSV, XLSX or JSON file, or the folder of a data set (with dataset_description.json)"
 """Remedy for a file that is not a table."""
 
@@ -282,7 +284,7 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     if isinstance(paths, UserTable):
         return paths
     if isinstance(paths, str | os.PathLike):
-        return _read_file(Path(paths))
+        return _user_table(Path(paths), read_bytes(paths, WHAT, LARGEST_TABLE))
     tables = [read_table(path) for path in paths]
     if len(tables) == 1:
         return tables[0]
@@ -301,17 +303,26 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
         return tables[0]
     cells = pd.concat(parts, names=["file"]).fillna("")
     cells.attrs = {"delimiter": delimiters}
-    lacking = {name: label for name in cells for label, part in parts.items() if name not in part}
+    lacking = {str(name): label for name in cells for label, part in parts.items() if name not in part}
     notes = tuple(note for table in tables for note in table.notes)
     return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes, lacking)
 
 
-def _read_file(path: Path) -> UserTable:
-    """Read the cells of one file."""
+def text_table(text: str, name: str = "own.csv") -> UserTable:
+    r"""Read the cells of a table from its text, as `read_table` from a file of that name.
+
+    >>> text_table("subject;rating\nA;1,4\n").cells.to_numpy().tolist()
+    [['A', '1,4']]
+    """
+    return _user_table(Path(name), text.encode())
+
+
+def _user_table(path: Path, data: bytes) -> UserTable:
+    """Parse the content of one file."""
     is_named = path.suffix.lower() in TABLES
     no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
     try:
-        table = read_cells(path, "a table, or the folder of a data set")
+        table = parse_table(data, printable(path), WHAT)
     except RaggedTableError as error:
         if is_named:
             raise
@@ -408,15 +419,14 @@ def with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[s
     if not roles or table.empty:
         return table
     files, places = (table.index.get_level_values(level) for level in (0, 1))
+    texts = table[[*roles]].to_numpy(object, copy=True)
+    changed = False
     for file, rows in table.groupby(files, sort=False).indices.items():
-        cells = [[clean(cell) for cell in table[role].iloc[rows]] for role in roles]
-        numbers = tuple(int(places[row]) for row in rows)
-        whole = TextTable(str(file), tuple(roles), tuple(zip(*cells, strict=True)), numbers, delimiters[str(file)])
-        changed = whole.with_points()
-        if changed is not whole:
-            table = table.copy()
-            table.iloc[rows, [table.columns.get_loc(role) for role in roles]] = changed.rows
-    return table
+        cells = tuple(tuple(map(clean, row)) for row in texts[rows])
+        whole = TextTable(str(file), tuple(roles), cells, tuple(places[rows]), delimiters[str(file)])
+        if (pointed := whole.with_points()) is not whole:
+            texts[rows], changed = pointed.rows, True
+    return table.assign(**dict(zip(roles, texts.T, strict=True))) if changed else table
 
 
 def found_columns(

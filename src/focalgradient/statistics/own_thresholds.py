@@ -149,12 +149,8 @@ def read_thresholds(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n")
-    ...     own = read_thresholds(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_thresholds(text_table("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n"))
     >>> own.table[["participant_id", "level", "correct"]].values.tolist(), own.unit
     ([['A', 0.1, False], ['A', 0.2, True]], 'D')
     """
