@@ -147,18 +147,16 @@ def read_conditions(
                     f'amounts: if they are codes, give by=["{name}=factor"].'
                 )
         else:
-            levels[name] = list(dict.fromkeys(table[name]))
-            if any(map(is_date, levels[name])) and any(as_number(level) is not None for level in levels[name]):
+            names = levels[name] = list(map(str, table[name].unique()))
+            if any(map(is_date, names)) and any(as_number(level) is not None for level in names):
                 own.numbers(table, name)  # names the first date
-            if name not in factors and any(level[:1].isdigit() for level in levels[name]):
+            if name not in factors and any(level[:1].isdigit() for level in names):
                 own.notices.append(
-                    f"The levels of {name} are not all numbers ({few(levels[name])}), and were taken for names: give "
+                    f"The levels of {name} are not all numbers ({few(names)}), and were taken for names: give "
                     f'by=["{name}=factor"] if they are, or numbers with the unit in the heading.'
                 )
-            if len(levels[name]) > MOST_LEVELS:
-                raise InputError(
-                    f"{printable(name)} has {len(levels[name])} levels that are not numbers: give a condition."
-                )
+            if len(names) > MOST_LEVELS:
+                raise InputError(f"{printable(name)} has {len(names)} levels that are not numbers: give a condition.")
         if len(levels[name]) < 2:
             raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
     sharp = {"pinhole", "ph", "sharp", "0", "f/inf"}
