@@ -13,6 +13,7 @@ import numpy as np
 from focalgradient.dataset.percepts import percepts
 from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.observers import Observer, seen_pictures
+from focalgradient.observers.answers import observe
 from focalgradient.observers.rotation import encoded_cubes
 from focalgradient.published.record import Finding, Prediction, Published, mean_of, ratio_of
 from focalgradient.tasks import task_named
@@ -36,7 +37,7 @@ CUBE = "20 simulated people watch the cubes of the design `necker`; the stronges
 
 def _people(observer: Observer, design: DepthRatingDesign | NeckerDesign, encoded: Any) -> list[tuple[Any, ...]]:
     task = task_named(design.task)
-    return [task.observe(design, observer, _label(person), SEED, encoded) for person in range(PEOPLE)]
+    return [observe(task, design, observer, _label(person), SEED, encoded) for person in range(PEOPLE)]
 
 
 def _label(person: int) -> str:

@@ -27,6 +27,7 @@ from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
+from focalgradient.report.own_tasks import analyse_own_task
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
@@ -305,7 +306,8 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
     for name in task_names():
         if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
-                parts.append(task_named(name).reported(root, asked))
+                task = task_named(name)
+                parts.append(task.reported(root, asked) or analyse_own_task(root, task))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
+from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.means import only_difference, share_interval, t_interval

@@ -12,7 +12,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.scales import Choices, Ratios
+from focalgradient.scales.analyses import Choices, Ratios
 from focalgradient.statistics.own_names import ABSENT, few, place, rows_named
 from focalgradient.statistics.own_rows import check_seconds, in_steps, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
