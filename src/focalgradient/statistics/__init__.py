@@ -5,7 +5,6 @@ computed is replaced by a `NotComputed` that states the reason. All results gene
 subjects.
 """
 
-from focalgradient.statistics.bayes_psychometric import bayes_psychometric_groups
 from focalgradient.statistics.comparisons import (
     ComparisonMean,
     ComparisonResult,
@@ -53,14 +52,6 @@ from focalgradient.statistics.own_factors import FactorEffect, factor_effects
 from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
 from focalgradient.statistics.own_reports import OwnReports, read_reports
 from focalgradient.statistics.own_thresholds import OwnThresholds, read_thresholds
-from focalgradient.statistics.psychometric import fit_psychometric_groups
-from focalgradient.statistics.psychometric_records import (
-    GroupFunction,
-    PersonFunction,
-    PsychometricGroups,
-    ThresholdDifference,
-)
-from focalgradient.statistics.psychometric_shapes import SHAPES, Shape
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -81,7 +72,6 @@ from focalgradient.statistics.thresholds import (
 )
 
 __all__ = [
-    "SHAPES",
     "ComparisonMean",
     "ComparisonResult",
     "ComparisonTests",
@@ -101,7 +91,6 @@ __all__ = [
     "FactorEffect",
     "FixationResult",
     "GradientEffect",
-    "GroupFunction",
     "Interval",
     "NeckerResult",
     "NotComputed",
@@ -113,8 +102,6 @@ __all__ = [
     "PeopleDominance",
     "PerceptDurations",
     "PerceptShare",
-    "PersonFunction",
-    "PsychometricGroups",
     "Quality",
     "RatingMean",
     "RatingRoc",
@@ -122,20 +109,17 @@ __all__ = [
     "Rules",
     "Scale",
     "SceneMean",
-    "Shape",
     "StepShare",
     "SubjectMean",
     "SubjectQuality",
     "SubjectShare",
     "SubjectThreshold",
     "Threshold",
-    "ThresholdDifference",
     "ThresholdFit",
     "ThresholdResult",
     "Unjudged",
     "analyse",
     "as_table",
-    "bayes_psychometric_groups",
     "blur_thresholds",
     "compare_pictures",
     "condition_tests",
@@ -144,7 +128,6 @@ __all__ = [
     "factor_effects",
     "fit_dominance",
     "fit_durations_of_people",
-    "fit_psychometric_groups",
     "fit_threshold",
     "log_likelihood_of_people",
     "necker",
