@@ -14,7 +14,7 @@ from focalgradient.plotting.detection import detection_figure
 from focalgradient.report.choices import DETECTION
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
-from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.export import r_script, reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -38,28 +38,6 @@ CAPTION = (
     "Left: each person’s rates (discs) and, where confidence was asked, ROC (thin); bold: the curve of equal variances "
     "with the mean d′. Right: each person’s d′ and the mean of all (disc), with 95 % intervals."
 )
-
-SCRIPT = """# d' and criterion of each person and condition, and their means, as in the report. Base R. Run in the
-# report's folder: Rscript detection.R
-d <- read.csv("detection_trials.csv", colClasses = c(participant_id = "character", condition = "character"))
-d <- d[!d$catch, ]; d$condition[is.na(d$condition)] <- ""
-found <- do.call(rbind, lapply(split(d, list(d$participant_id, d$condition), drop = TRUE), function(e) {
-  z <- function(rows) qnorm((sum(e$answer[rows]) + .5) / (sum(rows) + 1))  # log-linear correction
-  if (!any(e$signal) || all(e$signal)) return(NULL)
-  data.frame(participant_id = e$participant_id[1], condition = e$condition[1], d_prime = z(e$signal) - z(!e$signal),
-             criterion = -(z(e$signal) + z(!e$signal)) / 2)
-}))
-print(found, row.names = FALSE, digits = 6)
-for (condition in unique(found$condition)) {
-  own <- found[found$condition == condition, ]
-  cat("mean", condition, "\\n")
-  if (nrow(own) < 2) next
-  half <- qt(.975, nrow(own) - 1) * sd(own$d_prime) / sqrt(nrow(own))
-  print(c(d = mean(own$d_prime), low = mean(own$d_prime) - half, high = mean(own$d_prime) + half,
-          c = mean(own$criterion)), digits = 6)
-}
-"""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectionPart(Part):
@@ -250,9 +228,9 @@ class DetectionPart(Part):
         return DETECTION
 
     def exports(self) -> Mapping[str, bytes]:
-        file = f"{self.name}_trials.csv"
+        file, table = f"{self.name}_trials.csv", self.own.table
         read = f"read_{file.removesuffix('.csv')}.R"
-        return {file: safe_csv(self.own.table), read: reader(file, self.own.table), "detection.R": SCRIPT.encode()}
+        return {file: safe_csv(table), read: reader(file, table), "detection.R": r_script("detection").encode()}
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:
