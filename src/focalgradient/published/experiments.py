@@ -24,7 +24,8 @@ ASK: Mapping[str, Callable[..., Prediction]] = {
     "judged_over": distance.judged_over,
     "gain": partial(following.against_white, measure=following.gain_of_mean),
     "phase": partial(following.against_white, measure=following.phase_of_mean),
-} | {name: getattr(thresholds, name) for name in thresholds.__all__}
+    **{name: getattr(thresholds, name) for name in thresholds.__all__},
+}
 """Functions that ask an observer, by the name that the table gives them; settings are those of the table."""
 
 TABLE = tomllib.loads(Path(__file__).with_name("experiments.toml").read_text(encoding="utf-8"))
@@ -37,12 +38,12 @@ def _published(key: str, **further: Any) -> Published:
         asked = dict(stated.get("ask", {}))
         ask = partial(ASK[asked.pop("of")], **asked, **further) if asked else None
         remark = stated["remark"].format(**further) if further else stated["remark"]
-        return Finding(**{"low": -inf, "high": inf} | stated | {"ask": ask, "remark": remark})
+        return Finding(**{"low": -inf, "high": inf, **stated, "ask": ask, "remark": remark})
 
     stated = TABLE[key]
     conditions = tuple(stated.get("conditions") or PAPERS[key].conditions)
     findings = tuple(map(finding, stated.get("findings", ())))
-    return Published(**{"key": key, "doi": ""} | stated | {"conditions": conditions, "findings": findings})
+    return Published(**{"key": key, "doi": "", **stated, "conditions": conditions, "findings": findings})
 
 
 def kruger1993(pairs: int = following.PAIRS, kept: Path | None = None) -> Published:
